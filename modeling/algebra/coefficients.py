@@ -5,14 +5,12 @@ of numbers get their reduced row echelon form, where rounding tells what is noth
 """
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence, Set as AbstractSet
+from collections.abc import ItemsView, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
-from functools import reduce
 from typing import Any, TypeAlias
 
 import sympy
-from sympy import EXRAW
-from sympy.polys.rings import PolyElement, PolyRing
+from sympy.ntheory.multinomial import multinomial_coefficients
 
 from axisid.modeling.quantities import check_size
 from axisid.support.errors import ModelError
@@ -24,10 +22,10 @@ from .point_value import (
     Value,
     dependences,
     exactly,
-    is_zero,
+    is_nothing,
     numbers,
-    perturbation,
-    perturbed_decimal,
+    off_as_decimal,
+    rounding,
     vanishes,
 )
 
@@ -36,6 +34,7 @@ _MOST_PRODUCTS = 100_000
 
 #: Powers of the parameters, whole ones of either sign.
 Exponents = tuple[int, ...]
+_Polynomial = dict[Exponents, sympy.Expr]
 
 
 class Coefficients:
@@ -46,13 +45,6 @@ class Coefficients:
     expression : sympy.Expr
     parameters : sequence of sympy.Symbol
         Those that it is a polynomial of, once everything that cancels is left out.
-    motion : set of sympy.Symbol
-        Those of them that count as motion, and have no powers.
-
-    Attributes
-    ----------
-    terms : dict
-        The weights by the products of powers; what no parameter multiplies too.
 
     Raises
     ------
@@ -60,60 +52,65 @@ class Coefficients:
         It has too many terms, or too large ones.
     """
 
-    def __init__(
-        self,
-        expression: sympy.Expr,
-        parameters: Sequence[sympy.Symbol],
-        motion: AbstractSet[sympy.Symbol] = frozenset(),
-    ) -> None:
+    def __init__(self, expression: sympy.Expr, parameters: Sequence[sympy.Symbol]) -> None:
         self._one = (0,) * len(parameters)
-        self._places = {p: j for j, p in enumerate(parameters) if p not in motion}
-        self._zero = dict.fromkeys(self._places, sympy.S.Zero)
-        # Of polynomials whose weights are expressions, which SymPy leaves as they are written.
-        self._ring = PolyRing(parameters, EXRAW)
-        self._polynomials: dict[sympy.Basic, PolyElement] = {}
-        self._budget = _MOST_PRODUCTS
+        self._places = {p: j for j, p in enumerate(parameters)}
+        self._zero = dict.fromkeys(parameters, sympy.S.Zero)
+        self._made: dict[sympy.Basic, _Polynomial] = {}
+        self._left = _MOST_PRODUCTS
         self._hidden: set[sympy.Symbol] = set()
-        self.terms: dict[Exponents, sympy.Expr] = dict(self._of(expression))
-        for weight in self.terms.values():
+        self._polynomial = self._of(expression)
+        for weight in self._polynomial.values():
             check_size(weight, "the equation of motion, multiplied out,")
+
+    @property
+    def terms(self) -> ItemsView[Exponents, sympy.Expr]:
+        """The weights by the products of powers."""
+        return self._polynomial.items()
 
     @property
     def nonlinear(self) -> set[sympy.Symbol]:
         """The parameters that the expression is no polynomial of."""
         divisors = {
             p
-            for exponents, weight in self.terms.items()
-            for p, j in self._places.items()
-            if exponents[j] < 0 and not vanishes(weight)
+            for exponents, weight in self.terms
+            for p, exponent in zip(self._places, exponents, strict=True)
+            if exponent < 0 and not vanishes(weight)
         }
         return self._hidden | divisors
 
-    def _of(self, node: sympy.Expr) -> PolyElement:
-        if node not in self._polynomials:
-            self._polynomials[node] = self._worked_out(node)
-        return self._polynomials[node]
+    def __getitem__(self, exponents: Exponents) -> sympy.Expr:
+        """The weight of a product of powers."""
+        return self._polynomial.get(exponents, sympy.S.Zero)
 
-    def _worked_out(self, node: sympy.Expr) -> PolyElement:
+    @property
+    def rest(self) -> sympy.Expr:
+        """What no parameter multiplies."""
+        return self[self._one]
+
+    def _of(self, node: sympy.Expr) -> _Polynomial:
+        if node not in self._made:
+            self._made[node] = self._worked_out(node)
+        return self._made[node]
+
+    def _worked_out(self, node: sympy.Expr) -> _Polynomial:
         if not node.free_symbols & self._places.keys():
-            return self._ring.ground_new(node)
+            return {self._one: node}
         base, power = node.as_base_exp()
         whole = int(power) if power.is_Number and int(power) == float(power) else None
         if base in self._places and whole is not None:
             exponents = list(self._one)
             exponents[self._places[base]] = whole
-            return self._ring.from_dict({tuple(exponents): sympy.S.One})
+            return {tuple(exponents): sympy.S.One}
         if node.is_Add:
-            return sum(map(self._of, node.args), self._ring.zero)
+            return _sum(map(self._of, node.args))
         if node.is_Mul:
-            return reduce(self._product, map(self._of, node.args))
+            return self._product(map(self._of, node.args))
         if node.is_Pow and whole is not None and whole > 0:
-            inner = self._of(base)
-            self._take(math.comb(whole + len(inner) - 1, whole))
-            return inner**whole
+            return self._power(self._of(base), whole)
         if isinstance(node, sympy.Piecewise):
             return self._chosen(node)
-        return self._ring.ground_new(self._opaque(node).xreplace(self._zero))
+        return {self._one: self._opaque(node).xreplace(self._zero)}
 
     def _opaque(self, node: sympy.Basic) -> sympy.Basic:
         """A node that is taken as a whole; some of the parameters in it may cancel."""
@@ -122,11 +119,11 @@ class Coefficients:
         self._hidden |= {p for (p,) in dependences(shown, [{p} for p in inside])}
         return node
 
-    def _chosen(self, node: sympy.Piecewise) -> PolyElement:
+    def _chosen(self, node: sympy.Piecewise) -> _Polynomial:
         """The weights of what is chosen by conditions, chosen by the same."""
         values = [self._of(value) for value, _ in node.args]
         conditions = [self._opaque(c).xreplace(self._zero) for _, c in node.args]
-        weights = {
+        return {
             exponents: sympy.Piecewise(
                 *(
                     (value.get(exponents, sympy.S.Zero), condition)
@@ -135,20 +132,49 @@ class Coefficients:
                 evaluate=False,  # its evaluation compares all conditions with all
             )
             for exponents in dict.fromkeys(e for value in values for e in value)
+            if any(value.get(exponents, 0) != 0 for value in values)
         }
-        return self._ring.from_dict(weights)
+
+    def _power(self, base: _Polynomial, whole: int) -> _Polynomial:
+        """By the multinomial theorem: a product after another nests sums in sums."""
+        self._take(math.comb(whole + len(base) - 1, whole))
+        shares = multinomial_coefficients(len(base), whole)
+        return _sum(
+            {
+                tuple(
+                    sum(k * e for k, e in zip(powers, each, strict=True))
+                    for each in zip(*base, strict=True)
+                ): (sympy.Mul(count, *(w**k for w, k in zip(base.values(), powers, strict=True))))
+            }
+            for powers, count in shares.items()
+        )
 
     def _take(self, terms: int) -> None:
-        self._budget -= terms
-        if self._budget < 0:
+        self._left -= terms
+        if self._left < 0:
             raise ModelError(
                 "the equation of motion has too many products of parameters.",
                 code="equation",
             )
 
-    def _product(self, one: PolyElement, other: PolyElement) -> PolyElement:
-        self._take(len(one) * len(other))
-        return one * other
+    def _product(self, factors: Iterable[_Polynomial]) -> _Polynomial:
+        made: _Polynomial = {self._one: sympy.S.One}
+        for factor in factors:
+            self._take(len(made) * len(factor))
+            made = _sum(
+                {tuple(map(sum, zip(a, b, strict=True))): x * y}
+                for a, x in made.items()
+                for b, y in factor.items()
+            )
+        return made
+
+
+def _sum(polynomials: Iterable[_Polynomial]) -> _Polynomial:
+    terms: dict[Exponents, list[sympy.Expr]] = {}
+    for polynomial in polynomials:
+        for exponents, weight in polynomial.items():
+            terms.setdefault(exponents, []).append(weight)
+    return {exponents: sympy.Add(*weights) for exponents, weights in terms.items()}
 
 
 #: Exact, or all digits that there are.
@@ -181,7 +207,7 @@ def reduced_rows(rows: Sequence[Row]) -> tuple[list[Row], list[int]]:
         There are too many weights to be worked out.
     """
     _check_size(len(rows), max(map(len, rows), default=0))
-    return _finished(_echelon(([perturbed_decimal(x) for x in row] for row in rows), len(rows)))
+    return _finished(_echelon(([off_as_decimal(x) for x in row] for row in rows), len(rows)))
 
 
 def reduced_functions(
@@ -206,10 +232,10 @@ def reduced_functions(
     rank = -1
     while True:
         with points.digits():
-            echelon = _echelon(_rows_at(points, functions), points.count)
-            if len(echelon) in (rank, len(functions)):
-                return _finished(echelon)
-        rank = len(echelon)
+            found = _echelon(_rows_at(points, functions), points.count)
+            if len(found) in (rank, len(functions)):
+                return _finished(found)
+        rank = len(found)
         points.look_closer()
 
 
@@ -235,54 +261,54 @@ def _rows_at(points: Points, functions: Sequence[sympy.Expr]) -> Iterator[_Row]:
             failures += 1
             continue
         failures = 0
-        yield [(numbers.re(x), values.perturb(numbers.re(y))) for x, y in row]
+        yield [(numbers.re(x), values.off(numbers.re(y))) for x, y in row]
         if any(numbers.im(x) for x, _ in row):
-            yield [(numbers.im(x), values.perturb(numbers.im(y))) for x, y in row]
+            yield [(numbers.im(x), values.off(numbers.im(y))) for x, y in row]
     raise NotRealError(f"a part of {', '.join(map(str, functions))} has no finite real value.")
 
 
 def _echelon(rows: Iterable[_Row], idle: int) -> _Echelon:
     """Reduce rows until there is one for each column, or so many in a row have nothing new."""
-    echelon: _Echelon = {}
-    without, perturb = 0, perturbation(0)
+    found: _Echelon = {}
+    without, off = 0, rounding(0)
     for row in rows:
         lead, pivot = row, _first(row)
-        while pivot in echelon:
-            lead = _less(lead, echelon[pivot], pivot)
+        while pivot in found:
+            lead = _less(lead, found[pivot], pivot)
             pivot = _first(lead, pivot + 1)
         without = without + 1 if pivot is None else 0
         if pivot is not None:
-            number, perturbed = lead[pivot]
+            number, moved = lead[pivot]
             # Off once more: what a row brings into others cancels alike in both numbers.
-            echelon[pivot] = [(x / number, perturb(y / perturbed)) for x, y in lead]
-        if len(echelon) == len(row):
-            return {j: [exactly(numbers.mpf(i == j)) for i in range(len(row))] for j in echelon}
+            found[pivot] = [(x / number, off(y / moved)) for x, y in lead]
+        if len(found) == len(row):
+            return {j: [exactly(numbers.mpf(i == j)) for i in range(len(row))] for j in found}
         if without == idle:
             break
-    for j in sorted(echelon, reverse=True):
-        for i in sorted(i for i in echelon if i > j):
-            echelon[j] = _less(echelon[j], echelon[i], i)
-        echelon[j] = [NOTHING if is_zero(value) else value for value in echelon[j]]
-    return echelon
+    for j in sorted(found, reverse=True):
+        for i in sorted(i for i in found if i > j):
+            found[j] = _less(found[j], found[i], i)
+        found[j] = [NOTHING if is_nothing(value) else value for value in found[j]]
+    return found
 
 
 def _first(row: _Row, start: int = 0) -> int | None:
     """The first column from one on in which something is."""
-    return next((j for j in range(start, len(row)) if not is_zero(row[j])), None)
+    return next((j for j in range(start, len(row)) if not is_nothing(row[j])), None)
 
 
 def _less(row: _Row, lead: _Row, j: int) -> _Row:
     """A row less what it has in column j of another, whose number there is 1."""
-    share, perturbed = row[j]
+    share, moved = row[j]
     left = [
-        (x - share * a, y - perturbed * b) for (x, y), (a, b) in zip(row[j:], lead[j:], strict=True)
+        (x - share * a, y - moved * b) for (x, y), (a, b) in zip(row[j:], lead[j:], strict=True)
     ]
     return [*row[:j], *left]
 
 
-def _finished(echelon: _Echelon) -> tuple[list[Row], list[int]]:
-    pivots = sorted(echelon)
-    return [[_fraction(x) if x else Fraction(0) for x, _ in echelon[j]] for j in pivots], pivots
+def _finished(found: _Echelon) -> tuple[list[Row], list[int]]:
+    pivots = sorted(found)
+    return [[_fraction(x) if x else Fraction(0) for x, _ in found[j]] for j in pivots], pivots
 
 
 def _fraction(number: Any) -> Fraction:

@@ -22,7 +22,7 @@ from sympy.functions.elementary.miscellaneous import Max, Min
 from axisid.modeling.quantities import DIRECTION, extreme
 from axisid.support.errors import ModelError
 
-from .point_value import CANNOT, draw, numbers, value_at, zero
+from .point_value import CANNOT, drawn, numbers, value_at, zero
 
 _POINTS = 6
 _STARTS = (-1.5, 0.5)  # velocities from which an edge is looked for, also one of either sign
@@ -79,8 +79,8 @@ def _is_continuous(force: sympy.Expr, velocity: sympy.Symbol, edge: sympy.Expr) 
 
 def _number(symbol: sympy.Symbol, turn: int) -> Any:
     """In place of a symbol, first positive, then of either sign."""
-    turned = turn > 1 and draw(turn, "turned", symbol.name) < 1
-    return -draw(turn, symbol.name) if turned else draw(turn, symbol.name)
+    turned = turn > 1 and drawn(turn, "turned", symbol.name) < 1
+    return -drawn(turn, symbol.name) if turned else drawn(turn, symbol.name)
 
 
 def _places(edge: sympy.Expr, velocity: sympy.Symbol, point: _Point) -> list[Any]:
@@ -140,7 +140,7 @@ def slope(value: sympy.Expr, variable: sympy.Symbol, what: str) -> sympy.Expr:
     ModelError
         The expression jumps where the variable passes a value.
     """
-    derivative = _derivative(value, variable, {})
+    derivative = _Slopes(variable)(value)
     impulses = derivative.atoms(sympy.DiracDelta)
     for impulse in impulses:
         if not _is_continuous(value, variable, impulse.args[0]):
@@ -158,53 +158,66 @@ def slope(value: sympy.Expr, variable: sympy.Symbol, what: str) -> sympy.Expr:
 
 def plain_slope(value: sympy.Expr, variable: sympy.Symbol) -> sympy.Expr:
     """The same away from where an expression jumps."""
-    derivative = _derivative(value, variable, {})
+    derivative = _Slopes(variable)(value)
     return derivative.xreplace(dict.fromkeys(derivative.atoms(sympy.DiracDelta), sympy.S.Zero))
 
 
-def _derivative(
-    value: sympy.Expr, variable: sympy.Symbol, known: dict[sympy.Expr, sympy.Expr]
-) -> sympy.Expr:
-    """A derivative by the chain rule, each node's once.
+class _Slopes:
+    """Derivatives by a variable, each node's once.
 
-    SymPy would ask which side of a kink is the larger, and whether its arguments are real.
+    What has a kink stands for itself in SymPy's derivative: SymPy would ask which side is the
+    larger, and whether the arguments are real.
     """
-    if variable not in value.free_symbols:
-        return sympy.S.Zero
-    if value == variable:
-        return sympy.S.One
-    if value not in known:
-        powers = value.args if value.is_Mul else (value,)
-        if not (any(power.is_Pow for power in powers) or value.has(*_RATES, Max, Min)):
-            known[value] = value.diff(variable)
-        elif isinstance(value, sympy.Piecewise):
-            pairs = [(_derivative(piece, variable, known), when) for piece, when in value.args]
-            known[value] = sympy.Piecewise(*pairs)
-        else:
-            rates = [_derivative(argument, variable, known) for argument in value.args]
-            terms = (rate * _partial(value, i) for i, rate in enumerate(rates) if rate != 0)
-            known[value] = sympy.Add(*terms)
-    return known[value]
 
+    def __init__(self, variable: sympy.Symbol) -> None:
+        self._variable = variable
+        self._made: dict[sympy.Expr, sympy.Expr] = {}
 
-def _partial(value: sympy.Expr, i: int) -> sympy.Expr:
-    """Derivative of a node by one of its arguments."""
-    argument, others = value.args[i], [*value.args[:i], *value.args[i + 1 :]]
-    if value.is_Add:
-        return sympy.S.One
-    if value.is_Mul:
-        return sympy.Mul(*others)
-    if value.is_Pow and i == 0:
-        # SymPy writes base**exp / base, which has no value where a hinge is 0.
-        return value.exp * argument ** (value.exp - 1)
-    if isinstance(value, (Max, Min)):
+    def __call__(self, value: sympy.Expr) -> sympy.Expr:
+        if self._variable not in value.free_symbols:
+            return sympy.S.Zero
+        if value not in self._made:
+            self._made[value] = self._of(value)
+        return self._made[value]
+
+    def _of(self, value: sympy.Expr) -> sympy.Expr:
+        if isinstance(value, (Max, Min)):
+            return self._of_extreme(value)
+        if isinstance(value, (sympy.Abs, sympy.sign, sympy.Heaviside)):
+            inside = value.args[0]
+            return _RATES[value.func](inside) * self(inside)
+        if value.is_Pow and self._variable not in value.exp.free_symbols:
+            # SymPy writes base**exp / base, which has no value where a hinge is 0.
+            return value.exp * value.base ** (value.exp - 1) * self(value.base)
+        if value.is_Mul and any(factor.is_Pow for factor in value.args):
+            return self._of_product(value)
+        kinks = {node: sympy.Dummy(real=True) for node in _outermost_kinks(value)}
+        outer = value.xreplace(kinks)
+        derivative = outer.diff(self._variable)
+        for node, size in kinks.items():
+            slope = self(node)
+            if slope != 0:
+                derivative += outer.diff(size) * slope
+        return derivative.xreplace({size: node for node, size in kinks.items()})
+
+    def _of_product(self, value: sympy.Mul) -> sympy.Expr:
+        terms = []
+        for factor in value.args:
+            slope = self(factor)
+            if slope != 0:
+                terms.append(slope * sympy.Mul(*(other for other in value.args if other != factor)))
+        return sympy.Add(*terms)
+
+    def _of_extreme(self, value: sympy.Expr) -> sympy.Expr:
         sign = 1 if isinstance(value, Max) else -1
-        return sympy.Heaviside(sign * (argument - extreme(value.func, others)), evaluate=False)
-    if value.func in _RATES:
-        return _RATES[value.func](argument)
-    inner = sympy.Dummy(real=True)
-    outer = value.func(*value.args[:i], inner, *value.args[i + 1 :])
-    return outer.diff(inner).xreplace({inner: argument})
+        terms = []
+        for argument in value.args:
+            slope = self(argument)
+            if slope != 0:
+                others = extreme(value.func, [other for other in value.args if other != argument])
+                step = sympy.Heaviside(sign * (argument - others), evaluate=False)
+                terms.append(slope * step)
+        return sympy.Add(*terms)
 
 
 _RATES = {
@@ -212,6 +225,15 @@ _RATES = {
     sympy.sign: lambda inside: 2 * sympy.DiracDelta(inside, evaluate=False),
     sympy.Heaviside: lambda inside: sympy.DiracDelta(inside, evaluate=False),
 }
+
+
+def _outermost_kinks(value: sympy.Expr) -> Iterator[sympy.Expr]:
+    """The nodes with kinks that are not within others."""
+    walk = sympy.preorder_traversal(value)
+    for node in walk:
+        if isinstance(node, (Max, Min, sympy.Abs, sympy.sign, sympy.Heaviside)):
+            walk.skip()
+            yield node
 
 
 def _without_needless_steps(product: sympy.Mul) -> sympy.Expr:

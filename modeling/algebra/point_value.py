@@ -62,7 +62,7 @@ _COMPARED: dict[Any, Callable[[Any, Any], bool]] = {
 }
 
 
-def is_zero(value: Value) -> bool:
+def is_nothing(value: Value) -> bool:
     """Whether a number is what rounding left of nothing.
 
     Raises
@@ -70,23 +70,23 @@ def is_zero(value: Value) -> bool:
     ValueError
         It is not finite.
     """
-    number, perturbed = value
-    if not (numbers.isfinite(number) and numbers.isfinite(perturbed)):
+    number, moved = value
+    if not (numbers.isfinite(number) and numbers.isfinite(moved)):
         raise ValueError("it is not finite")
-    return bool(abs(number) <= _NOTHING * abs(number - perturbed))
+    return bool(abs(number) <= _NOTHING * abs(number - moved))
 
 
-def perturbation(seed: int) -> Callable[[Any], Any]:
+def rounding(seed: int) -> Callable[[Any], Any]:
     """What moves numbers as rounding does, each by another share."""
     source, share = random.Random(seed), numbers.ldexp(1, _SPARE_BITS - numbers.prec)  # noqa: S311
     return lambda number: number + number * share * source.uniform(0.5, 1.5)
 
 
-def perturbed_decimal(number: Fraction) -> Value:
+def off_as_decimal(number: Fraction) -> Value:
     """A declared number, which is rounded if it is not whole."""
     value = numbers.mpf(number.numerator) / number.denominator
     share = _DECIMAL if number.denominator != 1 else numbers.ldexp(1, _SPARE_BITS - numbers.prec)
-    return value, value + value * share * draw(0, "number", str(number))
+    return value, value + value * share * drawn(0, "number", str(number))
 
 
 def vanishes(expression: sympy.Expr) -> bool:
@@ -96,7 +96,7 @@ def vanishes(expression: sympy.Expr) -> bool:
     try:
         points = Points(expression)
         with points.digits():
-            return all(is_zero(points.at(turn)(expression)) for turn in range(points.count))
+            return all(is_nothing(points.at(turn)(expression)) for turn in range(points.count))
     except CANNOT:
         return False
 
@@ -129,8 +129,8 @@ def _changes(
 ) -> bool:
     """Whether the value changes when the symbols do, and nothing else."""
     one, less = points.at(turn)(expression)
-    other, more = points.elsewhere(turn, symbols)(expression)
-    return not is_zero((one - other, less - more))
+    other, more = points.beside(turn, symbols)(expression)
+    return not is_nothing((one - other, less - more))
 
 
 def value_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> Any:
@@ -188,90 +188,63 @@ class Points:
         self._edges = sorted(edges, key=sympy.default_sort_key)
         self.count = _SIDES + 4 * len(edges) if decisive else _POINTS
         self._bits = numbers.prec
-        self._at_turns: dict[int, _Values] = {}
+        self._made: dict[int, _Drawn] = {}
         with contextlib.suppress(*CANNOT):
             for expression in expressions:
                 self.at(0)(expression)
         if self.at(0).span > numbers.prec:
             # At usual digits log(1 + exp(x - 3000)) would be the logarithm of 1.
             self._bits = min(numbers.prec + self.at(0).span, _MOST_BITS)
-            self._at_turns = {}
+            self._made = {}
 
     def look_closer(self) -> None:
         """Take twice as many digits."""
         self._bits *= 2
-        self._at_turns = {}
+        self._made = {}
 
     def digits(self) -> Any:
         """In as many digits as what stands in the expressions needs."""
         return numbers.workprec(self._bits)
 
-    def at(self, turn: int) -> "_Values":
+    def at(self, turn: int) -> "_Drawn":
         """Values at one of the points."""
-        if turn not in self._at_turns:
-            point = _Values(self.given, self, turn)
+        if turn not in self._made:
+            made = _Drawn(self, turn)
             size = len(self._edges)
             if size:
-                self._place(point, turn, self._edges[turn % size], 1 - 2 * (turn // size % 2))
-                other = int(1000 * draw(turn, "edge"))
-                self._place(point, turn, self._edges[other % size], (-1) ** other)
-            self._at_turns = {turn: point}
-        return self._at_turns[turn]
+                made.place(self._edges[turn % size], 1 - 2 * (turn // size % 2))
+                other = int(1000 * made.drawn("edge"))
+                made.place(self._edges[other % size], (-1) ** other)
+            self._made = {turn: made}
+        return self._made[turn]
 
-    def _place(self, point: "_Values", turn: int, decisive: sympy.Expr, side: int) -> None:
-        """Give a symbol a number on a side of the place where a sign changes, if there is one."""
-        free = decisive.free_symbols - self.given.keys() - point.placed.keys()
-        for symbol in sorted(free, key=lambda s: draw(turn, "moved", s.name)):
-
-            def value(place: Any, symbol: sympy.Symbol = symbol) -> Any:
-                there = _Values(self.given, self, turn)
-                there.values |= {**point.placed, symbol: exactly(place)}
-                return numbers.re(there(decisive)[0])
-
-            with contextlib.suppress(*CANNOT):
-                place = zero(value, draw(turn, "symbol", symbol.name))
-                step = side * (abs(place) + 1) * _BESIDE * draw(turn, "beside", symbol.name)
-                if value(place - step) * value(place + step) < 0:
-                    point.placed[symbol] = exactly(place + step)
-                    point.values = {**self.given, **point.placed}
-                    return
-
-    def elsewhere(self, turn: int, symbols: AbstractSet[sympy.Symbol]) -> "_Values":
+    def beside(self, turn: int, symbols: AbstractSet[sympy.Symbol]) -> "_Drawn":
         """Values where some symbols are others than at a point."""
         here = self.at(turn)
-        there = _Values(self.given, self, turn)
+        there = _Drawn(self, turn)
         there.values |= here.placed
         for symbol in symbols:
-            there.values[symbol] = exactly(draw(turn, "other", symbol.name))
+            there.values[symbol] = exactly(here.drawn("other", symbol.name))
         return there
 
 
 class _Values:
-    """Real values where symbols have numbers; at one of several points all others have some, too.
+    """Real values, where symbols have numbers.
 
     Attributes
     ----------
     values : dict
         By expression.
-    placed : dict
-        Symbols that are close to an edge.
     span : int
         Binary digits between the largest and the smallest term of a sum.
-    perturb : callable
+    off : callable
         Moves a number as rounding does.
     """
 
-    def __init__(
-        self,
-        given: Mapping[sympy.Symbol, Value],
-        points: "Points | None" = None,
-        turn: int = 0,
-    ) -> None:
+    def __init__(self, given: Mapping[sympy.Symbol, Value], turn: int = 0) -> None:
         self.values: dict[sympy.Basic, Value] = dict(given)
-        self.placed: dict[sympy.Symbol, Value] = {}
         self.span = 0
-        self.perturb = perturbation(turn)
-        self._points, self._turn = points, turn
+        self.off = rounding(turn)
 
     def __call__(self, node: sympy.Basic) -> Value:
         if node not in self.values:
@@ -287,9 +260,7 @@ class _Values:
         if node.is_Add:
             sizes = [numbers.mag(v) for v, _ in inner if v and numbers.isfinite(v)]
             self.span = max([self.span, max(sizes) - min(sizes)] if sizes else [self.span])
-            return numbers.fsum(v for v, _ in inner), numbers.fsum(
-                self.perturb(m) for _, m in inner
-            )
+            return numbers.fsum(v for v, _ in inner), numbers.fsum(self.off(m) for _, m in inner)
         if node.is_Mul:
             return numbers.fprod(v for v, _ in inner), numbers.fprod(m for _, m in inner)
         if node.is_Pow:
@@ -308,32 +279,18 @@ class _Values:
         return self._opaque(node, [number for number, _ in inner])
 
     def _real(self, number: Any) -> Any:
-        # What is not real at one of several points may be elsewhere.
-        return _real(number) if self._points is None else numbers.re(number)
+        return _real(number)
 
     def _side(self, value: Value) -> Any:
-        if self._points is not None and is_zero(value):
-            return numbers.zero
-        return numbers.sign(self._real(value[0]))
+        return numbers.sign(_real(value[0]))
 
     def _symbol(self, symbol: sympy.Symbol) -> Value:
-        if self._points is None:
-            raise ValueError(f"{symbol} has no value")
-        if symbol == DIRECTION and self._points.velocity is not None:
-            return exactly(self._side(self(self._points.velocity)))
-        times = int(_SPREAD * draw(self._turn, "size", symbol.name)) - _SPREAD
-        size = numbers.ldexp(draw(self._turn, "symbol", symbol.name), times)
-        turned = symbol in self._points.signed and draw(self._turn, "turned", symbol.name) < 1
-        return exactly(-size if turned else size)
+        raise ValueError(f"{symbol} has no value")
 
     def _opaque(self, node: sympy.Basic, inner: Iterable[Any]) -> Value:
-        name = type(node).__name__
-        if self._points is not None:
-            digits = (str(numbers.nstr(number, _TOLD)) for number in inner)
-            return exactly(draw(self._turn, name, *digits))
         if isinstance(node, sympy.atan2):
             return exactly(numbers.atan2(*map(_real, inner)))
-        raise TypeError(f"{name} has no value")
+        raise TypeError(f"{type(node).__name__} has no value")
 
     def _chosen(self, node: sympy.Basic) -> sympy.Basic:
         for value, condition in node.args:
@@ -350,6 +307,62 @@ class _Values:
         if isinstance(condition, sympy.ITE):
             return held[1] if held[0] else held[2]
         return bool(condition.func(*held))
+
+
+class _Drawn(_Values):
+    """Values at a point that is drawn.
+
+    Attributes
+    ----------
+    placed : dict
+        Symbols that are close to an edge.
+    """
+
+    def __init__(self, points: Points, turn: int) -> None:
+        super().__init__(points.given, turn)
+        self.placed: dict[sympy.Symbol, Value] = {}
+        self._points, self._turn = points, turn
+
+    def drawn(self, *about: str) -> Any:
+        """A number of its own for what has a name, between 1/2 and 3/2."""
+        return drawn(self._turn, *about)
+
+    def _symbol(self, symbol: sympy.Symbol) -> Value:
+        if symbol == DIRECTION and self._points.velocity is not None:
+            return exactly(self._side(self(self._points.velocity)))
+        times = int(_SPREAD * self.drawn("size", symbol.name)) - _SPREAD
+        size = numbers.ldexp(self.drawn("symbol", symbol.name), times)
+        turned = symbol in self._points.signed and self.drawn("turned", symbol.name) < 1
+        return exactly(-size if turned else size)
+
+    def _real(self, number: Any) -> Any:
+        return numbers.re(number)  # what is not real there may be elsewhere
+
+    def _side(self, value: Value) -> Any:
+        return numbers.zero if is_nothing(value) else numbers.sign(numbers.re(value[0]))
+
+    def _opaque(self, node: sympy.Basic, inner: Iterable[Any]) -> Value:
+        return exactly(
+            self.drawn(type(node).__name__, *(str(numbers.nstr(number, _TOLD)) for number in inner))
+        )
+
+    def place(self, decisive: sympy.Expr, side: int) -> None:
+        """Give a symbol a number on a side of the place where a sign changes, if there is one."""
+        free = decisive.free_symbols - self._points.given.keys() - self.placed.keys()
+        for symbol in sorted(free, key=lambda s: self.drawn("moved", s.name)):
+
+            def value(place: Any, symbol: sympy.Symbol = symbol) -> Any:
+                there = _Drawn(self._points, self._turn)
+                there.values |= {**self.placed, symbol: exactly(place)}
+                return numbers.re(there(decisive)[0])
+
+            with contextlib.suppress(*CANNOT):
+                place = zero(value, self.drawn("symbol", symbol.name))
+                step = side * (abs(place) + 1) * _BESIDE * self.drawn("beside", symbol.name)
+                if value(place - step) * value(place + step) < 0:
+                    self.placed[symbol] = exactly(place + step)
+                    self.values = {**self._points.given, **self.placed}
+                    return
 
 
 def _decisive(kink: sympy.Basic) -> Iterator[sympy.Expr]:
@@ -378,7 +391,7 @@ def zero(value: Callable[[Any], Any], start: Any) -> Any:
 def _number(node: sympy.Expr) -> Value:
     if node.is_Float:
         number = numbers.mpf(str(node))
-        return number, number + number * _DECIMAL * draw(0, "decimal", str(node))
+        return number, number + number * _DECIMAL * drawn(0, "decimal", str(node))
     if node.is_Rational:
         return exactly(numbers.mpf(node.p) / node.q)
     return exactly(numbers.mpmathify(sympy.N(node, numbers.dps)))
@@ -399,7 +412,7 @@ def _both(function: Callable[[Any], Any], value: Value) -> Value:
     return function(value[0]), function(value[1])
 
 
-def draw(turn: int, *about: str) -> Any:
+def drawn(turn: int, *about: str) -> Any:
     """A number between 1/2 and 3/2, another one for each turn and name."""
     digest = hashlib.sha256("\n".join((str(turn), *about)).encode()).digest()
     return numbers.mpf(int.from_bytes(digest, "big")) / 2 ** (8 * len(digest)) + 0.5

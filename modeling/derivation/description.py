@@ -160,13 +160,7 @@ class Section:
 def derived_sections(model: AxisModel) -> tuple[Section, ...]:
     """Base parameters if others were declared, both models, the map, what is identifiable."""
     if model.states:
-        states = Section(
-            title="Internal states",
-            lines=tuple(line for state in model.states for line in _of_state(state)),
-            note="what friction remembers, by its rate of change; no record has it, so that there "
-            "are no regressors and no least squares: fit the simulated loop",
-        )
-        return (_inverse(model), states, _direct(model), *_unchecked(model))
+        return _remembering_sections(model)
     base = []
     if model.base.changed:
         lines = tuple(
@@ -218,6 +212,21 @@ def _direct(model: AxisModel) -> Section:
     return Section(
         title="Direct dynamic model",
         lines=(Formula(name=acceleration, value=model.acceleration),),
+    )
+
+
+def _remembering_sections(model: AxisModel) -> tuple[Section, ...]:
+    """The models with internal states, the states' equations, and why there are no rows."""
+    return (
+        _inverse(model),
+        Section(
+            title="Internal states",
+            lines=tuple(line for state in model.states for line in _of_state(state)),
+            note="what friction remembers, by its rate of change; no record has it, so that there "
+            "are no regressors and no least squares: fit the simulated loop",
+        ),
+        _direct(model),
+        *_unchecked(model),
     )
 
 
