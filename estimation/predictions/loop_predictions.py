@@ -10,6 +10,7 @@ from functools import lru_cache
 from itertools import chain
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.choices import CONTROL, FORCE
@@ -342,32 +343,33 @@ def memory_deviations(axis: GeneratedAxis, record: Record) -> list[Array]:
         With a control law.
     record : Record
     """
-    size, influences, residuals, every_counted = law_memory(axis), list[Array](), [], []
-    for span in record.spans:
+    size, influences = law_memory(axis), dict[int, Array]()
+    residuals, every_counted = list[Array](), list[NDArray[np.bool_]]()
+    for segment, span in enumerate(record.spans):
         read = as_read_by_law(axis, record, span)
         memory = first_memory(axis, read, span)
-        influences.append(np.zeros((0, 0)))
         if memory is None:
             continue
         (residual, counted), ticks = law_residual(axis, record, span), law_ticks(axis, read, span)
         slopes = slopes_along(axis, ticks, memory)
         slopes = np.where(counted[:, None] & np.isfinite(slopes), slopes, 0.0)
         norms = np.linalg.norm(slopes[:START_SAMPLES], axis=0)
-        unit = slopes / np.where(norms > 0, norms, 1.0)
+        norms = np.where(norms > 0, norms, 1.0)
+        unit = slopes / norms
         inverse = np.linalg.pinv(unit[:START_SAMPLES], rcond=MIN_MEMORY_EFFECT)
-        influences[-1] = inverse / np.where(norms > 0, norms, 1.0)[:, None]
+        influences[segment] = inverse / norms[:, None]
         explained = unit @ np.linalg.lstsq(unit, residual, rcond=MIN_MEMORY_EFFECT)[0]
         residuals.append(residual - explained)
         every_counted.append(counted)
-    if not residuals:
-        return [np.zeros((0, size))] * len(influences)
+    roots = [np.zeros((0, size)) for _ in record.spans]
+    if not influences:
+        return roots
     model = autoregression_of(residuals, record.period, every_counted)
-    used = int(np.sum(np.concatenate(every_counted)))
+    used = sum(map(np.count_nonzero, every_counted))
     widened = used / max(used - size * len(residuals), 1)
-    roots = []
-    for influence in influences:
+    for segment, influence in influences.items():
         variances, directions = np.linalg.eigh(widened * model.coloured(influence.T))
-        roots.append(np.sqrt(np.maximum(variances, 0.0))[:, None] * directions.T)
+        roots[segment] = np.sqrt(np.maximum(variances, 0.0))[:, None] * directions.T
     return roots
 
 
