@@ -128,6 +128,12 @@ class Chain:
         """Whether a twin with it would be the loop without noise."""
         return not any(getattr(self, each.name) for each in fields(self) if each.name not in _FLAGS)
 
+    @property
+    def is_random(self) -> bool:
+        """Whether two twins with it differ: steps alone are the same in each."""
+        of_chance = ("position", *_SENSORS, "jitter", "anywhere", *_AUTOREGRESSIONS)
+        return any(getattr(self, name) for name in of_chance)
+
     def told(self, unit: str, of_control: str) -> str:
         """In words, by the units of the coordinate and of the drive's control."""
         parts = [

@@ -45,18 +45,24 @@ def read_npz(file: Path, content: bytes, room: Room) -> Table:
     Raises
     ------
     DataError
-        It is damaged, or holds Python objects (which could run code) or no vectors, or it unfolds
-        to more than there is room for.
+        It is damaged, or holds Python objects (which could run code) or no vectors, its units
+        cannot be read, or it unfolds to more than there is room for.
     """
     builder = TableBuilder(room=room)
     damaged = DataError(
         f"{file} cannot be read as a NumPy archive (write one with numpy.savez)",
         code="log-file",
     )
+    no_units = DataError(
+        f'the entry {UNITS_ENTRY!r} of {file} is no JSON of units by name, such as '
+        '{"position": "mm"}; write it so, or leave it out and say units in the command',
+        code="log-file",
+    )
     with refusing(damaged), np.load(io.BytesIO(content), allow_pickle=False) as archive:
-        units = {}
-        with suppress(KeyError, ValueError):
-            units = msgspec.json.decode(str(archive[UNITS_ENTRY]), type=dict[str, str])
+        units = dict[str, str]()
+        if UNITS_ENTRY in archive.files:
+            with refusing(no_units):
+                units = msgspec.json.decode(str(archive[UNITS_ENTRY]), type=dict[str, str])
         for name, entry in zip(archive.files, archive.zip.infolist(), strict=True):
             room.take(entry.file_size)
             _add_entry(builder, name, archive, units)

@@ -219,7 +219,7 @@ def monte_carlo(
         runs=runs,
         seed=seed,
         methods=_methods(methods),
-        noise=noise_of(noise, made),
+        noise=noise_of(noise, made, runs),
         prefilter=Prefilter.given(prefilter).at_rate_of(twin_plan(made).period),
         checks=min(checks, runs) if is_whole(checks) and is_whole(runs) else checks,
         settings={"covariance": covariance, "lags": lags, "start": start, "loss": loss},

@@ -121,14 +121,15 @@ def stated_by(method: str, chosen: str) -> str:
     return COLOURED if fitted_output(method) else chosen
 
 
-def noise_of(given: object, twin: GeneratedAxis) -> Chain:
-    """The noise of an axis's twins, the experiment's where none is given.
+def noise_of(given: object, twin: GeneratedAxis, runs: object = 1) -> Chain:
+    """The noise of an axis's twins, so many of them; the experiment's where none is given.
 
     Raises
     ------
     UsageError
-        It is none, it begins anywhere in a count and the encoder has none, or it is beside the law
-        or not sampled evenly, which no twin of an experiment is.
+        It is none, it begins anywhere in a count and the encoder has none, it makes several twins
+        that are all the same, or it is beside the law or not sampled evenly, which no twin of an
+        experiment is.
     ModelError
         It disturbs what is logged.
     """
@@ -156,6 +157,12 @@ def noise_of(given: object, twin: GeneratedAxis) -> Chain:
             UsageError,
             "are to begin anywhere in a count, and their encoder has none; give its resolution, or "
             "leave it out",
+        ),
+        (
+            runs != 1 and not noise.is_random,
+            UsageError,
+            "would all be the same, since nothing of their noise is drawn; give one run, noise, or "
+            "an encoder with motions that begin anywhere in a count",
         ),
     ):
         if is_wrong:

@@ -256,8 +256,8 @@ class SampledFilter:
     def needed(self) -> int:
         """Samples that a stretch needs to give a row."""
         decimate = self.settings.decimate
-        padding = self.decimation.padding if decimate > 1 else 0
-        return max(self.low_pass.padding, padding, 2 * decimate) + sum(self.dropped) + 1
+        order = max(self.settings.order, _DECIMATION_ORDER if decimate > 1 else 0)
+        return max(_padding(order), 2 * decimate) + sum(self.dropped) + 1
 
     def check(self, samples: int, what: str = "the record") -> None:
         """Refuse a record, or its longest segment, that the settings cannot serve.
@@ -396,6 +396,10 @@ class Sections:
     padding: int
 
 
+def _padding(order: int) -> int:
+    return 3 * order
+
+
 # Designing a filter takes as long as applying it to a record; the designs are pure functions.
 @lru_cache(maxsize=64)
 def _designed(order: int, edge: float, ripple: float = 0.0) -> Sections:
@@ -405,4 +409,4 @@ def _designed(order: int, edge: float, ripple: float = 0.0) -> Sections:
     design = (
         cheby1(order, ripple, edge, output="sos") if ripple else butter(order, edge, output="sos")
     )
-    return Sections(frozen(design), frozen(sosfilt_zi(design)), padding=3 * order)
+    return Sections(frozen(design), frozen(sosfilt_zi(design)), _padding(order))

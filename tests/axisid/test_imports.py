@@ -8,6 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from axisid import Record, identify
+from axisid.codegen.generated_axes import GeneratedAxis
+
 STAGES = ("modeling", "codegen", "estimation")
 
 
@@ -30,9 +33,14 @@ def test_the_command_line_starts_without_the_stages() -> None:
 
 
 @pytest.mark.slow
-def test_the_stages_and_saved_results_leave_searches_signals_and_figures_to_their_use() -> None:
+def test_the_stages_and_saved_results_leave_searches_signals_and_figures_to_their_use(
+    emps2015: GeneratedAxis, twin: Record, tmp_path: Path
+) -> None:
+    file = tmp_path / "result.json"
+    identify(emps2015, twin, methods=["idm-ls"], bootstrap=0).save(file)
     rooms = ("estimation.studies", "presentation.saved", "exports.export")
-    modules = imported_by("import " + ", ".join(f"axisid.{room}" for room in rooms))
+    of_rooms = "import " + ", ".join(f"axisid.{room}" for room in rooms)
+    modules = imported_by(f"{of_rooms}\naxisid.load_result({str(file)!r})")
     assert "axisid.estimation.records.reading" in modules
     heavy = ("scipy.signal", "scipy.io", "scipy.stats", "scipy.interpolate", "scipy.optimize")
     assert not modules & {*heavy, "matplotlib", "pytest"}

@@ -210,6 +210,7 @@ def test_a_known_value_that_all_runs_share_has_no_coverage_and_may_be_wrong() ->
         ({"noise": 1e-6}, "noise"),
         ({"noise": Chain(anywhere=True)}, "study"),
         ({"noise": Chain(jitter=1e-5)}, "study"),
+        ({"noise": Chain(position_step=1e-5)}, "study"),  # every twin the same
         ({"noise": Chain(is_measured_by_law=False)}, "study"),
         ({"truth": {"m": 1.0}}, "twin"),
         ({"truth": {"M": "heavy"}}, "axis"),
