@@ -27,7 +27,7 @@ from output_error import CASES, TRUTH, declared, reference
 
 from axisid import AxisidError, build, fit, load_axis, read_record, twin_record
 from axisid.estimation.output_error import OutputFit
-from axisid.estimation.predictions import LoopPredictions, jacobian_at
+from axisid.estimation.prediction_errors import LoopPredictions, jacobian_at
 from axisid.estimation.regression import InverseForm
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -6,7 +6,7 @@ python docs/results_schema.py
 import json
 from pathlib import Path
 
-from axisid.presentation.saved import results_schema
+from axisid.presentation.result_files import results_schema
 
 FILE = Path(__file__).resolve().parent / "schema" / "results-1.json"
 

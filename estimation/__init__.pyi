@@ -4,12 +4,12 @@ from .batched import (
     identify_lanes as identify_lanes,
 )
 from .bootstrap import Chain as Chain
-from .checks import Check as Check, Levels as Levels
 from .control_law_search import (
     ExplainedLaw as ExplainedLaw,
     LawSearch as LawSearch,
     find_law as find_law,
 )
+from .diagnostic_checks import Check as Check, Levels as Levels
 from .diagnostics import (
     Alignment as Alignment,
     Diagnosis as Diagnosis,
@@ -22,6 +22,16 @@ from .identification import DriveTime as DriveTime
 from .input_tables import Provenance as Provenance, Repair as Repair
 from .lack_of_fit import JackknifeInterval as JackknifeInterval, LackOfFit as LackOfFit
 from .methods import METHODS as METHODS
+from .model_validation import (
+    Candidate as Candidate,
+    Comparison as Comparison,
+    FitValidation as FitValidation,
+    MethodValidation as MethodValidation,
+    Sweep as Sweep,
+    Validation as Validation,
+    default_cutoffs as default_cutoffs,
+    validate_fit as validate_fit,
+)
 from .monte_carlo import (
     CheckFigures as CheckFigures,
     Estimand as Estimand,
@@ -49,14 +59,4 @@ from .simulation import (
     BatchSimulation as BatchSimulation,
     Simulation as Simulation,
     simulate_batch as simulate_batch,
-)
-from .studies import (
-    Candidate as Candidate,
-    Comparison as Comparison,
-    FitValidation as FitValidation,
-    MethodValidation as MethodValidation,
-    Sweep as Sweep,
-    Validation as Validation,
-    default_cutoffs as default_cutoffs,
-    validate_fit as validate_fit,
 )

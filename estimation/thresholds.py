@@ -5,7 +5,7 @@ judges by them. A number that is only chosen or measured, for one room, is a con
 judges by it, with the reason.
 """
 
-from axisid.codegen.thresholds import Threshold
+from axisid.support.threshold import Threshold
 
 # Packed by hand, as a table: the formatter would make six lines of a row.
 # fmt: off

@@ -11,7 +11,7 @@ from emps_ladder_models import axis_with
 
 from axisid import Record, build, read_record
 from axisid.codegen import GeneratedAxis
-from axisid.estimation.predictions import WindowPredictions
+from axisid.estimation.prediction_errors import WindowPredictions
 from axisid.estimation.regression import InverseForm
 
 STEP = 1e-3  # s

@@ -8,6 +8,7 @@ from .axis_functions import axis_programs as axis_programs, law_by_gains as law_
 from .drive import (
     drive_force as drive_force,
 )
+from .expressions import over_time as over_time
 from .feed_forward import FeedForward as FeedForward, feed_forward as feed_forward
 from .loop_settings import (
     BLOCK as BLOCK,
@@ -25,7 +26,6 @@ from .loop_settings import (
     LoopSettings as LoopSettings,
     LoopStart as LoopStart,
 )
-from .lower import over_time as over_time
 from .plant import GAINS as GAINS
 from .program import (
     OPERATIONS as OPERATIONS,
@@ -35,4 +35,4 @@ from .program import (
     Program as Program,
     evaluate as evaluate,
 )
-from .switching import demanding_term as demanding_term
+from .switching import stiffest_term as stiffest_term

@@ -25,7 +25,7 @@ from axisid.modeling.quantities import (
 from axisid.support.errors import Missing
 
 from .drive import acting_control, drive_control, drive_force, within
-from .lower import Arguments, Lowering
+from .expressions import Arguments, Lowering
 from .plant import GAINS, closed_loop_step, plant_programs
 from .program import Builder, Program
 

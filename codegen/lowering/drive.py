@@ -16,7 +16,7 @@ from axisid.modeling.declaration import Axis, Drive, Response
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import CONTROL, DIRECTION, FORCE, number
 
-from .lower import Arguments, Lowering
+from .expressions import Arguments, Lowering
 from .program import Builder, Program
 
 

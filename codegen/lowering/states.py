@@ -16,7 +16,7 @@ from axisid.modeling.algebra import slope
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import DIRECTION, FORCE
 
-from .lower import Arguments
+from .expressions import Arguments
 from .program import Builder, Program
 from .switching import Switching
 

@@ -21,8 +21,8 @@ from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import AxisModel, motion_point
 from axisid.modeling.quantities import Signal, at_start, signals_in, with_numbers
 
+from .expressions import Arguments
 from .loop_settings import PASSED, RESOLVED
-from .lower import Arguments
 from .program import Program
 
 _RELATIONS = (
@@ -243,7 +243,7 @@ def _width(inside: sympy.Expr, position: sympy.Symbol) -> sympy.Expr:
     return sympy.Abs(inside.diff(position)) + sympy.sqrt(sympy.Abs(inside.diff(position, 2)))
 
 
-def demanding_term(
+def stiffest_term(
     axis: Axis, parameters: Sequence[float], motion: tuple[float, float], recorded: Sequence[float]
 ) -> tuple[str, float]:
     """The term whose damping, stiffness or waves are the fastest, and how many steps in a second.

@@ -3,7 +3,7 @@
 In: generated C. Out: native functions, or why there are none. Knows nothing of SymPy.
 """
 
-from .lanes import (
+from .batched_rows import (
     Decimation as Decimation,
     LaneLibrary as LaneLibrary,
     column_filter as column_filter,

@@ -16,7 +16,7 @@ import numpy as np
 from axisid.codegen.printers import has_known_part, print_c_lanes, with_c_loop
 from axisid.support.arrays import Array
 
-from .lanes import LaneLibrary
+from .batched_rows import LaneLibrary
 from .library import NativeLibrary
 from .library_cache import NativeUnavailableError, cached_library, compiled_library
 

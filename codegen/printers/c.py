@@ -265,7 +265,7 @@ def print_c_filter() -> str:
 
 
 def _joined(parts: Iterable[str]) -> str:
-    folder = resources.files(__package__) / "lanes"
+    folder = resources.files(__package__) / "batched_rows"
     return "".join((folder / part).read_text() for part in parts)
 
 

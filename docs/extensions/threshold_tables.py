@@ -11,7 +11,7 @@ from functools import cache
 from importlib import import_module
 from pathlib import Path
 
-from axisid.codegen.thresholds import Threshold
+from axisid.support.threshold import Threshold
 
 ROOT = Path(__file__).resolve().parents[2]
 _STAGES = ("codegen", "estimation")

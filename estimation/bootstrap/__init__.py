@@ -4,13 +4,13 @@ In: a problem, an estimate of it. Out: the chain of noise that the record was me
 twins, and by them the estimate's bias and deviations. Knows nothing of methods and of verdicts.
 """
 
-from .chain import (
+from .noise_estimation import measured_chain as measured_chain
+from .noise_model import (
     Autoregressions as Autoregressions,
     Chain as Chain,
     Draws as Draws,
     MeasuredChain as MeasuredChain,
 )
-from .measured_chain import measured_chain as measured_chain
 from .twins import (
     DEFAULT_COUNT as DEFAULT_COUNT,
     BootstrapCorrection as BootstrapCorrection,

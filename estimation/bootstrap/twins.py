@@ -24,7 +24,7 @@ from axisid.estimation.simulation import measured_positions
 from axisid.support.arrays import Array, in_few_digits
 from axisid.support.errors import DataError, EstimationError, UsageError, is_whole, quoted
 
-from .chain import Chain, Draws
+from .noise_model import Chain, Draws
 
 #: Enough for intervals.
 DEFAULT_COUNT = 32
@@ -220,11 +220,11 @@ class BootstrapCorrection:
     twins : Twins
     off : (R, p) array
         The twins' physical parameters, less those of their loops.
-    own_off : (R, k) array
+    theta_error : (R, k) array
         The same of the regression's own parameters.
     scale : (p,) array
         What deviations are to be multiplied by.
-    own_scale : (k,) array
+    theta_scale : (k,) array
         The same of the regression's own parameters.
     correlation, own_correlation : (p, p), (k, k) arrays
         Of either, as the twins scatter; of the covariance where they are too few to tell it.
@@ -234,9 +234,9 @@ class BootstrapCorrection:
 
     twins: Twins
     off: Array
-    own_off: Array
+    theta_error: Array
     scale: Array
-    own_scale: Array
+    theta_scale: Array
     correlation: Array
     own_correlation: Array
     residuals: Array
@@ -289,19 +289,19 @@ def bootstrap_correction(
         return None
     jacobian = form.physical(solution.theta)[1]
     regressed = form.regressed(twins.at)
-    own_off = np.array([each.theta for each in solved]) - regressed
+    theta_error = np.array([each.theta for each in solved]) - regressed
     off = np.array([form.physical(each.theta)[0] for each in solved]) - twins.at
     # Of the records, and then of each twin.
     own_covariances = [covariance.matrix(each) for each in (solution, *solved)]
     covariances = [delta_method(each, jacobian) for each in own_covariances]
     scale, correlations = _pivot(off, covariances, twins.at)
-    own_scale, own_correlations = _pivot(own_off, own_covariances, regressed)
+    theta_scale, own_correlations = _pivot(theta_error, own_covariances, regressed)
     return BootstrapCorrection(
         twins=twins,
         off=off,
-        own_off=own_off,
+        theta_error=theta_error,
         scale=scale,
-        own_scale=own_scale,
+        theta_scale=theta_scale,
         correlation=correlations,
         own_correlation=own_correlations,
         residuals=np.column_stack([each.residuals for each in solved]),

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from axisid.estimation.checks import Check
+from axisid.estimation.diagnostic_checks import Check
 from axisid.estimation.diagnostics import Checked
-from axisid.estimation.law_replay import LawTicks
+from axisid.estimation.law_replay import LawInputs
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds import MAX_LAW_RESIDUAL
 from axisid.modeling.control_laws import LAWS
@@ -78,12 +78,12 @@ class LawForm:
         times = [period * each for each in _FILTERS]
         return [1 / time / 2 for time in times] if self.extra == "pll_bandwidth" else times
 
-    def signals(self, ticks: LawTicks, period: float, extra: float | None) -> dict[str, Array]:
+    def signals(self, ticks: LawInputs, period: float, extra: float | None) -> dict[str, Array]:
         """The columns by name, (N,) each, at the samples of a record.
 
         Parameters
         ----------
-        ticks : LawTicks
+        ticks : LawInputs
             At the samples; the velocity is an ideal one.
         period : float
             s
@@ -106,7 +106,7 @@ class LawForm:
         }
         return {name: signals[name] for name in self.columns}
 
-    def _velocity(self, ticks: LawTicks, period: float, extra: float | None) -> Array:
+    def _velocity(self, ticks: LawInputs, period: float, extra: float | None) -> Array:
         how, position = self.words.get("velocity", "difference"), ticks.position
         if how == "ideal" or self.law == "cascade_pd":
             return ticks.velocity

@@ -9,7 +9,7 @@ from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.estimation.diagnostics.control_law import LawByGains, compared_as
 from axisid.estimation.law_replay import (
     LawAlong,
-    LawTicks,
+    LawInputs,
     as_logged,
     hides_command,
     measured_velocity,
@@ -112,7 +112,7 @@ class _AlongRecord:
     record : Record
     used, held_out : (N,) array of bool
         Samples that gains are found from, and those that a law is judged by.
-    ticks : LawTicks
+    ticks : LawInputs
         What a law reads.
     """
 
@@ -120,7 +120,7 @@ class _AlongRecord:
     record: Record
     used: NDArray[np.bool_]
     held_out: NDArray[np.bool_]
-    ticks: LawTicks
+    ticks: LawInputs
 
     @classmethod
     def of(cls, axis: GeneratedAxis, record: Record) -> "_AlongRecord":
@@ -134,7 +134,7 @@ class _AlongRecord:
             record=record,
             used=told & ~odd,
             held_out=told & odd,
-            ticks=LawTicks.at_samples(
+            ticks=LawInputs.at_samples(
                 np.asarray(record.commanded),
                 record.position,
                 measured_velocity(record.position, record.period),

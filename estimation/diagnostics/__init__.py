@@ -4,7 +4,7 @@ In: estimates and what they were made from. Out: `Diagnosis` with what rooms bel
 Knows nothing of how it is shown.
 """
 
-from axisid.estimation.checks import (
+from axisid.estimation.diagnostic_checks import (
     Belief as Belief,
     Checked as Checked,
     belief as belief,
@@ -53,7 +53,7 @@ from .excitation import (
 )
 from .records_alike import (
     Alike as Alike,
-    Difference as Difference,
+    EstimateDifference as EstimateDifference,
     RecordDifference as RecordDifference,
     RecordRegressor as RecordRegressor,
     alike_check as alike_check,

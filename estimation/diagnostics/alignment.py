@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.checks import Check, first_case, status_of
+from axisid.estimation.diagnostic_checks import Check, first_case, status_of
 from axisid.estimation.diagnostics.control_law import LawCheck
 from axisid.estimation.methods import METHODS, bound_record
 from axisid.estimation.misspecification import Misspecification, RecordScores, scores_of
@@ -31,7 +31,7 @@ from axisid.estimation.thresholds import (
 )
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import Missing, of_found
+from axisid.support.errors import Missing, unless_missing
 
 _EARLIEST, _LATEST = -1, 3  # samples
 _MOST_DECLARED = 8  # samples of a declared delay that may be told as none
@@ -89,7 +89,7 @@ def estimate_delay(
     return alignment_of(scores_of(data, physical, None, range(len(physical))))
 
 
-@of_found
+@unless_missing
 def alignment_of(scores: RecordScores) -> Alignment | Missing:
     """The delay of the force in a record with residuals of its model.
 
@@ -166,7 +166,7 @@ class ForceTiming:
         return f"shift.{self.role} = {self.samples} in run.toml"
 
 
-@of_found
+@unless_missing
 def alignment_check(
     delay: Alignment,
     data: FilteredRecord,
@@ -267,7 +267,7 @@ def declared_lateness(data: FilteredRecord) -> float:
     return float({"command": drive.delay + drive.lag, "applied": drive.lag}.get(drive.logged, 0.0))
 
 
-@of_found
+@unless_missing
 def force_timing(profile: Alignment, data: FilteredRecord) -> ForceTiming | Missing:
     """Whole samples between where a force is recorded and where it acts, or why they are unknown.
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import minimum_filter1d, shift
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.checks import Check, first_case, status_of
+from axisid.estimation.diagnostic_checks import Check, first_case, status_of
 from axisid.estimation.input_tables import exact_unit
 from axisid.estimation.records import Record, advised_interpolation, advised_shift, samples_apart
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
@@ -35,7 +35,7 @@ from axisid.estimation.thresholds import (
     MAX_SCALE_ERROR,
     MIN_DISTANCE_FROM_NOISE,
 )
-from axisid.support.arrays import Array, MaybeNan, covered, relative_error_percent
+from axisid.support.arrays import Array, MaybeNan, mask_of, relative_error_percent
 from axisid.support.errors import EstimationError, Missing
 
 # Hz, up to which columns are compared: far below any current loop's bandwidth
@@ -66,7 +66,7 @@ _MAX_LIMIT_EXCESS_SHARE = 1e-3
 
 def unmasked(record: Record) -> NDArray[np.bool_]:
     """Which samples are not masked, (N,)."""
-    return ~covered(record.masked, len(record))
+    return ~mask_of(record.masked, len(record))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

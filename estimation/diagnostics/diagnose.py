@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.checks import (
+from axisid.estimation.diagnostic_checks import (
     DEFAULT_LEVELS,
     Check,
     Levels,
@@ -32,7 +32,7 @@ from axisid.estimation.thresholds import (
     MIN_DISTANCE_FROM_NOISE,
     MIN_MODEL_SHARE,
 )
-from axisid.support.errors import Missing, of_found
+from axisid.support.errors import Missing, unless_missing
 
 from .alignment import alignment_check, declared_lateness
 from .column_comparison import force_check, limit_check, motion_check, scale_remedy
@@ -114,7 +114,7 @@ def _alignment(case: Case) -> Check | Missing:
     )
 
 
-@of_found
+@unless_missing
 def _delay(lacking: Sequence[Misspecification], case: Case) -> Misspecification | Missing | None:
     """The delay that the model lacks, which twins tell from noise."""
     if isinstance(case.scores, Missing) or not case.scores.twins:
@@ -122,7 +122,7 @@ def _delay(lacking: Sequence[Misspecification], case: Case) -> Misspecification 
     return next((lack for lack in lacking if lack.kind == "delay"), None)
 
 
-@of_found
+@unless_missing
 def _missing_terms(lacking: Sequence[Misspecification], case: Case) -> Check | Missing:
     aligned = _alignment(case)  # which says how late, where it fails
     terms = [lack for lack in lacking if not (lack.kind == "delay" and _fails(aligned))]
@@ -142,7 +142,7 @@ def _fails(found: Check | Missing | None) -> bool:
     return isinstance(found, Check) and found.status == "fail"
 
 
-@of_found
+@unless_missing
 def lacks_check(
     found: Sequence[Misspecification],
     name: str,

@@ -6,7 +6,13 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, told_or, unless_faulty
+from axisid.estimation.diagnostic_checks import (
+    DEFAULT_LEVELS,
+    Check,
+    Levels,
+    told_or,
+    unless_faulty,
+)
 from axisid.estimation.diagnostics.control_law import LawCheck, check_law
 from axisid.estimation.estimates import (
     Estimate,

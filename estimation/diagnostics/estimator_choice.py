@@ -10,7 +10,8 @@ from functools import partial
 
 import numpy as np
 
-from axisid.estimation.checks import (
+from axisid.estimation.choices import OPEN_LOOP_FIT, instruments_of
+from axisid.estimation.diagnostic_checks import (
     DEFAULT_LEVELS,
     WORST_FIRST,
     Check,
@@ -19,7 +20,6 @@ from axisid.estimation.checks import (
     status_of,
     unless_faulty,
 )
-from axisid.estimation.choices import OPEN_LOOP_FIT, instruments_of
 from axisid.estimation.estimates import (
     NOTICEABLE,
     Estimate,
@@ -29,7 +29,7 @@ from axisid.estimation.estimates import (
 from axisid.estimation.regression import factor
 from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION, MIN_FIRST_STAGE_F
 from axisid.support.arrays import Array, MaybeInfinite, MaybeNan
-from axisid.support.errors import Missing, of_found
+from axisid.support.errors import Missing, unless_missing
 
 #: Of a logged position: fewer are no noise.
 FEWEST_STEPS = 64  # in a motion: 32 moved a stiffness by 22 %, of which as much again told nothing
@@ -297,7 +297,7 @@ class InstrumentTests:
         return min(column.conditional_f for column in self.columns)
 
 
-@of_found
+@unless_missing
 def strength_check(tests: InstrumentTests, judged: Estimate) -> Check:
     """The weakest column of the regressor of an instrumental estimate, or of one beside `judged`.
 

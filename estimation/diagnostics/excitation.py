@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.checks import Check, first_case, status_of
+from axisid.estimation.diagnostic_checks import Check, first_case, status_of
 from axisid.estimation.estimates import Estimate, Value, physical_parameters
 from axisid.estimation.parameters import GAIN
 from axisid.estimation.regression import InverseForm

@@ -26,7 +26,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, first_case
+from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Levels, first_case
 from axisid.estimation.estimates import Estimate, part_of
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.regression import (
@@ -41,7 +41,7 @@ from axisid.estimation.regression import (
 from axisid.estimation.regression_problem import Problem
 from axisid.estimation.thresholds import MAX_REPEATED_SAMPLES, MIN_COMMON_SAMPLES
 from axisid.support.arrays import Array, relative_error_percent
-from axisid.support.errors import EstimationError, Missing, of_found
+from axisid.support.errors import EstimationError, Missing, unless_missing
 
 _OWN_PART = 1e-3  # of a column, below which others span it: slopes by differences are as exact
 _FEWEST = 5.0  # degrees of freedom from which scores tell what is chance
@@ -143,7 +143,7 @@ class RecordDifference:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Difference:
+class EstimateDifference:
     """Parameters of a record, length p, beside those of the others.
 
     Attributes
@@ -171,7 +171,7 @@ class Difference:
     untold: tuple[str, ...]
     levels: Levels
 
-    def only(self, places: Sequence[int]) -> "Difference":
+    def only(self, places: Sequence[int]) -> "EstimateDifference":
         """Of some of the parameters, whatever the others are."""
         return replace(
             self,
@@ -181,7 +181,7 @@ class Difference:
         )
 
     @property
-    def explained(self) -> "Difference":
+    def explained(self) -> "EstimateDifference":
         """The fewest parameters that explain it, one at least."""
         rest, chosen = [*range(len(self.difference))], list[int]()
         while not chosen or (rest and self.only(rest).apart.matters(self.levels)):
@@ -244,7 +244,7 @@ class Alike:
         makes no force to speak of.
     p_value : float
         The least of those that were tested first, allowed for their number.
-    differing : Difference or None
+    differing : EstimateDifference or None
         The parameters of the first that speaks against the rest, or of the one that differs most,
         that are not theirs; None where chance explains it.
     """
@@ -252,7 +252,7 @@ class Alike:
     records: tuple[RecordDifference | Missing, ...]
     against: tuple[int, ...]
     p_value: float
-    differing: Difference | None = None
+    differing: EstimateDifference | None = None
 
 
 def rows_alike(
@@ -267,7 +267,7 @@ def rows_alike(
     if estimate.counts is not None:
         return Missing("rows count by residuals, in a record alone by others than in all of them")
     weights, inference = estimate.row_weights, estimate.inference
-    residuals, common = inference.twins_residuals, inference.twins_off
+    residuals, common = inference.twins_residuals, inference.twin_errors
     X, Z = (weights[:, None] * each for each in (estimate.X, estimate.score_columns))
 
     def extended(columns: Array, instruments: Array) -> tuple[Array, Array, Array]:
@@ -345,7 +345,9 @@ def records_alike(
     chances = [each.p_value for each in first if isinstance(each, RecordDifference)]
     if not chances:
         return next(each for each in first if isinstance(each, Missing))
-    while tests := {i: e.apart for i, e in differences.items() if isinstance(e, Difference)}:
+    while tests := {
+        i: e.apart for i, e in differences.items() if isinstance(e, EstimateDifference)
+    }:
         worst = min(tests, key=lambda i: (tests[i].p_value, -tests[i].statistic))
         if _allowed(tests[worst].p_value, len(left)) >= levels.level:
             break
@@ -359,11 +361,11 @@ def records_alike(
         records=first,
         against=tuple(against),
         p_value=_allowed(min(chances), len(chances)),
-        differing=of_most.explained if isinstance(of_most, Difference) else None,
+        differing=of_most.explained if isinstance(of_most, EstimateDifference) else None,
     )
 
 
-@of_found
+@unless_missing
 def alike_check(
     found: Alike,
     names: Sequence[str],
@@ -428,7 +430,7 @@ def _tested(
     levels: Levels,
     aside: Sequence[int],
     number: int,
-) -> Difference | Missing:
+) -> EstimateDifference | Missing:
     """A record against those that have no parameters of their own, as records aside have."""
     columns = instruments = np.zeros((len(base), 0))
     alone, own = list[int](), list[int]()
@@ -452,7 +454,7 @@ def _tested(
     part, to_own = record.only([alone[j] for j in own]), np.eye(len(change))[-q:]
     to_others = np.pad(part.slopes, ((0, 0), (0, len(change) - base.shape[1])))
     mapped = (to_own, to_own + to_others, to_others)
-    return Difference(
+    return EstimateDifference(
         number=number,
         of=replace(part, values=part.values + to_others @ change),
         difference=to_own @ change,

@@ -96,7 +96,7 @@ class Inference(Exact):
         The noise of each record, as its twins have it; none without twins.
     twins_residuals : (n, R) array or None
         What the estimator leaves of each twin; None without twins that scatter.
-    twins_off : (R, k) array or None
+    twin_errors : (R, k) array or None
         The regression's own parameters of each twin, less those of its loops.
     """
 
@@ -111,7 +111,7 @@ class Inference(Exact):
     bias: Array | None = None
     chains: tuple[Chain, ...] = ()
     twins_residuals: Array | None = None
-    twins_off: Array | None = None
+    twin_errors: Array | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)

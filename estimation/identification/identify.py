@@ -22,7 +22,6 @@ from scipy.special import stdtrit
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated, build
 from axisid.estimation.bootstrap import DEFAULT_COUNT, check_count
-from axisid.estimation.checks import DEFAULT_LEVELS, Levels, unless_faulty
 from axisid.estimation.choices import (
     INSTRUMENT_STARTS,
     ROW_LOSSES,
@@ -30,6 +29,7 @@ from axisid.estimation.choices import (
     is_output_error,
     listed,
 )
+from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels, unless_faulty
 from axisid.estimation.diagnostics import Case
 from axisid.estimation.estimates import COVARIANCES, Estimate, student_interval
 from axisid.estimation.methods import METHODS, Bootstrap, estimate_by

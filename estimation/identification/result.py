@@ -8,8 +8,8 @@ from typing import Any, Protocol, TypeAlias, TypeVar
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.estimation.choices import INSTRUMENT_STARTS
+from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.estimation.diagnostics import Case, Diagnosis, diagnose
 from axisid.estimation.estimates import (
     Estimate,

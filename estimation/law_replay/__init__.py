@@ -1,20 +1,20 @@
 """A record's own loop: where its law is evaluated, what that gives there, where the loop starts.
 
-In: `Record`, axis. Out: `LawTicks`, `LoopStart`. Knows nothing of rows and parameters.
+In: `Record`, axis. Out: `LawInputs`, `LoopStart`. Knows nothing of rows and parameters.
 """
 
 from .law_gains import Compared as Compared, LawAlong as LawAlong, LawPoint as LawPoint
 from .law_run import (
-    LawTicks as LawTicks,
-    applied_terms as applied_terms,
+    LawInputs as LawInputs,
     as_logged as as_logged,
+    cached_per_record as cached_per_record,
     control_along as control_along,
     control_at_ticks as control_at_ticks,
     hides_command as hides_command,
-    known_of_record as known_of_record,
     late_in_log as late_in_log,
     law_along as law_along,
     law_memory as law_memory,
+    law_terms_along as law_terms_along,
     law_ticks as law_ticks,
     limit_in_log as limit_in_log,
     measured_velocity as measured_velocity,

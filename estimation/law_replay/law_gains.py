@@ -18,7 +18,7 @@ from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 
 from .law_run import (
-    LawTicks,
+    LawInputs,
     as_logged,
     commands_as_logged,
     late_in_log,
@@ -60,7 +60,7 @@ class LawAlong:
     ----------
     law : ControlLaw
         Its gains are those of no run.
-    ticks : LawTicks
+    ticks : LawInputs
         What it measured.
     control : (N,) array
         Recorded, without what was added to the law's.
@@ -77,7 +77,7 @@ class LawAlong:
     """
 
     law: ControlLaw
-    ticks: LawTicks
+    ticks: LawInputs
     control: Array
     limit: Array
     functions: Mapping[str, Any]
@@ -87,7 +87,7 @@ class LawAlong:
 
     @classmethod
     def of(
-        cls, axis: GeneratedAxis, law: ControlLaw, ticks: LawTicks, record: Record
+        cls, axis: GeneratedAxis, law: ControlLaw, ticks: LawInputs, record: Record
     ) -> "LawAlong":
         """A law, which need not be the axis's, along a record of one piece with a control."""
         declared = axis.axis.control

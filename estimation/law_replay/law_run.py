@@ -30,7 +30,7 @@ P = ParamSpec("P")
 V = TypeVar("V")
 
 
-def known_of_record(
+def cached_per_record(
     function: Callable[Concatenate[GeneratedAxis, Record, P], V],
 ) -> Callable[Concatenate[GeneratedAxis, Record, P], V]:
     """A function of an axis and a record that is asked in every iteration, and computed once.
@@ -52,7 +52,7 @@ def known_of_record(
     return cached
 
 
-@known_of_record
+@cached_per_record
 def two_clocks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> TwoClocks | None:
     """When the law is evaluated along a segment of a record; None at each of its samples.
 
@@ -98,7 +98,7 @@ def _first_change(control: Array, samples: float) -> float:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LawTicks:
+class LawInputs:
     """The signals that a law reads, where it is evaluated.
 
     Attributes
@@ -133,7 +133,7 @@ class LawTicks:
         velocity: Array,
         recorded: tuple[Array, ...] = (),
         added: Array | None = None,
-    ) -> "LawTicks":
+    ) -> "LawInputs":
         """A law that is evaluated at the samples of a log, (N,) each; nothing added by default."""
         return cls(
             reference=reference,
@@ -147,11 +147,11 @@ class LawTicks:
     def __len__(self) -> int:
         return len(self.reference)
 
-    def first(self, samples: int) -> "LawTicks":
+    def first(self, samples: int) -> "LawInputs":
         """Those of the first samples of the log."""
         held = self.held[:samples]
         until = int(held[-1]) + 1
-        return LawTicks(
+        return LawInputs(
             reference=self.reference[:until],
             position=self.position[:until],
             velocity=self.velocity[:until],
@@ -183,7 +183,7 @@ def recorded_inputs(
 
 def law_ticks(
     axis: GeneratedAxis, record: Record, span: tuple[int, int], *, noisy: bool = False
-) -> LawTicks:
+) -> LawInputs:
     """What the law of an axis measured along a segment of a record with a reference.
 
     An ideal velocity is of the low-passed positions, or noisy, of all that is in them: for what
@@ -206,7 +206,7 @@ def law_ticks(
         position, velocity = (
             at_times(clocks.times, rows, each, "spline") for each in (position, velocity)
         )
-    return LawTicks(
+    return LawInputs(
         reference=inputs.reference,
         position=position,
         velocity=velocity,
@@ -316,7 +316,7 @@ def with_drive(
     return replace(start, memory=np.concatenate([memory, [last] * path.is_limited, pending]))
 
 
-def state_at_rest(axis: GeneratedAxis, ticks: LawTicks) -> Array:
+def state_at_rest(axis: GeneratedAxis, ticks: LawInputs) -> Array:
     """What the drive remembers of an axis at rest at the first evaluation, (m,)."""
     read = ticks.reference[0], ticks.position[0], *(values[0] for values in ticks.recorded)
     return np.asarray(axis.functions["control_start"](*read).full().ravel()[: law_memory(axis)])
@@ -327,7 +327,7 @@ def law_memory(axis: GeneratedAxis) -> int:
     return int(axis.functions["control_law"].size1_in("state"))
 
 
-def law_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+def law_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
     """What the control law gives along recorded signals, as the log has it, (N,).
 
     Before the drive's limit, but of a log that hides the commands.
@@ -336,32 +336,32 @@ def law_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     ----------
     axis : GeneratedAxis
         With a control law.
-    ticks : LawTicks
+    ticks : LawInputs
         What the law measured.
     start : (m,) array
         What it remembered at the first evaluation.
     """
-    return commands_as_logged(axis, applied_terms(axis, ticks, start).sum(axis=1))
+    return commands_as_logged(axis, law_terms_along(axis, ticks, start).sum(axis=1))
 
 
-def applied_terms(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+def law_terms_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
     """The terms of the law as it gives them, before the drive, (N, terms)."""
     (rows,) = axis.evaluate("control_terms", *ticks.signals, states_along(axis, ticks, start))
     # What was computed before the first evaluation is taken for that of the first.
     return np.asarray(rows[np.maximum(ticks.held - law_of(axis).delay, 0)])
 
 
-def control_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+def control_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
     """The control that the law gives within the drive's limit, (N,)."""
     return commands_as_logged(axis, np.asarray(control_at_ticks(axis, ticks, start)[ticks.held]))
 
 
-def control_at_ticks(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+def control_at_ticks(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
     """The same at each evaluation, (M,)."""
     return run_law(axis.functions["control_law"], start, ticks.signals)[1]
 
 
-def slopes_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+def slopes_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
     """How that control changes with what is remembered at the start, (N, m)."""
     law, size = axis.functions["control_law"], len(start)
     slopes = law.factory("slopes", law.name_in(), ["jac:control:state", "jac:next_state:state"])
@@ -377,7 +377,7 @@ def slopes_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
     return as_logged(axis, np.asarray(rows[ticks.held]))
 
 
-def states_along(axis: GeneratedAxis, ticks: LawTicks, start: Array) -> Array:
+def states_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
     """What the drive remembers at each evaluation, (M, m)."""
     if not len(start):
         return np.zeros((len(ticks), 0))

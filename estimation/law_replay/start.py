@@ -25,13 +25,13 @@ from axisid.estimation.records import Record
 from axisid.estimation.signals import recorded_signals
 from axisid.estimation.simulation import law_of
 from axisid.estimation.thresholds import LIMIT_TOLERANCE
-from axisid.support.arrays import Array, covered, frozen
+from axisid.support.arrays import Array, frozen, mask_of
 
 from .law_run import (
-    LawTicks,
+    LawInputs,
     as_logged,
+    cached_per_record,
     control_along,
-    known_of_record,
     law_along,
     law_memory,
     law_ticks,
@@ -115,7 +115,7 @@ def moved_start(
     return replace(start, memory=start.memory + change.full().ravel())
 
 
-@known_of_record
+@cached_per_record
 def _start(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> LoopStart:
     rows = slice(*span)
     if not record.integrated:
@@ -159,7 +159,7 @@ def _away(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> float:
 
 
 def start_of_law(
-    axis: GeneratedAxis, record: Record, span: tuple[int, int], ticks: LawTicks
+    axis: GeneratedAxis, record: Record, span: tuple[int, int], ticks: LawInputs
 ) -> Array:
     """What the drive remembers where a segment begins, of the record or as it is declared, (m,)."""
     found = first_memory(axis, record, span, ticks)
@@ -167,7 +167,7 @@ def start_of_law(
 
 
 def first_memory(
-    axis: GeneratedAxis, record: Record, span: tuple[int, int], ticks: LawTicks | None = None
+    axis: GeneratedAxis, record: Record, span: tuple[int, int], ticks: LawInputs | None = None
 ) -> Array | None:
     """What the drive remembers at the first sample of a segment, (m,).
 
@@ -179,7 +179,7 @@ def first_memory(
         With a reference.
     span : tuple of int
         The segment: first row and the one after the last.
-    ticks : LawTicks, optional
+    ticks : LawInputs, optional
         Of the segment, where they are known.
 
     Returns
@@ -254,11 +254,11 @@ def below_limit(axis: GeneratedAxis, control: Array) -> NDArray[np.bool_]:
 def unlimited(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> NDArray[np.bool_]:
     """Which samples of a segment are measured, and not at the drive's limit, (N,)."""
     rows = slice(*span)
-    masked = covered(record.masked, len(record))[rows]
+    masked = mask_of(record.masked, len(record))[rows]
     return np.asarray(~masked & below_limit(axis, np.asarray(record.control)[rows]))
 
 
-def _state_in_motion(axis: GeneratedAxis, ticks: LawTicks) -> Array:
+def _state_in_motion(axis: GeneratedAxis, ticks: LawInputs) -> Array:
     """What the drive remembers of an axis that moved as it does before the first evaluation, (m,).
 
     A law that differences positions takes an axis at rest that moves at once for one that leaps:
@@ -270,7 +270,7 @@ def _state_in_motion(axis: GeneratedAxis, ticks: LawTicks) -> Array:
         slope = (values[-1] - values[0]) / max(len(values) - 1, 1)
         return np.append(values[0] + slope * before, values[0])
 
-    way = LawTicks.at_samples(
+    way = LawInputs.at_samples(
         led(ticks.reference),
         led(ticks.position),
         np.full(len(before) + 1, ticks.velocity[0]),
@@ -280,7 +280,7 @@ def _state_in_motion(axis: GeneratedAxis, ticks: LawTicks) -> Array:
 
 
 def _solved(
-    axis: GeneratedAxis, ticks: LawTicks, wanted: Array, seen: NDArray[np.bool_], state: Array
+    axis: GeneratedAxis, ticks: LawInputs, wanted: Array, seen: NDArray[np.bool_], state: Array
 ) -> tuple[Array, Array, int]:
     """The memory that gives the controls, from one that does not.
 

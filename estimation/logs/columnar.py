@@ -54,7 +54,7 @@ def read_npz(file: Path, content: bytes, room: Room) -> Table:
         code="log-file",
     )
     no_units = DataError(
-        f'the entry {UNITS_ENTRY!r} of {file} is no JSON of units by name, such as '
+        f"the entry {UNITS_ENTRY!r} of {file} is no JSON of units by name, such as "
         '{"position": "mm"}; write it so, or leave it out and say units in the command',
         code="log-file",
     )

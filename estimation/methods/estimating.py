@@ -18,7 +18,7 @@ from axisid.estimation.estimates import (
     few_rows,
     fewest,
 )
-from axisid.estimation.parameters import moved_layouts
+from axisid.estimation.parameters import perturbed_layouts
 from axisid.estimation.regression import (
     Covariance,
     CovarianceEstimate,
@@ -214,13 +214,13 @@ def _inference(
         else:
             known = np.zeros_like(own[_PIVOT]) if known is None else known
             by_known = delta_method(known, jacobian)
-            own[_PIVOT] = _scaled(own[_PIVOT], known, told.own_scale, told.own_correlation)
+            own[_PIVOT] = _scaled(own[_PIVOT], known, told.theta_scale, told.own_correlation)
             mapped[_PIVOT] = _scaled(mapped[_PIVOT], by_known, told.scale, told.correlation)
             names[_PIVOT] += _noise(problem.axis.axis, told)
             left = _own_rows(told.residuals, problem.row_weights)
             if told.count > 1:
-                freedom[_PIVOT] = np.full(len(told.own_scale), float(told.freedom))
-            chains, bias, off = told.twins.chains, told.bias, told.own_off
+                freedom[_PIVOT] = np.full(len(told.theta_scale), float(told.freedom))
+            chains, bias, off = told.twins.chains, told.bias, told.theta_error
             quiet = None if quiet is None else left.mean(axis=1)
         direct = isinstance(form, DirectForm)
         return Inference(
@@ -234,7 +234,7 @@ def _inference(
             noise_free=quiet,
             bias=bias,
             twins_residuals=None if left is None or left.shape[1] < 2 else left,
-            twins_off=off,
+            twin_errors=off,
             chains=chains,
         )
 
@@ -311,7 +311,7 @@ def _known_spread(problem: Problem, fit: Fit) -> Array | None:
     unexplained = _unexplained(problem, layout, values)
     changes = [
         fit.solution.response.T @ (unexplained - _unexplained(problem, other, values))
-        for other in moved_layouts(problem.axis, layout)
+        for other in perturbed_layouts(problem.axis, layout)
     ]
     return np.transpose(changes) @ changes if changes else None
 

@@ -99,7 +99,9 @@ class Bootstrap:
                 return TOO_FEW
             before, at = at, fit.physical - correction.bias
             change = np.abs(form.regressed(at) - form.regressed(before))
-            tolerance = correction.own_scale * standard_errors + _CLOSE * np.abs(form.regressed(at))
+            tolerance = correction.theta_scale * standard_errors + _CLOSE * np.abs(
+                form.regressed(at)
+            )
             if np.all(change <= tolerance):
                 return twins
             loops = _at(self.problem, form, at)

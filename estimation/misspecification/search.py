@@ -18,13 +18,13 @@ from typing import Any
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.checks import DEFAULT_LEVELS, Levels, first_case
+from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels, first_case
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.records import Record
 from axisid.estimation.records.columns import expected_units
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, Missing, of_found, quoted
+from axisid.support.errors import EstimationError, Missing, quoted, unless_missing
 
 from .scores import RecordScores, scores_of
 from .terms import TERMS, Along, Term
@@ -383,7 +383,7 @@ def scores_at(
     return scores_of(data, at, chain, range(len(at)), by_loop=by_loop)
 
 
-@of_found
+@unless_missing
 def find_misspecification(
     scores: RecordScores,
     half_widths: Array,

@@ -17,7 +17,6 @@ import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.estimation.bootstrap import DEFAULT_COUNT, Chain, check_count
-from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.choices import (
     INSTRUMENT_STARTS,
     ROW_LOSSES,
@@ -27,6 +26,7 @@ from axisid.estimation.choices import (
     listed,
     method_names,
 )
+from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.identification import check_choices, identify, requested_methods
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter

@@ -10,13 +10,13 @@ import numpy as np
 from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.batched import RecordLanes, is_served
 from axisid.estimation.bootstrap import Autoregressions, Chain, Draws
-from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.choices import (
     INSTRUMENT_STARTS,
     ROW_LOSSES,
     by_name,
     fitted_output,
 )
+from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import Simulation, TwinPlan, simulate_batch, twin_plan

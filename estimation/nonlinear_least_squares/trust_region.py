@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from axisid.estimation.choices import HUBER, SOFT_L1, SQUARES
 from axisid.estimation.parameters import Unknowns
-from axisid.estimation.predictions import ErrorsAndJacobian, Predictions, jacobian_at
+from axisid.estimation.prediction_errors import ErrorsAndJacobian, PredictionErrors, jacobian_at
 from axisid.estimation.thresholds import MAX_FAR, MEDIAN_OF_NORMAL, MIN_FAR
 from axisid.support.arrays import Array
 from axisid.support.progress import Progress
@@ -134,7 +134,7 @@ class Search:
 
     Parameters
     ----------
-    predictions : Predictions
+    predictions : PredictionErrors
     unknowns : Unknowns
     scale : (P,) array
     weighing : WeightedLoss
@@ -143,7 +143,7 @@ class Search:
 
     def __init__(
         self,
-        predictions: Predictions,
+        predictions: PredictionErrors,
         unknowns: Unknowns,
         scale: Array,
         weighing: WeightedLoss,

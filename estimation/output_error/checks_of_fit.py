@@ -9,8 +9,8 @@ from operator import attrgetter, itemgetter
 
 import numpy as np
 
-from axisid.estimation.checks import Check, joined, made, status_of
 from axisid.estimation.choices import POSITION
+from axisid.estimation.diagnostic_checks import Check, joined, made, status_of
 from axisid.estimation.diagnostics import (
     NOMINAL_VALUES,
     RecordRegressor,
@@ -26,7 +26,7 @@ from axisid.estimation.diagnostics.control_law import LawCheck, law_check
 from axisid.estimation.estimates import few_rows, student_interval
 from axisid.estimation.nonlinear_least_squares import MOST_STEPS
 from axisid.estimation.parameters import GAIN, START
-from axisid.estimation.predictions import FEWEST_IN_WINDOW, WindowPredictions
+from axisid.estimation.prediction_errors import FEWEST_IN_WINDOW, WindowPredictions
 from axisid.estimation.records import record_labels
 from axisid.estimation.thresholds import (
     ADVISED_WINDOWS,
@@ -133,7 +133,7 @@ def exact_law_check(of: OutputFit) -> Check | None:
     if not of.law_moves:
         return None
     # A gain that is found is what the law's error is told by.
-    counted = (of.physical != 0) & ~of.of_start & ~np.isin(of.names, of.found_gains.names)
+    counted = (of.physical != 0) & ~of.of_start & ~np.isin(of.names, of.estimated_gains.names)
     sizes = np.where(counted, np.abs(of.physical), np.inf)
     shares = {term: 100 * np.abs(move) / sizes for term, move in of.law_moves.items()}
     every = ((float(each.max()), term, int(each.argmax())) for term, each in shares.items())
@@ -360,7 +360,7 @@ def records_alike_check(of: OutputFit) -> Check | Missing | None:
     if len(of.records) < 2:
         return None
     shared = np.isfinite(of.deviations) & (of.deviations > 0) & ~of.of_start
-    shared &= ~np.isin(of.names, (*of.found_gains.names, GAIN))
+    shared &= ~np.isin(of.names, (*of.estimated_gains.names, GAIN))
     sandwich, places = of.judged_sandwich, np.flatnonzero(of.unknowns.free & (of.sides == 0))
     records = []
     for spans in sandwich.spans:

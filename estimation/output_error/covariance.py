@@ -22,7 +22,7 @@ from scipy.linalg import block_diag
 from axisid.estimation.diagnostics import covariance_of_twins
 from axisid.estimation.nonlinear_least_squares import SearchResult, WeightedLoss
 from axisid.estimation.parameters import Unknowns
-from axisid.estimation.predictions import Predictions, record_rows
+from axisid.estimation.prediction_errors import PredictionErrors, record_rows
 from axisid.estimation.records import Record
 from axisid.estimation.regression import (
     Autoregression,
@@ -240,7 +240,7 @@ def sandwich_of(
     found: SearchResult,
     weighing: WeightedLoss,
     unknowns: Unknowns,
-    predictions: Predictions,
+    predictions: PredictionErrors,
     records: Sequence[Record],
     chosen: NDArray[np.bool_],
 ) -> Sandwich:

@@ -9,7 +9,6 @@ import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.estimation.bootstrap import DEFAULT_COUNT, check_count
-from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.choices import (
     FIT_STARTS,
     LOSSES,
@@ -18,6 +17,7 @@ from axisid.estimation.choices import (
     SQUARES,
     check_among,
 )
+from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.diagnostics.control_law import LawCheck, check_law, first_failing
 from axisid.estimation.identification import at_time, bound_records, records_of, shared_records
 from axisid.estimation.nonlinear_least_squares import (
@@ -36,12 +36,12 @@ from axisid.estimation.parameters import (
     Unknowns,
     check_enough,
     least_sizes,
-    moved_layouts,
+    perturbed_layouts,
     unknowns_of,
 )
-from axisid.estimation.predictions import (
+from axisid.estimation.prediction_errors import (
     LoopPredictions,
-    Predictions,
+    PredictionErrors,
     WindowPredictions,
     default_horizon,
     jacobian_at,
@@ -52,7 +52,7 @@ from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.thresholds import HUBER_TUNING
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
-from axisid.support.arrays import Array, covered
+from axisid.support.arrays import Array, mask_of
 from axisid.support.errors import AxisidError, EstimationError, UsageError, is_whole, quoted
 from axisid.support.progress import Progress
 
@@ -316,8 +316,8 @@ def _searched(
     first_at = begins[0].physical
     predictions = _predictions(form, records, outputs, first_at, horizon)
     horizon = predictions.horizon
-    doubts = list[tuple[ExtendedForm, Predictions]]()
-    for layout in moved_layouts(generated, shared.own_layout):
+    doubts = list[tuple[ExtendedForm, PredictionErrors]]()
+    for layout in perturbed_layouts(generated, shared.own_layout):
         other = with_free(searched_form(shared, layout), *asked)
         doubts.append((other, _predictions(other, records, outputs, first_at, horizon)))
     check_enough(predictions.counted, predictions.spans, unknowns)
@@ -363,7 +363,7 @@ def _predictions(
     outputs: Sequence[str],
     physical: Array,
     horizon: float | None,
-) -> Predictions:
+) -> PredictionErrors:
     """What is predicted; windows of an open loop are such that errors do not grow in them."""
     if OPEN_LOOP not in outputs:
         return LoopPredictions(form, form.axes, records, outputs)
@@ -415,7 +415,7 @@ class _FitRun:
 
     form: ExtendedForm
     records: Sequence[Record]
-    predictions: Predictions
+    predictions: PredictionErrors
     unknowns: Unknowns
     loss: str
     given: tuple[float, ...]  # weights of the outputs, NaN where they are found
@@ -466,12 +466,12 @@ class _FitRun:
             loops = () if physical is None else self.predictions.velocities(physical)
         for r, data in self.rests.items():
             samples = self.predictions.samples[r]
-            near = covered(data.excluded, len(data))[samples]
+            near = mask_of(data.excluded, len(data))[samples]
             if data.excluded and loops:
                 velocity = np.zeros(len(data))
                 velocity[samples] = loops[r]
                 turns = data.excluded + data.sampling.turns(velocity, data.fastest)
-                either = covered(turns, len(data))[samples]
+                either = mask_of(turns, len(data))[samples]
                 near = near if either.all() else either
             rows = record_rows(self.predictions.spans[r])
             counted[rows][np.repeat(near, len(self.predictions.units))] = 0.0

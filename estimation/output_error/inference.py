@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.special import log_ndtr, ndtri_exp
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.checks import unless_faulty
 from axisid.estimation.choices import SQUARES
+from axisid.estimation.diagnostic_checks import unless_faulty
 from axisid.estimation.estimates import NamedValues, Value, student_interval
 from axisid.estimation.nonlinear_least_squares import SearchResult, WeightedLoss
 from axisid.estimation.parameters import (
@@ -20,7 +20,7 @@ from axisid.estimation.parameters import (
     bounded_quadratic_minimum,
     least_sizes,
 )
-from axisid.estimation.predictions import Predictions
+from axisid.estimation.prediction_errors import PredictionErrors
 from axisid.estimation.records import Record
 from axisid.estimation.regression import CovarianceEstimate, widened
 from axisid.estimation.regression_problem import ParameterAtBound
@@ -44,7 +44,7 @@ class FitSearch:
         As `fit` takes them.
     form : ExtendedForm
     unknowns : Unknowns
-    predictions : Predictions
+    predictions : PredictionErrors
     start, scale : (P,) array
         Where the first search begins, and by how much its parameters change.
     started : str
@@ -54,7 +54,7 @@ class FitSearch:
     best : SearchResult
         The search that is told.
     searches : tuple of SearchResult
-    doubts : tuple of (ExtendedForm, Predictions)
+    doubts : tuple of (ExtendedForm, PredictionErrors)
         Of each value that is known with a deviation: where it is larger by that.
     rests_count : bool
         Whether samples near rests count, as without them a parameter is hardly shown.
@@ -68,7 +68,7 @@ class FitSearch:
     outputs: tuple[str, ...]
     loss: str
     unknowns: Unknowns = field(repr=False, compare=False)
-    predictions: Predictions = field(repr=False, compare=False)
+    predictions: PredictionErrors = field(repr=False, compare=False)
     start: Array
     started: str
     scale: Array
@@ -79,7 +79,7 @@ class FitSearch:
     bootstrap: int
     seed: int
     known: tuple[str, ...]
-    doubts: tuple[tuple[ExtendedForm, Predictions], ...] = field(repr=False, compare=False)
+    doubts: tuple[tuple[ExtendedForm, PredictionErrors], ...] = field(repr=False, compare=False)
     rests_count: bool = field(repr=False, compare=False)
     alone: SearchResult | None = field(repr=False, compare=False)
 

@@ -9,11 +9,17 @@ from typing import Any, Literal
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, told_or, unless_faulty
 from axisid.estimation.choices import OPEN_LOOP
+from axisid.estimation.diagnostic_checks import (
+    DEFAULT_LEVELS,
+    Check,
+    Levels,
+    told_or,
+    unless_faulty,
+)
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.diagnostics.control_law import (
-    FoundGains,
+    EstimatedGains,
     LawCheck,
     check_found_law,
     first_failing,
@@ -23,7 +29,7 @@ from axisid.estimation.methods import bound_record
 from axisid.estimation.misspecification import Misspecification, find_misspecification, scores_of
 from axisid.estimation.nonlinear_least_squares import EquallyGoodPoint, Search
 from axisid.estimation.parameters import axis_at
-from axisid.estimation.predictions import record_rows
+from axisid.estimation.prediction_errors import record_rows
 from axisid.estimation.signals import Prefilter
 from axisid.modeling.parsing import FunctionLike
 from axisid.support.arrays import Array, Exact, MaybeInfinite
@@ -251,7 +257,9 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     def law_shift(self) -> tuple[Array, Array] | Missing | None:
         """What the law as the records have it would move them by, with deviations, (P,) each."""
         return unless_faulty(
-            lambda: move_by_record(self._moves_of_records, self._laws, self.loops, self.found_gains)
+            lambda: move_by_record(
+                self._moves_of_records, self._laws, self.loops, self.estimated_gains
+            )
         )
 
     @cached_property
@@ -303,12 +311,12 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
             why = Missing("no law is simulated: the control is the recorded one")
             return (why,) * len(self.records)
         return tuple(
-            unless_faulty(partial(check_found_law, axis, record, self.found_gains))
+            unless_faulty(partial(check_found_law, axis, record, self.estimated_gains))
             for axis, record in zip(self.axes, self.records, strict=True)
         )
 
     @cached_property
-    def found_gains(self) -> FoundGains:
+    def estimated_gains(self) -> EstimatedGains:
         """Gains of the law that were searched, and are not at a bound."""
         law = self.axis.axis.control
         names = () if law is None else tuple(name for name in law.gains if name in self.searched)
@@ -316,7 +324,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         dof = min(
             (degrees_of_freedom_of(self.parameters[name]) for name in names), default=math.inf
         )
-        return FoundGains(names, self.covariance[np.ix_(places, places)], dof)
+        return EstimatedGains(names, self.covariance[np.ix_(places, places)], dof)
 
     @property
     def searched(self) -> tuple[str, ...]:

@@ -17,9 +17,9 @@ import numpy as np
 from scipy.special import ndtri, stdtrit
 
 from axisid.estimation.bootstrap import Chain, measured_chain, twins_of
-from axisid.estimation.diagnostics.control_law import FoundGains, LawCheck, check_found_law
+from axisid.estimation.diagnostics.control_law import EstimatedGains, LawCheck, check_found_law
 from axisid.estimation.parameters import ExtendedForm, axis_at
-from axisid.estimation.predictions import Predictions, record_rows
+from axisid.estimation.prediction_errors import PredictionErrors, record_rows
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Hac, recorded_loops, score_products
 from axisid.estimation.regression_problem import noise_free_record
@@ -78,7 +78,7 @@ class RecordLoops:
 def outputs_by_noise(
     records: Sequence[RecordLoops | Missing],
     physical: Array,
-    predictions: Predictions,
+    predictions: PredictionErrors,
     count: int,
     *,
     disturbed: bool,
@@ -90,7 +90,7 @@ def outputs_by_noise(
     ----------
     records : sequence of RecordLoops or Missing
     physical : (P,) array
-    predictions : Predictions
+    predictions : PredictionErrors
         Of the records, settled there.
     count : int
     disturbed : bool
@@ -162,7 +162,7 @@ _LEVEL = 0.975  # at which eight twins are as sure as the normal law has it
 
 
 def factors_in_twins(
-    law: LawCheck | Missing, loops: RecordLoops | Missing, found: FoundGains
+    law: LawCheck | Missing, loops: RecordLoops | Missing, found: EstimatedGains
 ) -> Sequence[Mapping[str, float]]:
     """Factors that the law has in twins, which are under the declared one; none without twins.
 
@@ -174,7 +174,7 @@ def factors_in_twins(
     law : LawCheck or Missing
     loops : RecordLoops or Missing
         Of the record.
-    found : FoundGains
+    found : EstimatedGains
     """
     if isinstance(law, Missing) or isinstance(loops, Missing):
         return []
@@ -191,7 +191,7 @@ def move_by_record(
     of_records: Sequence[Mapping[str, Array]],
     laws: Sequence[LawCheck | Missing],
     every: Sequence[RecordLoops | Missing],
-    found: FoundGains,
+    found: EstimatedGains,
 ) -> tuple[Array, Array] | None:
     """What the law as the records have it, less the declared one, moves the parameters by, (P,).
 
@@ -205,7 +205,7 @@ def move_by_record(
     laws : sequence of LawCheck or Missing
     every : sequence of RecordLoops or Missing
         Of the records, whose twins tell how sure the factors are; HAC does where there are none.
-    found : FoundGains
+    found : EstimatedGains
 
     Returns
     -------

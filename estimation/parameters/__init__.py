@@ -9,7 +9,7 @@ from .joint_parameters import (
     GAIN as GAIN,
     JointForm as JointForm,
     layout_of as layout_of,
-    moved_layouts as moved_layouts,
+    perturbed_layouts as perturbed_layouts,
 )
 from .known import (
     KnownValue as KnownValue,

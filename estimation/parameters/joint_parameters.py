@@ -214,7 +214,7 @@ def layout_of(
     )
 
 
-def moved_layouts(axis: GeneratedAxis, layout: JointForm | None) -> Iterator[JointForm]:
+def perturbed_layouts(axis: GeneratedAxis, layout: JointForm | None) -> Iterator[JointForm]:
     """By each value that is known with a deviation, the layout with it larger by that.
 
     It is larger wherever it is known. Without a layout nothing is known of records.

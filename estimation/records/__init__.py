@@ -10,7 +10,7 @@ from .law_period import (
     evaluations_per_sample as evaluations_per_sample,
     hold_delay as hold_delay,
     is_same_period as is_same_period,
-    other_period as other_period,
+    period_conflict as period_conflict,
 )
 from .reading import read_record as read_record
 from .record import (

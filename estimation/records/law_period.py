@@ -16,7 +16,7 @@ from .record import Record
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class OtherPeriod:
+class PeriodConflict:
     """A log that is not sampled as the control law runs.
 
     Attributes
@@ -68,7 +68,7 @@ def evaluations_per_sample(
     jitter = clock.uncertainty if clock.step == 1 else 0.0
     if law is None or law.continuous or is_same_period(period, law.period, jitter):
         return 1.0
-    other = other_period(law, period, clock)
+    other = period_conflict(law, period, clock)
     vouched = clock.step == 1 and other is not None and other.confirmed
     return period / law.period if vouched else None
 
@@ -78,7 +78,9 @@ def hold_delay(law: ControlLaw | None, period: float, clock: PeriodSource) -> fl
     return 0.5 / max(evaluations_per_sample(law, period, clock) or 1.0, 1.0)
 
 
-def other_period(law: ControlLaw | None, period: float, clock: PeriodSource) -> OtherPeriod | None:
+def period_conflict(
+    law: ControlLaw | None, period: float, clock: PeriodSource
+) -> PeriodConflict | None:
     """What is wrong with the sampling period of a log; None where nothing speaks against it.
 
     Parameters
@@ -97,7 +99,7 @@ def other_period(law: ControlLaw | None, period: float, clock: PeriodSource) -> 
     )
     if law.reference_between or (clock.stated and not clock.counted):
         whose = "is declared" if law.reference_between else "the period that was given confirms"
-        return OtherPeriod(confirmed=True, note=f"{sentence}, as {whose}")
+        return PeriodConflict(confirmed=True, note=f"{sentence}, as {whose}")
     count = round(logged / law.period)
     decimated = 2 <= count <= 1000 and is_same_period(logged / law.period, count)
     which = f"keeps one sample in {count}" if decimated else "has a clock of its own"
@@ -112,4 +114,4 @@ def other_period(law: ControlLaw | None, period: float, clock: PeriodSource) -> 
             "column, or declare how the reference runs between its samples "
             "(reference_between), which says that the law has a clock of its own"
         )
-    return OtherPeriod(confirmed=False, note=f"{sentence}: {advice}")
+    return PeriodConflict(confirmed=False, note=f"{sentence}: {advice}")

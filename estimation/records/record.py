@@ -15,7 +15,7 @@ from axisid.estimation.input_tables import Provenance, Repair, Samples
 from axisid.estimation.records.columns import log_content
 from axisid.estimation.thresholds import LARGEST_VALUE, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
-from axisid.support.arrays import Array, Exact, covered, frozen, runs
+from axisid.support.arrays import Array, Exact, frozen, mask_of, runs
 from axisid.support.errors import DataError, UsageError, quoted, real_array
 from axisid.support.files import write_file
 from axisid.support.mappings import FrozenMapping
@@ -292,7 +292,7 @@ class Record(Presentable, Exact):
         return write_file(path, log_content(self.channels(), declared, MARK, self._name(), path))
 
     def _of(self, pieces: Sequence[Span], **changed: Any) -> "Record":
-        rows = np.flatnonzero(covered(pieces, len(self)))
+        rows = np.flatnonzero(mask_of(pieces, len(self)))
         return self._taken(rows, [b - a for a, b in pieces], {}, **changed)
 
     def _taken(
@@ -300,7 +300,7 @@ class Record(Presentable, Exact):
     ) -> "Record":
         """These samples of it in segments of such lengths, of the moved columns others."""
         columns = {role: v[rows_by_role.get(role, rows)] for role, v in self.channels().items()}
-        masked = covered(self.masked, len(self))
+        masked = mask_of(self.masked, len(self))
         return self.with_channels(
             {"position": np.empty(0), **columns},
             segments=adjoining(lengths),

@@ -12,7 +12,7 @@ import numpy as np
 from axisid.estimation.input_tables import PeriodSource, Repair, Samples
 from axisid.estimation.records.columns import RoleColumns
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MIN_RECORD_SAMPLES
-from axisid.support.arrays import Array, covered
+from axisid.support.arrays import Array, mask_of
 from axisid.support.errors import DataError, UsageError, quoted
 
 from .clocks import long_steps, open_end
@@ -135,7 +135,7 @@ def within(
     motion_spans = samples_within(columns.source, clock, windows)
     for role, s in columns.samples.items():
         spans = samples_within(f"{columns.source}, {role}", s.times, windows)
-        kept[role] = s.taken(covered(spans, len(s.values)))
+        kept[role] = s.taken(mask_of(spans, len(s.values)))
     reached = reaching(windows, float(np.nanmin(clock)), float(np.nanmax(clock)))
     return replace(
         columns.repaired(kept, window_repair(windows, motion_spans, len(clock))),
@@ -177,7 +177,7 @@ def as_sampled(
     gaps = np.setdiff1d(long_steps(time, MAX_EVEN_STEP.value), cuts - 1) if split else cuts[:0]
     pieces = [*pairwise([0, *np.union1d(gaps + 1, cuts).tolist(), len(time)])]
     pieces = [(a, b) for a, b in pieces if not split or b - a >= MIN_RECORD_SAMPLES.value]
-    kept = covered(pieces, len(time))
+    kept = mask_of(pieces, len(time))
     if split:
         steps = np.diff(time)
         lost = float(np.sum(steps[gaps] - np.median(steps))) if len(gaps) else 0.0

@@ -18,7 +18,7 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
 from axisid.estimation.choices import OPEN_LOOP_FIT
 from axisid.estimation.law_replay import (
-    LawTicks,
+    LawInputs,
     first_velocity,
     hides_command,
     late_in_log,
@@ -33,7 +33,7 @@ from axisid.estimation.records import (
     Record,
     clock_of,
     evaluations_per_sample,
-    other_period,
+    period_conflict,
     quantisation_step,
 )
 from axisid.estimation.signals import FilteredRecord, about_samples, recorded_signals
@@ -125,7 +125,7 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
     if law is None or reference is None:
         raise lacking_loop(axis, record) or lacking_law(axis)
     ratio = evaluations_per_sample(law, record.period, clock_of(record))
-    mismatch = other_period(law, record.period, clock_of(record))
+    mismatch = period_conflict(law, record.period, clock_of(record))
     if ratio is None and mismatch is not None and not mismatch.confirmed:
         raise LoopDataError(f"{mismatch.note}.", code="loop-period")
     if ratio is None:
@@ -358,7 +358,7 @@ def _answer(data: FilteredRecord, reference: Array, position: Array) -> Array:
     pieces = []
     for a, b in data.record.spans:
         recorded = tuple(values[a:b] for values in data.recorded)
-        ticks = LawTicks.at_samples(reference[a:b], position[a:b], velocity[a:b], recorded)
+        ticks = LawInputs.at_samples(reference[a:b], position[a:b], velocity[a:b], recorded)
         made = law_along(data.axis, ticks, state_at_rest(data.axis, ticks))
         pieces.append(about_samples(made, [0]) if averaged else made)
     return np.concatenate(pieces)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.records import Record, clock_of, evaluations_per_sample, hold_delay
 from axisid.estimation.thresholds import MIN_INFORMATION_LEFT, MIN_MOVING_SPEED
-from axisid.support.arrays import Array, Exact, Uncached, covered
+from axisid.support.arrays import Array, Exact, Uncached, mask_of
 from axisid.support.errors import AxisidError, DataError
 
 from .drive_response import DriveAlong, acting_control
@@ -277,7 +277,7 @@ class FilteredRecord(Exact, Uncached):
         if not self.axis.has_direction:
             return np.zeros(len(rows), dtype=bool)
         turns = self.sampling.turns(self.motion[1], self.fastest)
-        return np.asarray(covered(turns, len(self))[rows], dtype=bool)
+        return np.asarray(mask_of(turns, len(self))[rows], dtype=bool)
 
     @cached_property
     def rest(self) -> float:

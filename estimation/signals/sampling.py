@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.thresholds import MIN_ROW_WEIGHT, REST_SPEED
-from axisid.support.arrays import Array, covered, runs
+from axisid.support.arrays import Array, mask_of, runs
 
 from .prefilter import SampledFilter, Span
 
@@ -170,14 +170,14 @@ class Sampling:
     @property
     def used(self) -> NDArray[np.bool_]:
         """Those of `kept` that are not excluded, (N,)."""
-        return self.kept & ~covered(self.excluded, self.samples)
+        return self.kept & ~mask_of(self.excluded, self.samples)
 
     @cached_property
     def kept(self) -> NDArray[np.bool_]:
         """Samples that are neither dropped nor masked nor in a segment that is left out, (N,)."""
         start, end = self.filter.dropped
-        filtered = covered([(a + start, b - end) for a, b in self.spans], self.samples)
-        return filtered & ~covered(self.masked, self.samples)
+        filtered = mask_of([(a + start, b - end) for a, b in self.spans], self.samples)
+        return filtered & ~mask_of(self.masked, self.samples)
 
     @cached_property
     def neighbours(self) -> RowTimes:
@@ -212,7 +212,7 @@ class Sampling:
         weighted = signals
         if self.excluded:
             weighted = np.array(signals, dtype=float)
-            weighted[covered(self.excluded, self.samples)] = 0.0
+            weighted[mask_of(self.excluded, self.samples)] = 0.0
         return np.concatenate([self.filter.reduce(weighted[a:b]) for a, b in self.spans])
 
     @cached_property

@@ -18,7 +18,7 @@ from axisid.codegen.lowering import (
     STEPS_IN_ALL,
     STEPS_OF_EACH,
     STEPS_OF_SEARCH,
-    demanding_term,
+    stiffest_term,
 )
 from axisid.estimation.thresholds import MAX_STIFFNESS_RATIO, MAX_WAVE_RATIO
 from axisid.modeling.derivation import forces_at_rest, state_limits
@@ -440,7 +440,7 @@ def too_stiff(
 def _why(axis: GeneratedAxis, parameters: Array, at: Place | None, period: float) -> str:
     """What asks for short steps: a term, and where; else whatever does."""
     if at is not None:
-        term, rate = demanding_term(axis.axis, parameters.tolist(), *at)
+        term, rate = stiffest_term(axis.axis, parameters.tolist(), *at)
         if rate * period > 1:
             q, (position, velocity) = axis.axis.coordinate, at[0]
             return (

@@ -9,12 +9,12 @@ from . import (
 from .codegen.generated_axes import build as build
 from .estimation.estimates import Estimate as Estimate
 from .estimation.identification import Identification as Identification, identify as identify
+from .estimation.model_validation import compare as compare, sweep as sweep, validate as validate
 from .estimation.monte_carlo import monte_carlo as monte_carlo
 from .estimation.output_error import fit as fit
 from .estimation.records import Record as Record, read_record as read_record
 from .estimation.signals import Prefilter as Prefilter
 from .estimation.simulation import simulate as simulate, twin_record as twin_record
-from .estimation.studies import compare as compare, sweep as sweep, validate as validate
 from .exports.export import export as export
 from .fleets import FleetItem as FleetItem, fleet as fleet
 from .modeling.declaration import (
@@ -32,7 +32,10 @@ from .modeling.quantities import (
     Parameter as Parameter,
     Signal as Signal,
 )
-from .presentation.saved import compare_results as compare_results, load_result as load_result
+from .presentation.result_files import (
+    compare_results as compare_results,
+    load_result as load_result,
+)
 from .support.errors import (
     AxisidError as AxisidError,
     DataError as DataError,

@@ -10,7 +10,7 @@ import pytest
 
 from axisid import Record, compare_results, fit, load_axis, load_result, read_record
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.presentation.saved import SavedOutputFit
+from axisid.presentation.result_files import SavedOutputFit
 from tests.refusals import refuses
 
 Run = Callable[..., tuple[int, str, str]]

@@ -4,9 +4,8 @@ In: an axis and a record. Out: `LawCheck`, with what would mend it.
 Knows nothing of estimates, and of what the loop makes of the law.
 """
 
-from .by_runs import LawByGains as LawByGains
 from .control_law import (
-    FoundGains as FoundGains,
+    EstimatedGains as EstimatedGains,
     LawCheck as LawCheck,
     check_found_law as check_found_law,
     check_law as check_law,
@@ -14,3 +13,4 @@ from .control_law import (
     law_check as law_check,
 )
 from .control_residuals import compared_as as compared_as
+from .gain_sensitivities import LawByGains as LawByGains

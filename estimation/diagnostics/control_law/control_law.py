@@ -20,9 +20,9 @@ import numpy as np
 from scipy.special import ndtri
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.checks import Check, first_case, status_of
+from axisid.estimation.diagnostic_checks import Check, first_case, status_of
 from axisid.estimation.law_replay import hides_command
-from axisid.estimation.records import Record, clock_of, evaluations_per_sample, other_period
+from axisid.estimation.records import Record, clock_of, evaluations_per_sample, period_conflict
 from axisid.estimation.regression import joint_p, lacking_law, lacking_loop, wald
 from axisid.estimation.thresholds import (
     MAX_LAW_RESIDUAL,
@@ -32,9 +32,8 @@ from axisid.estimation.thresholds import (
 )
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
-from axisid.support.errors import Missing, of_found
+from axisid.support.errors import Missing, unless_missing
 
-from .by_runs import LawByGains, said_of_gains
 from .control_residuals import (
     CONSTANT,
     INJECTED,
@@ -44,6 +43,7 @@ from .control_residuals import (
     other_readings,
     settling,
 )
+from .gain_sensitivities import LawByGains, said_of_gains
 from .law_faults import (
     TEST_SIGNAL,
     WHICH_LAW,
@@ -264,7 +264,7 @@ def _fault(
     return declared if len(change.free) > 1 else change.percent, check
 
 
-@of_found
+@unless_missing
 def law_check(law: LawCheck) -> Check:
     """The declared law against the recorded control."""
     return Check(
@@ -286,7 +286,7 @@ def _incomparable(
     """Why a record is not compared with a law, or is of another one by its period alone."""
     clock = clock_of(record)
     # The period is the only thing of a law that can be checked without a reference.
-    apart = other_period(law, record.period, clock)
+    apart = period_conflict(law, record.period, clock)
     if apart is not None and not apart.confirmed:
         # A law of differences has other gains at another period, and its record another time.
         return LawCheck(
@@ -323,7 +323,7 @@ def _incomparable(
 
 
 @dataclass(frozen=True, slots=True)
-class FoundGains:
+class EstimatedGains:
     """Gains of a law that were found together with parameters.
 
     Attributes
@@ -340,7 +340,9 @@ class FoundGains:
     freedom: float
 
 
-def check_found_law(axis: GeneratedAxis, record: Record, found: FoundGains) -> LawCheck | Missing:
+def check_found_law(
+    axis: GeneratedAxis, record: Record, found: EstimatedGains
+) -> LawCheck | Missing:
     """Check an axis's control law, some gains of which were found, against a record.
 
     Parameters
@@ -348,7 +350,7 @@ def check_found_law(axis: GeneratedAxis, record: Record, found: FoundGains) -> L
     axis : GeneratedAxis
         Its law has the gains that were found.
     record : Record
-    found : FoundGains
+    found : EstimatedGains
         None of its gains is taken as exact.
 
     Returns
@@ -397,7 +399,7 @@ def _listed(gains: Mapping[str, float], names: Sequence[str]) -> str:
 
 
 def _beside_found(
-    there: LawCheck, best: LawByGains, law: ControlLaw, found: FoundGains
+    there: LawCheck, best: LawByGains, law: ControlLaw, found: EstimatedGains
 ) -> LawCheck:
     """The check of the law with the gains that the control asks for, held against those found."""
     asked, was = (np.array([of[name] for name in found.names]) for of in (best.gains, law.gains))

@@ -15,7 +15,7 @@ from scipy.ndimage import maximum_filter1d
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.law_replay import (
-    LawTicks,
+    LawInputs,
     as_logged,
     law_along,
     law_ticks,
@@ -87,7 +87,7 @@ def compared_with_law(
     return control, made, ~maximum_filter1d(spread, settle), limited
 
 
-def noisy_ticks(axis: GeneratedAxis, law: ControlLaw, record: Record) -> tuple[LawTicks, Array]:
+def noisy_ticks(axis: GeneratedAxis, law: ControlLaw, record: Record) -> tuple[LawInputs, Array]:
     """What a law measured along a record, with all its noise, and what it remembers first, (m,).
 
     That is of the low-passed velocity, of which the first controls show it better.

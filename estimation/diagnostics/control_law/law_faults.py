@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, build
-from axisid.estimation.checks import first_case
+from axisid.estimation.diagnostic_checks import first_case
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds import (
     MAX_LAW_RESIDUAL,

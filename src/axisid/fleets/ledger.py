@@ -9,11 +9,11 @@ from typing import Annotated, Any, BinaryIO, Literal
 
 import msgspec
 
-from axisid.estimation.checks import Check
+from axisid.estimation.diagnostic_checks import Check
 from axisid.estimation.diagnostics import Belief, Checked, by_weight
 from axisid.estimation.estimates import Value
 from axisid.estimation.identification import Identification
-from axisid.presentation.saved import JsonObject, Matrix, about
+from axisid.presentation.result_files import JsonObject, Matrix, about
 from axisid.robust_statistics import LARGEST
 from axisid.support.errors import DataError, first_of
 from axisid.support.written import kinds_of

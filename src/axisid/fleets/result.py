@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from axisid.estimation.checks import Check
+from axisid.estimation.diagnostic_checks import Check
 from axisid.estimation.diagnostics import Belief, Checked
 from axisid.estimation.input_tables import UNITS_ENTRY, npz_bytes, parquet_bytes, split_labels
 from axisid.presentation.documents import (
@@ -27,7 +27,7 @@ from axisid.presentation.documents import (
     text_columns,
 )
 from axisid.presentation.html import blocks_html
-from axisid.presentation.saved import schema_of
+from axisid.presentation.result_files import schema_of
 from axisid.support.errors import Missing, UsageError, first_of, is_among, quoted
 from axisid.support.files import csv_text, write_file
 

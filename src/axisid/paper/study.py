@@ -29,7 +29,7 @@ from axisid.presentation.documents import (
     plain_text,
     text_columns,
 )
-from axisid.presentation.saved import written_study
+from axisid.presentation.result_files import written_study
 from axisid.presentation.text import estimand_tables, findings, legend
 from axisid.support.files import json_text, write_file
 from axisid.support.progress import Progress, with_progress

@@ -13,10 +13,10 @@ from axisid.estimation.control_law_search import LawSearch
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification, record_place
+from axisid.estimation.model_validation import Comparison, FitValidation, Sweep, Validation
 from axisid.estimation.monte_carlo import MonteCarlo, run_columns
 from axisid.estimation.output_error import OutputFit
 from axisid.estimation.records import Record
-from axisid.estimation.studies import Comparison, FitValidation, Sweep, Validation
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import derive
 from axisid.presentation.documents import Document, plain_text
@@ -38,7 +38,7 @@ from axisid.presentation.plots import (
     sweep_plot,
     tracking_plot,
 )
-from axisid.presentation.saved import (
+from axisid.presentation.result_files import (
     ResultComparison,
     SavedEstimate,
     SavedFitValidation,

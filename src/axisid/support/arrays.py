@@ -43,7 +43,7 @@ def relative_error_percent(error: Array, signal: Array) -> float:
         return 100.0 * float(np.linalg.norm(error) / np.linalg.norm(signal))
 
 
-def finite(value: float) -> float | None:
+def finite_or_none(value: float) -> float | None:
     """A number for JSON: None for what is not finite."""
     return float(value) if math.isfinite(value) else None
 
@@ -54,7 +54,7 @@ def runs(chosen: NDArray[np.bool_], start: int = 0) -> tuple[tuple[int, int], ..
     return tuple((int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True))
 
 
-def covered(spans: Iterable[tuple[int, int]], size: int) -> NDArray[np.bool_]:
+def mask_of(spans: Iterable[tuple[int, int]], size: int) -> NDArray[np.bool_]:
     """Which of so many places are in a span, from its first place to before its last, (size,)."""
     inside = np.zeros(size, dtype=bool)
     for start, stop in spans:

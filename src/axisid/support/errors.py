@@ -174,7 +174,7 @@ class Missing:
         return self.reason
 
 
-def of_found(
+def unless_missing(
     make: Callable[Concatenate[Found, Further], Made],
 ) -> Callable[Concatenate[Found | Missing, Further], Made | Missing]:
     """What is made of something that was found: where that is missing, so is this, for its reason.

@@ -177,11 +177,11 @@ def unchanged(path: Path) -> Iterator[list[Path]]:
 
 
 #: How a result becomes a file.
-AS_WRITTEN = "written with --json, or by save()"
+HOW_SAVED = "written with --json, or by save()"
 #: What to do about a file that is none.
-GIVE_RESULT = f"Give a result of identify, {AS_WRITTEN}."
+GIVE_RESULT = f"Give a result of identify, {HOW_SAVED}."
 #: What to do about a file that was changed or cut off.
-WRITE_AGAIN = f"Identify again; the result is {AS_WRITTEN}."
+WRITE_AGAIN = f"Identify again; the result is {HOW_SAVED}."
 
 _LARGEST = 64_000_000  # bytes; a result has some ten thousand
 #: What was opened by whoever started the program, and can be read to its end.

@@ -15,7 +15,7 @@ from scipy.special import ndtri
 from axisid.estimation.choices import FIT
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.fleets import LEDGER, FleetRow, fleet_value, read_ledger, strays
-from axisid.presentation.saved import SavedIdentification, SavedOutputFit, load_result
+from axisid.presentation.result_files import SavedIdentification, SavedOutputFit, load_result
 from axisid.robust_statistics import LARGEST
 from axisid.support.errors import DataError, UsageError, first_of, quoted
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.checks import Check
+from axisid.estimation.diagnostic_checks import Check
 from axisid.estimation.diagnostics import Checked
 from axisid.estimation.thresholds import TREND_LEVEL
 from axisid.fleets import FleetRow

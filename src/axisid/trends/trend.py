@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from axisid.estimation.checks import Check
+from axisid.estimation.diagnostic_checks import Check
 from axisid.fleets import FleetRow, Reported
 from axisid.presentation.documents import Document
 from axisid.support.errors import DataError, Missing, UsageError, quoted

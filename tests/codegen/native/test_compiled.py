@@ -9,7 +9,7 @@ import pytest
 
 from axisid import Axis, build, load_axis
 from axisid.codegen.lowering import BLOCK, SIGNALS, LoopSettings, LoopStart
-from axisid.codegen.native.lanes import Decimation
+from axisid.codegen.native.batched_rows import Decimation
 from axisid.codegen.native.library import NativeLibrary
 from axisid.codegen.native.library_cache import compiled_library
 from axisid.codegen.runtime import VirtualLoop, by_sample, is_continuous, recorded_values

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 import sympy
 from numpy.typing import NDArray
+from tests.codegen.lowering.test_expressions import X, Y, by_machine, program_of
 
 from axisid import Coordinate, Parameter, load_axis
 from axisid.codegen.printers.c import print_c99
 from axisid.codegen.printers.python import print_python
 from tests.axes.bodies import rotor
 from tests.codegen.lowering.test_feed_forward import as_export, exported, in_c, in_python
-from tests.codegen.lowering.test_lower import X, Y, by_machine, program_of
 from tests.strategies.expressions import operations
 
 Array = NDArray[np.float64]

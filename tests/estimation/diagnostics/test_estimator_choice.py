@@ -11,7 +11,7 @@ from linearmodels.iv import IV2SLS
 from axisid import Identification, Record, build, identify, read_record
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd_difference
-from axisid.estimation.checks import Check
+from axisid.estimation.diagnostic_checks import Check
 from axisid.estimation.diagnostics import (
     FORMS,
     SECOND_OPINION,

@@ -21,7 +21,7 @@ from axisid import (
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd
 from axisid.elements import Drive, offset, spring
-from axisid.estimation.checks import Check
+from axisid.estimation.diagnostic_checks import Check
 from axisid.estimation.diagnostics import fixed_check, nominal_check
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.simulation.twin import trajectory

@@ -9,7 +9,7 @@ import pytest
 
 from axisid import Identification, build, identify, leave_out
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
-from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
+from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.diagnostics.records_alike import (
     Alike,
     RecordRegressor,

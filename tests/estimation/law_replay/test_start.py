@@ -12,8 +12,8 @@ from axisid.control import BALANCED
 from axisid.estimation import check_law
 from axisid.estimation.law_replay import (
     LawAlong,
+    LawInputs,
     LawPoint,
-    LawTicks,
     control_along,
     law_run,
     law_ticks,
@@ -141,7 +141,7 @@ def test_a_record_cut_from_a_fast_move_begins_with_what_its_law_remembers(
 def test_a_late_law_with_an_integral_is_the_sum_by_hand(rng: np.random.Generator) -> None:
     axis = build(AXES["delayed"], native=False)
     reference, position, velocity = rng.normal(size=(3, 50))
-    ticks = LawTicks.at_samples(reference, position, velocity)
+    ticks = LawInputs.at_samples(reference, position, velocity)
     error = reference - position
     total = np.cumsum(error) - error  # before each evaluation
     made = 150.0 * (60.0 * error + 1e-5 * total / 1e-3 - velocity)
@@ -152,7 +152,7 @@ def test_a_late_law_with_an_integral_is_the_sum_by_hand(rng: np.random.Generator
 
 def test_what_is_added_to_a_late_law_is_as_late(rng: np.random.Generator) -> None:
     added = rng.normal(size=9)
-    ticks = LawTicks.at_samples(*np.zeros((3, 9)), added=added)
+    ticks = LawInputs.at_samples(*np.zeros((3, 9)), added=added)
     assert ticks.added_at_samples(2).tolist() == [0.0, 0.0, *added[:-2]]
 
 

@@ -9,9 +9,9 @@ import pytest
 
 from axisid import Record, build, fit, load_axis, twin_record
 from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.model_validation import validate_fit
 from axisid.estimation.output_error import OutputFit
 from axisid.estimation.records import record_labels
-from axisid.estimation.studies import validate_fit
 from axisid.presentation.plots import output_plot
 from tests.estimation.output_error.fits import TRUTH, checks, off
 from tests.refusals import refuses

@@ -13,13 +13,13 @@ import pytest
 from axisid import Axis, Record, build, fit, fix, load_axis, twin_record
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.elements import CONTROL, DRIVE_GAIN, formula_drive, voltage_drive
+from axisid.estimation.model_validation import validate_fit
 from axisid.estimation.parameters import ExtendedForm
 from axisid.estimation.parameters.joint_parameters import layout_of
 from axisid.estimation.parameters.known import known_of, prefilters_of, read_known
-from axisid.estimation.predictions import LoopPredictions
+from axisid.estimation.prediction_errors import LoopPredictions
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.signals.prefilter import Prefilter
-from axisid.estimation.studies import validate_fit
 from axisid.modeling.quantities import Constant
 from axisid.support.arrays import Array
 from tests.axes.leaning import leaning

@@ -26,7 +26,7 @@ from axisid.control import (
     pid_ideal,
     rate_limit,
 )
-from axisid.estimation.law_replay import LawTicks, control_along, state_at_rest
+from axisid.estimation.law_replay import LawInputs, control_along, state_at_rest
 from axisid.support.arrays import Array
 from tests.axes.ready_laws import KP, KV, LAWS, PERIOD, with_law
 from tests.refusals import refuses
@@ -180,7 +180,7 @@ def test_a_ready_law_is_its_difference_equation(name: str) -> None:
     reference, position = _signals()
     limit = float(np.median(np.abs(BY_HAND[name](reference, position, np.inf))))
     axis = with_law(name, limit)
-    ticks = LawTicks.at_samples(reference, position, np.zeros_like(position))
+    ticks = LawInputs.at_samples(reference, position, np.zeros_like(position))
     control = control_along(axis, ticks, state_at_rest(axis, ticks))
     wanted = np.array(BY_HAND[name](reference, position, limit))
     beyond = np.abs(wanted) > limit
@@ -258,7 +258,7 @@ def _along(block: Block, **gains: float) -> Array:
     axis = load_axis("emps2015")
     axis = replace(axis, control=law, drive=replace(axis.drive, limit=np.inf))
     generated = build(axis, native=False)
-    ticks = LawTicks.at_samples(*_values(), np.zeros(SAMPLES))
+    ticks = LawInputs.at_samples(*_values(), np.zeros(SAMPLES))
     return control_along(generated, ticks, state_at_rest(generated, ticks))
 
 

@@ -8,7 +8,7 @@ import sympy
 from hypothesis import given, settings, strategies as st
 
 from axisid import UsageError
-from axisid.codegen.lowering.lower import Lowering
+from axisid.codegen.lowering.expressions import Lowering
 from axisid.codegen.lowering.program import Builder
 from axisid.modeling.parsing.expression import read_expression
 from axisid.modeling.parsing.grammar import DYNAMICS, TextError

@@ -20,7 +20,7 @@ from axisid import (
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.elements import coulomb, viscous
 from axisid.estimation import Sweep
-from axisid.estimation.studies.friction_curve import friction_curve
+from axisid.estimation.model_validation.friction_curve import friction_curve
 from axisid.presentation.matplotlib_backend.matplotlib import draw, rendered
 from axisid.presentation.plots.estimate import (
     autocorrelation_plot,

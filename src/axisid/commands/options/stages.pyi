@@ -9,8 +9,8 @@ from axisid.codegen.generated_axes import (
     write_files as write_files,
 )
 from axisid.estimation.bootstrap import Chain as Chain
-from axisid.estimation.checks import joined as joined
 from axisid.estimation.control_law_search import find_law as find_law
+from axisid.estimation.diagnostic_checks import joined as joined
 from axisid.estimation.identification import (
     Identification as Identification,
     check_bad as check_bad,
@@ -18,6 +18,13 @@ from axisid.estimation.identification import (
     known_without as known_without,
 )
 from axisid.estimation.logs import log_endings as log_endings
+from axisid.estimation.model_validation import (
+    Validation as Validation,
+    compare as compare,
+    default_cutoffs as default_cutoffs,
+    sweep as sweep,
+    validate as validate,
+)
 from axisid.estimation.monte_carlo import (
     MonteCarlo as MonteCarlo,
     check_output as check_output,
@@ -37,13 +44,6 @@ from axisid.estimation.records import (
 )
 from axisid.estimation.signals import FilteredRecord as FilteredRecord, Prefilter as Prefilter
 from axisid.estimation.simulation import twin_record as twin_record
-from axisid.estimation.studies import (
-    Validation as Validation,
-    compare as compare,
-    default_cutoffs as default_cutoffs,
-    sweep as sweep,
-    validate as validate,
-)
 from axisid.exports.export import export as export
 from axisid.fleets import (
     Fleet as Fleet,
@@ -90,7 +90,7 @@ from axisid.presentation.report import (
     monte_carlo_page as monte_carlo_page,
     write_outputs as write_outputs,
 )
-from axisid.presentation.saved import compare_results as compare_results
+from axisid.presentation.result_files import compare_results as compare_results
 from axisid.presentation.text import missing_notes as missing_notes
 from axisid.presentation.views import as_blocks as as_blocks
 from axisid.trends import trend as trend

@@ -13,7 +13,7 @@ import numpy as np
 
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.input_tables import one_line
-from axisid.estimation.studies import Sweep
+from axisid.estimation.model_validation import Sweep
 from axisid.presentation.plots import SHADED, Panel, Plot, Series, force_plot, row_times, sweep_plot
 from axisid.support.errors import UsageError
 from axisid.support.files import replace_file

@@ -8,12 +8,12 @@ import numpy as np
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification
 from axisid.estimation.lack_of_fit import lack_of_fit
+from axisid.estimation.model_validation import friction_curve
 from axisid.estimation.output_error import OutputFit
-from axisid.estimation.predictions import measured_output
+from axisid.estimation.prediction_errors import measured_output
 from axisid.estimation.regression import power_density
-from axisid.estimation.studies import friction_curve
 from axisid.estimation.thresholds import CONVERGED
-from axisid.presentation.saved import SavedEstimate, SavedIdentification
+from axisid.presentation.result_files import SavedEstimate, SavedIdentification
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
 

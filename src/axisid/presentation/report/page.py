@@ -14,13 +14,13 @@ from pathlib import Path
 from string import Template
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.checks import Check
+from axisid.estimation.diagnostic_checks import Check
 from axisid.estimation.diagnostics import by_weight, conclusion
 from axisid.estimation.identification import Identification
+from axisid.estimation.model_validation import Sweep, Validation, default_cutoffs, sweep
 from axisid.estimation.monte_carlo import MonteCarlo
 from axisid.estimation.output_error import OutputFit
 from axisid.estimation.records import Record
-from axisid.estimation.studies import Sweep, Validation, default_cutoffs, sweep
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Formula
 from axisid.presentation.documents import Checks, Document, Heading
@@ -40,7 +40,7 @@ from axisid.presentation.plots import (
     output_plot,
     plots_by_record,
 )
-from axisid.presentation.saved import identification_facts, written_study
+from axisid.presentation.result_files import identification_facts, written_study
 from axisid.presentation.text import (
     checks_table,
     details_document,

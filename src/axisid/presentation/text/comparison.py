@@ -4,10 +4,10 @@ import math
 from collections.abc import Sequence
 from types import MappingProxyType
 
-from axisid.estimation.checks import Check
+from axisid.estimation.diagnostic_checks import Check
 from axisid.estimation.diagnostics import within_bounds
 from axisid.estimation.estimates import Value
-from axisid.estimation.studies import Candidate, Comparison, ParameterCheck
+from axisid.estimation.model_validation import Candidate, Comparison, ParameterCheck
 from axisid.estimation.thresholds import SIGNIFICANCE_LEVEL
 from axisid.modeling.declaration import left_out_text
 from axisid.presentation.documents import (

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
-from axisid.estimation.checks import Check
+from axisid.estimation.diagnostic_checks import Check
 from axisid.estimation.diagnostics import Alignment, ColumnComparison, Diagnosis, InstrumentTests
 from axisid.estimation.diagnostics.control_law import LawCheck
 from axisid.estimation.estimates import COVARIANCES, Physical, Value
@@ -20,7 +20,7 @@ from axisid.presentation.documents import (
     text_columns,
 )
 from axisid.presentation.formulas import figure_text
-from axisid.presentation.saved import SavedEstimate
+from axisid.presentation.result_files import SavedEstimate
 from axisid.support.errors import Missing, or_dash, range_text
 from axisid.support.mappings import grouped
 

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from axisid.codegen.generated_axes import Quantity
-from axisid.estimation.checks import KINDS, Check, lines_of
+from axisid.estimation.diagnostic_checks import KINDS, Check, lines_of
 from axisid.estimation.diagnostics import Diagnosis, by_weight, conclusion
 from axisid.estimation.estimates import CORRECTED, COVARIANCES, Value
 from axisid.estimation.lack_of_fit import JackknifeInterval
@@ -28,7 +28,7 @@ from axisid.presentation.documents import (
     text_columns,
 )
 from axisid.presentation.formulas import decimals
-from axisid.presentation.saved import SavedEstimate, SavedIdentification
+from axisid.presentation.result_files import SavedEstimate, SavedIdentification
 from axisid.support.errors import is_nothing, or_dash, range_text
 from axisid.support.mappings import grouped
 

@@ -32,7 +32,7 @@ from axisid.presentation.documents import (
 )
 from axisid.presentation.formulas import decimals, figure_text
 from axisid.presentation.plots import method_title
-from axisid.presentation.saved import SavedMonteCarlo
+from axisid.presentation.result_files import SavedMonteCarlo
 
 _PLAIN = (1e-6, 1e6)  # errors between which figures have no power of ten
 

@@ -12,7 +12,7 @@ from axisid.estimation.signals import Sampling
 from axisid.modeling.declaration import Drive
 from axisid.modeling.quantities import Signal
 from axisid.presentation.documents import Document, Heading, Table, text_columns
-from axisid.presentation.saved import SavedIdentification
+from axisid.presentation.result_files import SavedIdentification
 from axisid.support.errors import or_dash
 
 

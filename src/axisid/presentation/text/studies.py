@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from axisid.estimation.choices import LOSSES, OUTPUTS, SQUARES
 from axisid.estimation.control_law_search import LawSearch
 from axisid.estimation.estimates import Estimate
+from axisid.estimation.model_validation import FitValidation, Sweep, Validation
 from axisid.estimation.output_error import OutputFit
-from axisid.estimation.studies import FitValidation, Sweep, Validation
 from axisid.modeling.declaration import Axis, left_out_text
 from axisid.presentation.documents import (
     Cell,
@@ -23,7 +23,7 @@ from axisid.presentation.documents import (
     text_columns,
 )
 from axisid.presentation.formulas import figure_text
-from axisid.presentation.saved import SavedOutputFit, WrittenFitted, written_output_fit
+from axisid.presentation.result_files import SavedOutputFit, WrittenFitted, written_output_fit
 from axisid.support.errors import Missing, range_text
 
 from .estimate import quantity

@@ -10,7 +10,7 @@ from scipy.stats import norm, t as student
 
 from axisid import Record, build, fit, load_axis, twin_record
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.diagnostics.control_law import FoundGains, LawCheck, check_found_law
+from axisid.estimation.diagnostics.control_law import EstimatedGains, LawCheck, check_found_law
 from axisid.estimation.diagnostics.control_law.control_law import apart_in_deviations
 from tests.axes.ready_laws import with_law
 
@@ -38,7 +38,7 @@ def _record(name: str, **changes: int | float) -> Record:
 def _checked(name: str, sd: float, record: Record, **off: float) -> LawCheck:
     """By an axis with gains that are off by such factors, each known to a share of itself."""
     gains = {n: _axis(name).axis.control.gains[n] * factor for n, factor in off.items()}
-    found = FoundGains(tuple(gains), np.diag((sd * np.array([*gains.values()])) ** 2), math.inf)
+    found = EstimatedGains(tuple(gains), np.diag((sd * np.array([*gains.values()])) ** 2), math.inf)
     return check_found_law(_axis(name).with_gains(gains), record, found)
 
 
@@ -99,4 +99,4 @@ def test_right_fits_with_free_gains_are_believed(
     record = twin_record(_axis(name), seed=seed, position_noise=1e-6)
     found = fit(_axis(name), record.windowed((None, 2.0)), free=free)
     assert found.believed, [check for check in found.checks if check.status == "fail"]
-    assert found.found_gains.names == free
+    assert found.estimated_gains.names == free

@@ -1,0 +1,479 @@
+"""A law beside the recorded control, by runs of it.
+
+No factor of a column says what a gain of a law does that is limited, filtered, adaptive, or has an
+integral. The law is run along the record, with its gains a little off, and the slopes of its
+control by each gain tell which gains are off; the least change of them that explains the control is
+found by runs with the changed gains.
+
+What the law read is not always in the log: it may round, or be slower than the law, whose positions
+between the samples have a noise of their own. The law is run along what it may have read, drawn at
+random, and what that changes of its control is left open.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import qr
+
+from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.diagnostic_checks import first_case
+from axisid.estimation.law_replay import LawAlong, LawPoint, as_logged, position_noise, two_clocks
+from axisid.estimation.records import Record, at_times, quantisation_step
+from axisid.estimation.signals import RowTimes
+from axisid.estimation.thresholds import (
+    MAX_LAW_RESIDUAL,
+    MAX_ROUNDED_SHARE,
+    MAX_SCALE_ERROR,
+    MIN_DISTANCE_FROM_NOISE,
+)
+from axisid.modeling.declaration import ControlLaw, gain
+from axisid.support.arrays import Array, relative_error_percent
+
+from .control_residuals import (
+    CONSTANT,
+    DRIFT,
+    INJECTED,
+    NO_GAINS,
+    compared_as,
+    hac_fit,
+    leaning,
+    noisy_ticks,
+)
+from .law_faults import MAX_FACTOR_ERROR, off_text, scale_text
+
+# of a control, and of what other gains do not change of it; less tells nothing of a gain
+_MIN_GAIN_TOLD_APART = 1e-4
+# residual with one gain changed, by that with another; up to it, either may be wrong
+_MAX_SAME_RESIDUAL = 1.1
+
+# what a law leaves of the control by what the log leaves open, up to which it may be right: of
+# right laws behind logs that round to 1 to 20 um it is 0.6 to 1.1 times that
+_MOST_OPEN = MIN_DISTANCE_FROM_NOISE.value
+# constant, or half of a drift, beside the law, by the control's root mean square
+_MAX_CONTROL_LEAN = 0.01
+_DRAWS = 3  # of what the log leaves open
+_COINCIDES = 1e-6  # of a sample
+# least deviation of a factor of a law that reads an ideal velocity, which is in no log: measured,
+# up to 2.4e-4 off on twins without noise, 1e-5 to 1e-4 on whole ones
+_FACTOR_BLUR = 1e-4
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LawByGains:
+    """A law beside the recorded control, by its gains.
+
+    Attributes
+    ----------
+    along : LawAlong
+        The law.
+    point : LawPoint
+        Its declared gains, and the memory that the record's first controls show.
+    compared : callable
+        What is made of a control before it is compared.
+    neighbours : RowTimes
+        Of the rows that are compared.
+    added : dict of str to (N,) array
+        What is in the recorded control besides, by name: each may have another size. Of a law that
+        is a sum of products of its gains, what none of them multiplies is the product ``1``.
+    put_in : (N,) array of bool
+        Samples of `along` whose control is the declared law's and not the recorded one; none is
+        compared.
+    possible : tuple of LawAlong
+        The law along what it may have read, drawn at random; none where the log has that.
+    between : bool
+        Whether it reads between the samples of the log.
+    free : tuple of str
+        Gains that have other values than the declared ones.
+    """
+
+    along: LawAlong
+    point: LawPoint
+    compared: Callable[[Array], Array]
+    neighbours: RowTimes
+    added: Mapping[str, Array] = field(default_factory=dict)
+    put_in: NDArray[np.bool_] | bool = False
+    possible: tuple[LawAlong, ...] = ()
+    between: bool = False
+    free: tuple[str, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        axis: GeneratedAxis,
+        law: ControlLaw,
+        record: Record,
+        used: NDArray[np.bool_],
+        limited: NDArray[np.bool_],
+    ) -> "LawByGains":
+        """A law beside a record of one piece, with a reference and a control.
+
+        Parameters
+        ----------
+        axis : GeneratedAxis
+            Under that law.
+        law : ControlLaw
+        record : Record
+        used : (N,) array of bool
+            Samples that are compared.
+        limited : (N,) array of bool
+            Samples whose control is not the law's, see `compared_with_law`.
+        """
+        smooth, (ticks, start) = compared_as(law, record), noisy_ticks(axis, law, record)
+        along = LawAlong.of(axis, law, ticks, record)
+        declared = LawPoint(along.declared.gains, start[: len(law.memory)])
+        output = along.output(declared)
+        # A control that a converter's noise took from the limit is none that the law gave.
+        limited = limited | (np.abs(output) > along.limit)
+        used = used & ~limited
+        if law.takes_velocity:  # what the limit cut off would be spread far over the neighbours
+            along = replace(along, control=np.where(limited, output, along.control))
+
+        def compared(control: Array) -> Array:
+            return np.asarray(smooth(control)[used])
+
+        added = {}
+        if law.is_polynomial or not law.gains:
+            added[NO_GAINS] = along.slope_by_rest(declared)
+        if record.added_control is not None:
+            added[INJECTED] = as_logged(axis, ticks.added_at_samples(law.delay))
+        clocks = two_clocks(axis, record, (0, len(record)))
+        times = np.arange(float(len(record))) if clocks is None else clocks.times
+        between = not np.allclose(times, np.round(times), rtol=0, atol=_COINCIDES)
+        return cls(
+            along=along,
+            # With noise the first controls show what is remembered less well than all of them do.
+            point=along.fitted(declared, compared, ()),
+            compared=compared,
+            neighbours=RowTimes(np.flatnonzero(used)),
+            added=added,
+            put_in=limited,
+            possible=tuple(_possible(along, record, times if between else None)),
+            between=between,
+        )
+
+    @property
+    def gains(self) -> dict[str, float]:
+        """By name, at the point."""
+        return dict(zip(self.along.law.gains, map(float, self.point.gains), strict=True))
+
+    @property
+    def times(self) -> dict[str, float]:
+        """How many times the declared one each gain is that has another value."""
+        declared, gains = self.along.law.gains, self.gains
+        return {name: gains[name] / (declared[name] or 1.0) for name in self.free}
+
+    def best(self, names: Sequence[str]) -> "LawByGains":
+        """The same with the values of such gains that give the recorded control best."""
+        free = [[*self.along.law.gains].index(name) for name in names]
+        point = self.along.fitted(self.point, self.compared, free)
+        return replace(self, point=point, free=tuple(names))
+
+    def of_control(self, times: float) -> "LawByGains":
+        """The same beside a control of which the recorded one is so many times."""
+        control = np.where(self.put_in, self.along.control, self.along.control / times)
+        along = replace(self.along, control=control)
+        return replace(self, along=along, point=along.fitted(along.declared, self.compared, ()))
+
+    @cached_property
+    def control(self) -> Array:
+        """The recorded control as it is compared, (n,)."""
+        return self.compared(self.along.control)
+
+    @cached_property
+    def output(self) -> Array:
+        """The law's at the point, as it is compared, (n,)."""
+        return self.compared(self.along.output(self.point))
+
+    @cached_property
+    def scale(self) -> "tuple[float, LawByGains] | None":
+        """How many times the law's the recorded control is, where that explains it by any gains.
+
+        With the law beside the control without it; -1 for one of the other sign.
+        """
+        output, control = self._besides_start(np.column_stack([self.output, self.control])).T
+        power = float(output @ output)
+        times = float(output @ control) / power if power > 0 else 0.0
+        if not np.isfinite(times) or times == 0 or abs(times - 1) < MAX_SCALE_ERROR.value:
+            return None
+        times = times if times > 0 else -1.0
+        scaled = self.of_control(times)
+        # What the log rounds is open besides.
+        allowed = max(MAX_LAW_RESIDUAL.value, _MOST_OPEN * self.open_percent)
+        return (
+            (times, scaled) if scaled.percent < allowed and (times < 0 or not scaled.off) else None
+        )
+
+    def unless_rounded(self) -> "LawByGains":
+        """The same without a rounding that the record refutes.
+
+        A reference that its maker computes in whole steps looks like one that the log rounded, and
+        the law reads the steps of an encoder as they are. Such steps would leave of the control, by
+        any gains, what they do, which jumps from sample to sample as no other fault does.
+        """
+        for each in (self, self.best([*self.along.law.gains])):
+            sizes = [np.linalg.norm(np.diff(off)) for off in each.left_open]
+            jumps = np.linalg.norm(np.diff(each.residuals))
+            if jumps < max(sizes, default=0.0) / MIN_DISTANCE_FROM_NOISE.value:
+                return replace(self, possible=(), between=False)
+        return self
+
+    @property
+    def is_hidden(self) -> bool:
+        """Whether what the log leaves open hides whether the law is right."""
+        left, open_ = self.percent, self.open_percent
+        return max(left, open_) >= MAX_LAW_RESIDUAL.value and left < _MOST_OPEN * open_
+
+    @cached_property
+    def left_open(self) -> list[Array]:
+        """By how much the output may differ for what the log leaves open, (n,) each."""
+        return [self.compared(each.output(self.point)) - self.output for each in self.possible]
+
+    @property
+    def open_percent(self) -> float:
+        """How far the control of a right law may be off for it, percent of the control."""
+        off = (relative_error_percent(each, self.control) for each in self.left_open)
+        return max(off, default=0.0)
+
+    @cached_property
+    def residuals(self) -> Array:
+        """What the law leaves of the control, but for another start of its memory, (n,)."""
+        return self._besides_start((self.control - self.output)[:, None])[:, 0]
+
+    @property
+    def percent(self) -> float:
+        """The same in percent of the control."""
+        return relative_error_percent(self.residuals, self.control)
+
+    @cached_property
+    def lean(self) -> dict[str, float]:
+        """A constant and a drift over the record that stand out of what is left, by name."""
+        values, deviations = leaning(self.residuals, self.neighbours)
+        least = _MAX_CONTROL_LEAN * np.sqrt(np.mean(self.control**2)) * np.array([1.0, 2.0])
+        # How large either may be for what the log does not write.
+        left_open = [leaning(each, self.neighbours)[0] for each in self.left_open]
+        chance = np.abs([deviations, *left_open]).max(axis=0)
+        far = np.abs(values) > np.maximum(least, MIN_DISTANCE_FROM_NOISE.value * chance)
+        named = zip((CONSTANT, DRIFT), values, far, strict=True)
+        return {name: float(value) for name, value, is_far in named if is_far}
+
+    @cached_property
+    def gain_steps(self) -> tuple[dict[str, float], Array, Array]:
+        """Changes of gains that least squares asks for, their covariance, and what they leave.
+
+        Of the logarithms of gains that show in the control, and are told from the others that do;
+        and of what was added, by itself. What is left is (n,), to first order.
+        """
+        return self._gain_steps(self._names)
+
+    @cached_property
+    def off(self) -> list[str]:
+        """Gains, and what was added, that are clearly off."""
+        steps, covariance, _ = self.gain_steps
+        far = MIN_DISTANCE_FROM_NOISE.value * np.sqrt(np.diag(covariance))
+        allowed = dict(zip(steps, np.maximum(MAX_SCALE_ERROR.value, far), strict=True))
+        if self.along.law.takes_velocity and INJECTED in allowed:
+            # The velocity that is compared is not the sensor's to a hundredth.
+            allowed[INJECTED] = max(allowed[INJECTED], MAX_FACTOR_ERROR)
+        return [name for name, step in steps.items() if abs(step) > allowed[name]]
+
+    @property
+    def gains_off(self) -> list[str]:
+        """Those of them that another value of a gain mends."""
+        return [name for name in self.off if name in self.along.law.gains]
+
+    @property
+    def fitted_percent(self) -> float:
+        """What is left of the control, to first order, with every gain as it asks for, percent."""
+        return relative_error_percent(self.gain_steps[2], self.control)
+
+    @property
+    def factors(self) -> dict[str, tuple[float, float]]:
+        """How many times itself each term of the law should be, to first order; its deviation.
+
+        By product of gains; by gain of a law that is no sum of such products.
+        """
+        steps, covariance, _ = self.gain_steps
+        blur = _FACTOR_BLUR * self.along.law.takes_velocity  # of what is in no log
+        names, columns, factors = self._names, self._columns, {}
+        # Of gains that show in one product alone the step of one is that of the product.
+        told = columns[:, [names.index(name) for name in steps]]
+        shares = np.linalg.lstsq(told, columns)[0]
+        apart = np.linalg.norm(columns - told @ shares, axis=0)
+        shares[:, apart > _MIN_GAIN_TOLD_APART * np.linalg.norm(columns, axis=0)] = 0.0
+        for term, powers in self.powers.items():
+            of = np.array([powers.get(each, 0.0) for each in steps])
+            shown = of @ shares[:, [names.index(each) for each in powers]]
+            if np.allclose(shown, [*powers.values()], rtol=MAX_SCALE_ERROR.value):
+                deviation = float(np.hypot(np.sqrt(of @ covariance @ of), blur))
+                factors[term] = (float(1 + of @ [*steps.values()]), deviation)
+        return factors
+
+    @property
+    def powers(self) -> dict[str, dict[str, float]]:
+        """Powers of the gains, and of what was added, in each term of the law, by name."""
+        law, alone = self.along.law, {name: {name: 1.0} for name in self.added}
+        products = [product for product, _ in law.terms if product.free_symbols]
+        if not law.is_polynomial:
+            products = [gain(name) for name in law.gains]
+        return {
+            str(each): {
+                str(g): float(n) for g, n in each.as_powers_dict().items() if g.free_symbols
+            }
+            for each in products
+        } | alone
+
+    @property
+    def _names(self) -> list[str]:
+        """Names of the gains, and of what was added."""
+        return [*self.along.law.gains, *self.added]
+
+    @cached_property
+    def _slopes(self) -> Array:
+        """Of the output by each gain, (N, g)."""
+        return self.along.slopes_by_gain(self.point)
+
+    @cached_property
+    def _columns(self) -> Array:
+        """Slopes of what is compared by each gain and what was added, (n, k)."""
+        every = map(self.compared, (*self._slopes.T, *self.added.values()))
+        return self._besides_start(np.column_stack([*every]))
+
+    def covariance(self, names: Sequence[str]) -> Array:
+        """Of the logarithms of gains that the control asks for, others being right, (k, k).
+
+        Infinite variances of those that do not show in it apart from the others.
+        """
+        steps, told, _ = self._gain_steps(names, vague=True)
+        covariance = np.diag(np.full(len(names), np.inf))
+        covariance[np.ix_(*[[names.index(name) for name in steps]] * 2)] = told
+        return covariance
+
+    def _gain_steps(
+        self, names: Sequence[str], *, vague: bool = False
+    ) -> tuple[dict[str, float], Array, Array]:
+        """The same of some, and of vague ones if asked.
+
+        Vague is a gain that shows by what the log leaves open more than a little: it would be found
+        too low. What the log leaves open is in the covariance.
+        """
+        free, columns = [self._names.index(name) for name in names], self._columns
+        shown = columns
+        if self.possible and not vague:
+            rough = self.possible[0].slopes_by_gain(self.point) - self._slopes
+            noise = np.zeros(len(columns.T))
+            noise[: len(rough.T)] = [np.linalg.norm(self.compared(each)) for each in rough.T]
+            least = MAX_ROUNDED_SHARE.value * np.linalg.norm(columns, axis=0)
+            shown = np.where(noise > least, 0.0, columns)
+        told = [free[j] for j in _told_apart(shown[:, free], float(np.linalg.norm(self.control)))]
+        if not told:
+            return {}, np.zeros((0, 0)), self.residuals
+        named = [self._names[i] for i in told]
+        fit, covariance = hac_fit(self.residuals, columns[:, told], named, self.neighbours)
+        if self.left_open:
+            moved = np.array([fit.influence.T @ each for each in self.left_open])
+            covariance = covariance + moved.T @ moved / len(moved)
+        return dict(zip(named, map(float, fit.theta), strict=True)), covariance, fit.residuals
+
+    def least_change(self) -> "tuple[LawByGains, ...]":
+        """The same with the fewest other gains with which none is off; the best if none is enough.
+
+        Several where other single gains explain the control as well.
+        """
+        free, best = tuple[str, ...](), self
+        while len(free) < len(self.along.law.gains):
+            tried = [self.best((*free, name)) for name in self.along.law.gains if name not in free]
+            best = min(tried, key=lambda each: each.percent)
+            if not best.gains_off:
+                most = _MAX_SAME_RESIDUAL * best.percent
+                alike = [each for each in tried if each.percent <= most and not each.gains_off]
+                return (best,) if free else tuple(sorted(alike, key=lambda each: each.percent))
+            free = best.free
+        return (best,)
+
+    def _besides_start(self, columns: Array) -> Array:
+        """Columns without what another start of the memory explains."""
+        by_start = map(self.compared, self.along.slopes_by_start(self.point).T)
+        starts = np.column_stack([np.empty((len(columns), 0)), *by_start])
+        sizes = np.linalg.norm(starts, axis=0)
+        unit = starts[:, sizes > 0] / sizes[sizes > 0]
+        shares = np.linalg.lstsq(unit, columns, rcond=_MIN_GAIN_TOLD_APART)[0]
+        return np.asarray(columns - unit @ shares)
+
+
+def said_of_gains(by_gains: LawByGains) -> tuple[str, LawByGains | None]:
+    """The least change of gains that explains the control, in words, and the law with it.
+
+    A control that is recorded with another scale is what such a gain may make of it too.
+    """
+    declared, said = by_gains.along.law.gains, ""
+    changes = by_gains.least_change() if declared else ()
+    explaining = (each for each in changes if each.percent < MAX_LAW_RESIDUAL.value)
+    best = next((each for each in explaining if not each.gains_off), None)
+    if best is not None:
+        ways = "; or ".join(
+            " and ".join(
+                f"{name} is {times:.4g} times the declared one, {change.gains[name]:.5g} for "
+                f"{declared[name]:.5g}"
+                for name, times in change.times.items()
+            )
+            for change in changes
+        )
+        these = "that" if len(best.free) == 1 else "these"
+        rest = first_case(
+            (len(changes) > 1, "the record does not tell which"),
+            (
+                len(declared) > len(best.free),
+                f"and every other gain is right; declare {these}",
+            ),
+            (True, f"declare {these}"),
+        )
+        said = f"{ways}, {rest}"
+    if by_gains.scale is not None:
+        times, scaled = by_gains.scale
+        said = (
+            f"{said}; or {scale_text(times)}: the law alone does not tell which"
+            if said
+            else scale_text(times, f", with which it would be {off_text(scaled.percent)}")
+        )
+    return said, best
+
+
+def _told_apart(columns: Array, size: float) -> list[int]:
+    """Columns of gains that show in the control, and are told from the others that do."""
+    sizes = np.linalg.norm(columns, axis=0)
+    shown = np.flatnonzero(np.isfinite(sizes) & (sizes > _MIN_GAIN_TOLD_APART * size))
+    if not len(shown):
+        return []
+    _, weights, order = qr(columns[:, shown] / sizes[shown], mode="economic", pivoting=True)
+    clear = np.abs(np.diag(weights)) > _MIN_GAIN_TOLD_APART
+    return sorted(int(shown[i]) for i in order[: len(clear)][clear])
+
+
+def _possible(along: LawAlong, record: Record, times: Array | None) -> Iterator[LawAlong]:
+    """The law along what it may have read, at its own times, (M,) samples, if those of none are.
+
+    Position and reference as they may have been before the log rounded them. Between the samples
+    the noise of the position was another one, and a cubic spline misses what is faster than they:
+    by how much, one of every second sample tells.
+    """
+    position, reference = along.ticks.position, along.ticks.reference
+    steps = [
+        quantisation_step(values) for values in (record.position, np.asarray(record.reference))
+    ]
+    noise = 0.0
+    if times is not None:
+        noise, some = position_noise(record.position), record.position[::2]
+        position = at_times(times / 2, np.arange(float(len(some))), some, "spline")
+    elif not any(steps):
+        return
+    rng = np.random.default_rng(0)
+    for _ in range(_DRAWS):
+        places, wanted = (
+            values + step * rng.uniform(-0.5, 0.5, len(values))
+            for step, values in zip(steps, (position, reference), strict=True)
+        )
+        places = places + noise * rng.normal(size=len(places))
+        yield replace(along, ticks=replace(along.ticks, position=places, reference=wanted))

@@ -1,0 +1,415 @@
+"""Estimates over a range of cut-off frequencies: where bias begins, and which to take, and why.
+
+A low cut-off hides noise and rounds the motion; a high one lets noise through, which biases least
+squares and leaves instruments steady. The decimation follows the cut-off, so that force and motion
+are always low-passed alike.
+
+With instruments that agree with least squares noise does no harm, and the most precise cut-off is
+taken. Without them nothing tells where noise begins to bias, but what a cut-off does shows in its
+neighbours: what rounding or noise moves at one, it moves otherwise at the next. An estimate's error
+is then taken to be its deviation, the bias that is known of it (of the filter, and of noise where
+loops follow the record) and the step to its neighbours together; cut-offs whose parameters predict
+the motion worse than elsewhere are left out.
+
+An equation's error says nothing between cut-offs, each of which filters what it is held against:
+noise that biases the parameters makes the rows no harder to explain. The position is the same for
+all, and no row is fitted to it. So the parameters move the axis under the recorded control, in
+windows that each start where the record is. What is known of the bias of filter and noise is taken
+off them.
+"""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from axisid.codegen.generated_axes import GeneratedAxis, as_generated
+from axisid.estimation.choices import INSTRUMENT_STARTS, same_estimates
+from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check
+from axisid.estimation.diagnostics import Checked, tests_of_instruments
+from axisid.estimation.diagnostics.control_law import LawCheck, first_failing
+from axisid.estimation.estimates import Estimate, hausman, significant_differences
+from axisid.estimation.identification import Identification, identify, records_of
+from axisid.estimation.methods import METHODS
+from axisid.estimation.parameters import KnownValue
+from axisid.estimation.prediction_errors import WindowPredictions
+from axisid.estimation.records import Record
+from axisid.estimation.signals import Prefilter, matching_decimation
+from axisid.estimation.thresholds import (
+    MAX_RELATIVE_DEVIATION,
+    MIN_FIRST_STAGE_F,
+    MIN_ROWS_PER_PARAMETER,
+    MIN_SWEPT_CUTOFFS,
+)
+from axisid.modeling.declaration import Axis
+from axisid.support.arrays import Array, Exact
+from axisid.support.errors import (
+    DataError,
+    EstimationError,
+    Missing,
+    ModelError,
+    UsageError,
+    is_real,
+    quoted,
+)
+from axisid.support.presentable import Presentable
+from axisid.support.progress import Progress, with_progress
+
+_MAX_FILTER_BIAS = 1.0  # deviations, by filter and noise
+# of a known parameter's value, to the neighbouring cut-off; beyond, none is recommended without
+# instruments
+_MAX_SWEEP_STEP = 0.1
+# of a sweep's least error of the predicted position: measured, right twins lose no better cut-off
+# by it; beside white noise of the position one is left out that is biased eight times as much
+# (`benchmarks/sweeps.py`)
+_MAX_MOTION_ERROR = 2.0
+
+_HORIZON = 0.5  # s, of a window
+_LEAST = 1e-8  # relative error: one parameter that is about exact must not decide for all
+
+
+def recommend(results: Sequence[Identification]) -> tuple[float | None, str]:
+    """A cut-off, Hz, and why that one; None where none can be named.
+
+    Parameters
+    ----------
+    results : sequence of Identification
+        By cut-off, ascending.
+    """
+    agreeing = [result for result in results if _agrees(result)]
+    steps = (
+        (
+            [result for result in agreeing if _is_unbiased(result["idm-iv"])],
+            "where the deviations are smallest among the cut-offs at which least squares and "
+            "instruments agree and the bias of filter and noise is below a deviation",
+        ),
+        (
+            agreeing,
+            "where the deviations are smallest among the cut-offs at which least squares and "
+            "instruments agree; the bias of filter and noise exceeds a deviation at all of them",
+        ),
+        (
+            [result for result in results if _is_strong(result.estimates.get("idm-iv"))],
+            "where the deviations of the instruments and its bias are smallest; "
+            "noise biases least squares at every cut-off, so believe the instruments",
+        ),
+    )
+    for able, why in steps:
+        if able:
+            best = min(able, key=lambda result: _vagueness(result["idm-iv"]))
+            return best.prefilter.cutoff, why
+    return _steadiest(results)
+
+
+def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
+    """Without instruments: the cut-off beside which least squares hardly moves."""
+    why = "there are no instruments to compare with"
+    if any("idm-iv" in result.estimates for result in results):
+        why = "the instruments are weak"
+    judged = [
+        (result, estimate)
+        for result in results
+        for estimate in [result.estimates.get("idm-ls") or result.preferred]
+        if _has_rows(estimate)
+    ]
+    if len(judged) < MIN_SWEPT_CUTOFFS.value:
+        return None, (
+            f"none: {why}, and {len(judged)} cut-off{'s' * (len(judged) != 1)} cannot show where "
+            f"noise or rounding begins; give {MIN_SWEPT_CUTOFFS.value:g} or more"
+        )
+    values = np.array([[v.corrected for v in e.parameters.values()] for _, e in judged])
+    # Of each estimate, how far the farther one of its neighbours is from it, by its size.
+    apart = np.pad(np.abs(np.diff(values, axis=0)), ((1, 1), (0, 0)), "edge")
+    steps = np.maximum(apart[:-1], apart[1:]) / np.abs(values)
+    errors = [_vagueness(each, step) for (_, each), step in zip(judged, steps, strict=True)]
+    motion = np.array(motion_errors(judged))
+    strays = motion > _MAX_MOTION_ERROR * np.min(motion)
+    chosen = int(np.argmin(np.where(strays, np.inf, errors)))
+    result, estimate = judged[chosen]
+    cutoff = result.prefilter.cutoff
+    moving = ", ".join(
+        f"{name} by {100 * share:.2g} %"
+        for (name, value), share in zip(estimate.parameters.items(), steps[chosen], strict=True)
+        if value.relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
+        and share > _MAX_SWEEP_STEP
+    )
+    if moving:
+        return None, (
+            f"none: {why}, and least squares stands still nowhere; even at {cutoff:g} Hz, where it "
+            f"moves least, a neighbouring cut-off moves {moving}. Record the reference, or take a "
+            "finer encoder"
+        )
+    predicted = ""
+    if math.isfinite(motion[chosen]):
+        unit = result.axis.axis.coordinate.unit
+        left = f"{strays.sum()} of {len(strays)} cut-offs are left out, where it is twice the least"
+        predicted = (
+            f" (half a second ahead they predict the position to {motion[chosen]:.2g} "
+            f"{unit}{f'; {left}' * bool(strays.any())})"
+        )
+    at_end = "; it is at the end of the range, so sweep further"
+    return cutoff, (
+        "where deviations, the bias that is known and the steps to the neighbouring cut-offs are "
+        f"smallest together{predicted}, since {why}{at_end * (chosen in (0, len(judged) - 1))}"
+    )
+
+
+def _has_rows(estimate: Estimate) -> bool:
+    """Whether its rows are enough to judge it by."""
+    return len(estimate.y) >= MIN_ROWS_PER_PARAMETER.value * len(estimate.theta)
+
+
+def _agrees(result: Identification) -> bool:
+    ls, iv = result.estimates.get("idm-ls"), result.estimates.get("idm-iv")
+    if ls is None or iv is None or not _is_strong(iv):
+        return False
+    found = hausman(ls, iv)
+    return not (isinstance(found, Missing) or significant_differences(found, result.levels.level))
+
+
+def _is_strong(iv: Estimate | None) -> bool:
+    """Whether there are instruments that tell something, and rows enough."""
+    tests = tests_of_instruments(iv)
+    return (
+        iv is not None
+        and not isinstance(tests, Missing)
+        and _has_rows(iv)
+        and tests.weakest >= MIN_FIRST_STAGE_F.value
+    )
+
+
+def _is_unbiased(iv: Estimate) -> bool:
+    return iv.filter_bias is not None and all(
+        value.shift <= _MAX_FILTER_BIAS for value in iv.parameters.values()
+    )
+
+
+def _vagueness(estimate: Estimate, steps: Array | float = 0.0) -> float:
+    """Geometric mean of relative errors: of deviation, known bias, and steps to others, (p,).
+
+    A geometric one, since a parameter about zero must not decide for all.
+    """
+    errors = [
+        math.hypot(each.deviation, each.filter_bias or 0.0) / abs(each.value)
+        if each.value
+        else math.inf
+        for each in estimate.parameters.values()
+    ]
+    return float(np.mean(np.log(np.maximum(np.hypot(errors, steps), _LEAST))))
+
+
+def motion_errors(results: Sequence[tuple[Identification, Estimate]]) -> list[float]:
+    """Errors of the position that estimates predict, in the coordinate's unit, root mean square.
+
+    Parameters
+    ----------
+    results : sequence of (Identification, Estimate)
+        Of the same records.
+
+    Returns
+    -------
+    list of float
+        Infinite where an axis does not get through a window, NaN where it cannot be told: there is
+        no control or no position.
+    """
+    (first, estimate), *_ = results
+    data, errors = first.problem.data, list[float]()
+    try:
+        predictions = WindowPredictions(
+            estimate.form, [d.axis for d in data], [d.record for d in data], _HORIZON
+        )
+    except (DataError, EstimationError, ModelError):
+        return [math.nan] * len(results)
+    for _, each in results:
+        try:
+            predictions.settle(each.corrected)
+            squares = predictions(each.corrected[None]).errors[predictions.counted > 0] ** 2
+            errors.append(float(np.sqrt(np.mean(squares))))
+        except (EstimationError, ModelError):
+            errors.append(math.inf)
+    return [math.inf if math.isnan(each) else each for each in errors]
+
+
+_DEFAULT_POINTS, _MOST_POINTS = 12, 500
+_LOWEST, _HIGHEST = 0.02, 0.4  # of the sampling frequency
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Sweep(Checked, Presentable, Exact):
+    """Results by cut-off, ascending.
+
+    Attributes
+    ----------
+    results : tuple of Identification
+        One for each cut-off that gave any estimate.
+    failures : dict of float to str
+        Cut-offs that gave none, Hz, with the reason.
+    recommended : float or None
+        Cut-off, Hz; None where none can be named.
+    reason : str
+        Why that one, or none, in one sentence.
+    law : LawCheck or Missing
+        The declared control law against the record, whatever the cut-off.
+    """
+
+    results: tuple[Identification, ...]
+    failures: Mapping[float, str]
+    recommended: float | None
+    reason: str
+    law: LawCheck | Missing
+
+    def with_result(self, result: Identification) -> "Sweep":
+        """The sweep with a result of the same record among its own, by the sweep's methods."""
+        methods = {method for swept in self.results for method in swept.estimates}
+        own = replace(result, estimates={m: e for m, e in result.estimates.items() if m in methods})
+        by_cutoff = dict(zip(self.cutoffs, self.results, strict=True)) | {own.prefilter.cutoff: own}
+        return replace(self, results=tuple(result for _, result in sorted(by_cutoff.items())))
+
+    @property
+    def recommendation(self) -> str:
+        """The recommended cut-off with why that one, or why there is none."""
+        if self.recommended is None:
+            return self.reason
+        return f"{self.recommended:g} Hz, {self.reason}"
+
+    @property
+    def checks(self) -> tuple[Check, ...]:
+        """Of the result at the recommended cut-off; without one, why none can be named."""
+        if self.recommended is None:
+            return (Check.unless("recommendation", self.reason),)
+        return self.results[self.cutoffs.index(self.recommended)].checks
+
+    @property
+    def cutoffs(self) -> tuple[float, ...]:
+        """Of the results, Hz."""
+        return tuple(result.prefilter.cutoff for result in self.results)
+
+    def with_set_aside(self, unread: Mapping[str, str]) -> "Sweep":
+        """The same with records that could not even be read."""
+        return replace(self, results=tuple(each.with_set_aside(unread) for each in self.results))
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        """Of the results, without one that gives the same estimate as another of them."""
+        found = [m for m in METHODS if any(m in result.estimates for result in self.results)]
+        return tuple(m for m in found if m not in same_estimates(found))
+
+    def estimates(self, method: str) -> tuple[Estimate | None, ...]:
+        """One method's estimates over the cut-offs; None where it gave none."""
+        return tuple(result.estimates.get(method) for result in self.results)
+
+
+def sweep(
+    axis: Axis | GeneratedAxis,
+    record: Record | Sequence[Record],
+    cutoffs: Sequence[float] | None = None,
+    prefilter: Prefilter | None = None,
+    methods: Sequence[str] | None = None,
+    *,
+    progress: Progress | None = None,
+    local: str | Sequence[str] = (),
+    known: Mapping[str, Sequence[KnownValue]] | None = None,
+    gain: str = "identified",
+    skip_bad: bool = False,
+    start: str = INSTRUMENT_STARTS[0],
+    level: float = DEFAULT_LEVELS.level,
+    least_share: float = DEFAULT_LEVELS.least_share,
+) -> Sweep:
+    """Identify an axis at many cut-off frequencies.
+
+    Parameters
+    ----------
+    axis : Axis or GeneratedAxis
+    record : Record or sequence of Record
+    cutoffs : sequence of float, optional
+        Hz; by default 12 from 0.02 to 0.4 of the sampling frequency, in equal ratios.
+    prefilter : Prefilter, optional
+        The other settings; its cut-off and decimation are not used.
+    methods : sequence of str, optional
+        As in `identify`.
+    progress : callable, optional
+        Told before each cut-off how many are done, of how many, and which it is.
+    local, known, gain, skip_bad
+        As in `identify`, of several records.
+    start, level, least_share
+        As in `identify`.
+
+    Raises
+    ------
+    UsageError
+        A cut-off makes no sense for the record.
+    EstimationError
+        No cut-off gave an estimate.
+    """
+    records, generated, base = records_of(record), as_generated(axis), Prefilter.given(prefilter)
+    period = records[0].period
+    tried = default_cutoffs(1 / period) if cutoffs is None else cutoffs
+    several = isinstance(tried, Iterable) and not isinstance(tried, str) and len(tried)
+    if not several or not all(is_real(f) and 0 < f < math.inf for f in tried):
+        raise UsageError(
+            f"the cut-offs are {quoted(tried)}; give positive numbers, one or more, in Hz.",
+            code="sweep",
+        )
+    results: list[Identification] = []
+    failures: dict[float, str] = {}
+    for cutoff in with_progress(sorted(set(tried)), progress, lambda f: f"cut-off {f:g} Hz"):
+        chosen = replace(base, cutoff=cutoff, decimate=matching_decimation(cutoff, period))
+        try:
+            result = identify(
+                generated,
+                records,
+                chosen,
+                methods,
+                local=local,
+                known=known,
+                gain=gain,
+                skip_bad=skip_bad,
+                start=start,
+                level=level,
+                least_share=least_share,
+            )
+            # Without the filtered signals, of which many results would keep many.
+            data = tuple(replace(each) for each in result.problem.data)
+            results.append(replace(result, problem=replace(result.problem, data=data)))
+        except (EstimationError, DataError) as error:
+            failures[cutoff] = str(error)
+    if not results:
+        why = "; ".join(dict.fromkeys(failures.values()))
+        raise EstimationError(f"no cut-off gave an estimate: {why}", code="sweep")
+    recommended, reason = recommend(results)
+    return Sweep(
+        results=tuple(results),
+        failures=failures,
+        recommended=recommended,
+        reason=reason,
+        law=first_failing(results[0].case.laws),
+    )
+
+
+def default_cutoffs(
+    rate: float,
+    lowest: float | None = None,
+    highest: float | None = None,
+    points: int = _DEFAULT_POINTS,
+) -> tuple[float, ...]:
+    """Cut-offs in equal ratios, rounded to three digits, Hz.
+
+    Parameters
+    ----------
+    rate : float
+        Sampling frequency, Hz.
+    lowest, highest : float, optional
+        Hz; 0.02 and 0.4 of the sampling frequency by default.
+    points : int
+        How many.
+    """
+    first = _LOWEST * rate if lowest is None else lowest
+    last = _HIGHEST * rate if highest is None else highest
+    if not 0 < first <= last or not 1 <= points <= _MOST_POINTS:
+        raise UsageError(
+            f"{points} cut-offs from {first:g} to {last:g} Hz are no range; give 1 to "
+            f"{_MOST_POINTS}, from a lower to a higher frequency.",
+            code="sweep",
+        )
+    return tuple(float(f"{f:.3g}") for f in np.geomspace(first, last, points))

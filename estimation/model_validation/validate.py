@@ -1,0 +1,486 @@
+"""Estimates, or a fit, held against another record: from a result and a record to a `Validation`.
+
+Parameters are frozen, and the output is simulated anew. The windows of an open loop start where
+that record is: their first positions and velocities are of it, for whatever parameters are held
+against it, and nothing else is.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.bootstrap import DEFAULT_COUNT
+from axisid.estimation.choices import OPEN_LOOP, check_among, is_output_error
+from axisid.estimation.diagnostic_checks import Check, Levels
+from axisid.estimation.diagnostics import (
+    Checked,
+    EstimateDifference,
+    RecordRegressor,
+    common_samples,
+)
+from axisid.estimation.diagnostics.control_law import LawCheck, check_law
+from axisid.estimation.estimates import Estimate, SamplingDistribution
+from axisid.estimation.identification import Identification, RecordInfo
+from axisid.estimation.methods import METHODS, Bootstrap, bound_record, estimate_by
+from axisid.estimation.output_error import OutputFit, checked_horizon
+from axisid.estimation.parameters import GAIN, START_PARAMETERS, by_declared_gain
+from axisid.estimation.prediction_errors import LoopPredictions, PredictionErrors, WindowPredictions
+from axisid.estimation.records import Record, check_record, clock_of, period_conflict
+from axisid.estimation.regression import (
+    Hac,
+    InverseForm,
+    factor,
+    least_squares,
+    loop_reference,
+    simulated_loops,
+    simulated_position,
+)
+from axisid.estimation.regression_problem import Problem
+from axisid.estimation.signals import FilteredRecord, RowTimes
+from axisid.estimation.simulation import Simulation
+from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE
+from axisid.support.arrays import Array, Exact, relative_error_percent
+from axisid.support.errors import (
+    DataError,
+    EstimationError,
+    Missing,
+    ModelError,
+    UsageError,
+    quoted,
+)
+from axisid.support.presentable import Presentable
+
+from .validation_result import (
+    MAX_VALIDATION_ERROR,
+    MethodValidation,
+    Validation,
+    checked_law,
+    is_as_small,
+)
+
+
+def validate(
+    result: Identification | Any, record: Record, *, like: int | None = None
+) -> Validation:
+    """Hold every estimate, frozen, against another record of the axis.
+
+    Parameters
+    ----------
+    result : Identification or SavedIdentification
+    record : Record
+        Read for the same axis; it is filtered as the estimates' own record was, in Hz. The hold and
+        the reversals are chosen for it anew where they were left open.
+    like : int, optional
+        Number of one of several records that the result was made from, from 1: what is its own
+        (`local`) or known of it, such as a payload, holds of the record too. Needed where there is
+        such.
+
+    Raises
+    ------
+    UsageError, DataError
+        The record does not suit the prefilter or has no force.
+    """
+    if not hasattr(result, "estimates"):
+        raise UsageError(
+            f"the result is {quoted(result)}; give what identify gave, or load_result(path).",
+            code="validation",
+        )
+    check_record(record)
+    own_names = [*result.local_names, *(n for each in result.of_records[:1] for n in each.known)]
+    if like is None and own_names:
+        raise UsageError(
+            f"{', '.join(own_names)} of this result {'is' if len(own_names) == 1 else 'are'} each "
+            "record's own or known of each, and nothing says what holds of another record; "
+            "name the record that it is like: validate-like=1.",
+            code="validation",
+        )
+    whole, levels = result, result.levels
+    result = whole if like is None else whole.part(like)
+    with np.errstate(all="ignore"):
+        requested = result.requested or result.prefilter  # what was left open suits each record
+        rescaled = requested.at_period(result.record.period, record.period)
+        data = bound_record(result.axis, record, rescaled)
+        own_data = result.problem.data if isinstance(result, Identification) else ()
+        law = check_law(result.axis, record)
+        anew = _estimated_anew(data, [*result.estimates], law)
+        of_each = replace(levels, level=levels.level / len(result.estimates))
+        methods = tuple(
+            _validation(data, frozen, own_data, anew.get(method), of_each)
+            for method, frozen in result.estimates.items()
+        )
+    apart = period_conflict(result.axis.axis.control, record.period, clock_of(record))
+    return Validation(
+        record=record,
+        unit=result.axis.axis.coordinate.unit,
+        methods=methods,
+        known_share=_known_share(
+            [of_one.record for of_one in whole.of_records] or [whole.record], record
+        ),
+        time_base=apart.note if apart is not None and not apart.confirmed else None,
+        law=law,
+        levels=levels,
+    )
+
+
+def _estimated_anew(
+    data: FilteredRecord, methods: Sequence[str], law: LawCheck | Missing
+) -> dict[str, Estimate]:
+    """The second record's own estimates, with its twins; without those that it does not give."""
+    problem, found = Problem(axis=data.axis, data=(data,)), {}
+    twins = Bootstrap(
+        problem=problem,
+        count=DEFAULT_COUNT,
+        methods=methods,
+        has_laws=lambda: isinstance(law, LawCheck) and law.passed,
+    )
+    for method in methods:
+        with suppress(ModelError, DataError, EstimationError):
+            found[method] = estimate_by(problem, METHODS[method], None, "hac", twins)
+    return found
+
+
+def reestimated(
+    frozen: SamplingDistribution, own: Estimate, levels: Levels
+) -> EstimateDifference | None:
+    """What a second record has more than frozen parameters, by its own estimate of one method.
+
+    Parameters
+    ----------
+    frozen : SamplingDistribution
+    own : Estimate
+        Of the second record.
+    levels : Levels
+        From when on the difference tells something.
+
+    Returns
+    -------
+    EstimateDifference or None
+        Less their bias where that is known of both; None where the second record's own tell
+        nothing.
+    """
+    anew = own.distribution
+    both_biases = frozen.bias is not None and anew.bias is not None
+    before, after = (each.corrected if both_biases else each.theta for each in (frozen, anew))
+    covariances = np.array([each.covariances[frozen.chosen] for each in (frozen, anew)])
+    if not np.all(np.isfinite([after, *covariances[0], *covariances[1]])):
+        return None
+    variances = np.diagonal(covariances, axis1=1, axis2=2)
+    dof = np.array([each.freedom[frozen.chosen] for each in (frozen, anew)])
+    # Welch and Satterthwaite's degrees of freedom of a difference.
+    with np.errstate(invalid="ignore"):
+        freedom = variances.sum(axis=0) ** 2 / (variances**2 / dof).sum(axis=0)
+    by_physical = own.X @ np.linalg.inv(own.jacobian)
+    record = RecordRegressor(
+        names=tuple(q.name for q in own.quantities),
+        units=tuple(q.unit for q in own.quantities),
+        values=before,
+        slopes=np.zeros_like(own.jacobian),
+        span=slice(0, len(own.y)),
+        columns=by_physical,
+        instruments=by_physical,
+        size=float(np.linalg.norm(own.y)),
+    )
+    return EstimateDifference(
+        number=0,
+        of=record,
+        difference=after - before,
+        covariances=(covariances[0] + covariances[1], covariances[1], covariances[0]),
+        freedom=float(np.nanmin(freedom)),
+        untold=(),
+        levels=levels,
+    )
+
+
+def least_mean_square(residuals: Array, neighbours: RowTimes) -> float:
+    """The least mean square that residuals (n,) stand for, where a few slow waves are all of it."""
+    squares = residuals**2
+    mean = float(squares.mean())
+    try:
+        ones = factor(np.ones((len(squares), 1)), ["mean"], neighbours=neighbours)
+        # Squares are no errors that a fit has taken the slow part of: the kernel's is enough.
+        variance = Hac(widened=False).matrix(least_squares(squares, ones))[0, 0]
+    except EstimationError:
+        return mean
+    return max(mean - MIN_DISTANCE_FROM_NOISE.value * float(np.sqrt(variance)), 0.0)
+
+
+def _known_share(own: Sequence[RecordInfo], record: Record) -> float:
+    """Part of a record's samples that are among those of others: by what they are, or their file.
+
+    A file has no samples of the records that a result was made from; of them the whole is known by
+    its digest, and parts of one log by their windows.
+    """
+    known = np.zeros(len(record), dtype=bool)
+    for each in own:
+        if each.digest == record.digest:
+            return 1.0
+        file = each.provenance.sha256
+        if file and file == record.provenance.sha256:
+            for start, stop in each.windows or [(-math.inf, math.inf)]:
+                known |= (start <= record.time) & (record.time <= stop)
+        elif isinstance(each, Record) and (common := common_samples(each, record)):
+            known |= common[1]
+    return float(np.mean(known))
+
+
+def _validation(
+    data: FilteredRecord,
+    estimate: Estimate | Any,
+    own_data: Sequence[FilteredRecord],
+    again: Estimate | None,
+    levels: Levels,
+) -> MethodValidation:
+    """How an estimate holds on a second record, its own records being these.
+
+    Parameters
+    ----------
+    data : FilteredRecord
+        The second record.
+    estimate : Estimate or SavedEstimate
+    own_data : sequence of FilteredRecord
+        What it was made from, where that is known.
+    again : Estimate or None
+        The second record's own, by the same method.
+    levels : Levels
+        From when on the two are others.
+    """
+    problem, frozen = Problem(axis=data.axis, data=(data,)), estimate.distribution
+    form = METHODS[estimate.method].form(data.axis).at(frozen.theta)
+    rows, theta, source = problem.rows(form), form.regressed(frozen.theta), data.record.provenance
+    if not len(rows.left):
+        raise DataError(
+            f"{source.source}: no row is left of it, since all its motion is near reversals "
+            'or masked; record longer strokes, or identify with reversals="keep".',
+            code="too-short",
+        )
+    residuals = rows.left - rows.intercept - rows.regressor @ theta
+    simulation, position, tracking, reason = None, None, None, None
+    try:
+        loops, right = problem.simulated(form, frozen.theta)
+        apart = rows.left - right.regressor @ theta - right.intercept
+        simulation = relative_error_percent(apart, rows.left)
+        if is_output_error(estimate.method):  # whose rows are the loop's
+            residuals = apart
+        if not data.record.integrated:  # the velocity's integral drifts from where the axis was
+            off, wanted = _positions(data, loops)
+            position = float(np.sqrt(np.mean(off**2)))
+            tracking = relative_error_percent(off, wanted)
+    except (ModelError, DataError, EstimationError) as error:
+        reason = str(error)
+    equation = relative_error_percent(residuals, rows.left)
+    if not math.isfinite(equation):
+        raise DataError(
+            f"{source.source}: the equation error of {estimate.method} is not finite; check the "
+            "size and the units of its columns.",
+            code="not-finite",
+        )
+    chance = math.sqrt(
+        least_mean_square(residuals, data.sampling.neighbours) / np.mean(residuals**2)
+    )
+    return MethodValidation(
+        method=estimate.method,
+        equation_error_percent=equation,
+        own_equation_error_percent=estimate.equation_error_percent,
+        simulation_error_percent=simulation,
+        position_error_rms=position,
+        tracking_error_percent=tracking,
+        reason=reason,
+        own_simulation_error_percent=estimate.simulation_error_percent,
+        own_tracking_error_percent=None
+        if tracking is None
+        else _own_tracking(own_data, frozen.theta),
+        least_equation_error_percent=equation * chance,
+        reestimate=None if again is None else reestimated(frozen, again, levels),
+    )
+
+
+def _own_tracking(own: Sequence[FilteredRecord], physical: Array) -> float | None:
+    """The same error on the estimate's own records, where they and their loops are there."""
+    if not own or any(data.record.integrated for data in own):
+        return None
+    with suppress(ModelError, DataError, EstimationError):
+        pairs = [
+            _positions(data, simulated_loops(data.axis, data.record, physical)) for data in own
+        ]
+        off, tracking = (np.concatenate(side) for side in zip(*pairs, strict=True))
+        return relative_error_percent(off, tracking)
+    return None
+
+
+def _positions(data: FilteredRecord, loops: Sequence[Simulation]) -> tuple[Array, Array]:
+    """Recorded less simulated position, and reference less recorded position."""
+    position, kept = data.record.position, data.sampling.kept
+    tracking = loop_reference(data.axis, data.record) - position
+    return (position - simulated_position(loops))[kept], tracking[kept]
+
+
+_OTHER_PERIOD = 1e-3  # relative difference of sample periods: clocks agree to less
+_NO_LAW = "an open loop is followed without any law"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FitValidation(Checked, Presentable, Exact):
+    """What the output that frozen parameters simulate leaves of a record.
+
+    Attributes
+    ----------
+    record : Record
+    output : str
+        ``control``, ``position``, ``force`` or ``open-loop``.
+    unit : str
+        Of the output.
+    horizon : float or None
+        Length of the windows of an open loop, s, that was asked for.
+    windows : tuple of slice
+        Of the errors: each window of an open loop, or each segment of the record.
+    errors : (n,) array
+        Simulated less recorded output.
+    samples : (n,) array of int
+        Of the record, that the errors are at.
+    counted : (n,) array of bool
+        Which of the samples are measurements.
+    percent : float
+        Root mean square of what is left, of that of the recorded output.
+    checks : tuple of Check
+        Whether the output is as near as on the fit's own records, and what says that the record may
+        be of another axis, as a record does not know its axis: a control law that it does not have,
+        another sample period than that of the fit's records.
+    """
+
+    record: Record
+    output: str
+    unit: str
+    horizon: float | None
+    windows: tuple[slice, ...]
+    errors: Array
+    samples: NDArray[np.intp]
+    counted: NDArray[np.bool_]
+    percent: float
+    checks: tuple[Check, ...] = ()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What speaks against the fit on this record."""
+        return tuple(check.meaning for check in self.checks if check.status in ("note", "fail"))
+
+    @property
+    def error(self) -> float:
+        """Root mean square of what is left, in the output's unit."""
+        return float(np.sqrt(np.mean(self.errors[self.counted] ** 2)))
+
+
+def validate_fit(
+    result: OutputFit,
+    record: Record,
+    *,
+    horizon: float | None = None,
+    output: str | None = None,
+) -> FitValidation:
+    """Hold a fit, frozen, against another record of the axis.
+
+    A record that the fit was not made from says how well it predicts, and which of several models
+    does so best. To hold out part of one log, read its parts (`windows` of `read_record`).
+
+    Parameters
+    ----------
+    result : OutputFit
+        Of `fit`.
+    record : Record
+        Read for the same axis.
+    horizon : float, optional
+        Length of the windows of an open loop, s; by default that of the fit. The first position and
+        velocity of each are fitted to the window itself.
+    output : str, optional
+        Which of the outputs that the fit follows; by default the first of them.
+
+    Raises
+    ------
+    UsageError
+        The result is no fit, has parameters of its own for each record, or no windows; or the
+        record has signals that the fit's axis does not declare.
+    DataError
+        The record lacks what is compared, or a signal.
+    EstimationError
+        The record cannot be simulated with these parameters.
+    """
+    check_record(record)
+    if not isinstance(result, OutputFit):
+        raise UsageError(f"the result is {quoted(result)}; give what fit gave.", code="validation")
+    if {*result.local} - {*START_PARAMETERS} or result.known:
+        raise UsageError(
+            "the fit has parameters or known values for each of its records, and nothing says "
+            "which are those of another record; fit without them.",
+            code="validation",
+        )
+    length = result.horizon if horizon is None else checked_horizon(horizon, result.outputs)
+    followed = result.outputs[0] if output is None else str(output)
+    check_among(("output of the fit", followed, result.outputs))
+    axis = result.axes[0]
+    if others := [*(record.signals.keys() - {signal.name for signal in axis.axis.signals})]:
+        raise UsageError(
+            f"{record.provenance.source} has the signal {others[0]!r}, which the fit's axis "
+            f"{axis.axis.name!r} does not declare: it is of another axis. Read the record for "
+            "this one, or fit that one.",
+            code="validation",
+        )
+    form = InverseForm(axis)
+    # Gains of the law are in the axis, and where a loop starts is the record's.
+    physical = result.physical[: len(form.physical_quantities)]
+    if GAIN in result.names:
+        physical = by_declared_gain(axis, physical, result[GAIN].value)
+    predictions: PredictionErrors = (
+        LoopPredictions(form, [axis], [record], followed)
+        if length is None
+        else WindowPredictions(form, [axis], [record], length)
+    )
+    with np.errstate(all="ignore"):
+        predictions.settle(physical)
+        lanes = predictions(physical[None, :])
+    if lanes.failures:
+        raise EstimationError(
+            f"the parameters of the fit do not simulate {record.provenance.source}: "
+            f"{lanes.failures[0]}",
+            code="validation",
+        )
+    errors, counted = lanes.errors[:, 0], predictions.counted > 0
+    percent = relative_error_percent(errors[counted], predictions.measured[counted])
+    return FitValidation(
+        record=record,
+        output=followed,
+        unit=predictions.units[0],
+        horizon=length,
+        windows=predictions.spans[0],
+        errors=errors,
+        samples=predictions.samples[0],
+        counted=counted,
+        percent=percent,
+        checks=tuple(_checks(result, axis, record, followed, percent)),
+    )
+
+
+def _checks(
+    result: OutputFit, axis: GeneratedAxis, record: Record, output: str, percent: float
+) -> Iterator[Check]:
+    """Whether the fit holds, and what says that a record is of another axis, or drive."""
+    periods = [each.period for each in result.records]
+    same = any(math.isclose(record.period, each, rel_tol=_OTHER_PERIOD) for each in periods)
+    said = (
+        f"the record is sampled every {record.period:.6g} s, and what was fitted every "
+        f"{periods[0]:.6g} s: see whether it is of the same axis and drive"
+    )
+    held = "its sample period is that of the fit"
+    yield Check.unless("sample period", None if same else said, held, matters=False)
+    law = Missing(_NO_LAW) if result.outputs == (OPEN_LOOP,) else check_law(axis, record)
+    yield checked_law(law, "the record's control is not the law's of the fit's axis: ")
+    own = max(each.percent for each in result.of_records if each.output == output)
+    told = f"the simulated {output} is {percent:.3g} % from the recorded one, and {own:.3g} %"
+    lost = f"{told} in the fit's own records: see whether axis and load are the same"
+    near = is_as_small(percent, own, MAX_VALIDATION_ERROR)
+    held = f"{told} at most in the fit's own"
+    yield Check.unless("simulation", None if near else lost, held, percent, MAX_VALIDATION_ERROR)

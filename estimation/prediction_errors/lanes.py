@@ -1,0 +1,282 @@
+"""Prediction errors side by side, one column for each parameter set, slopes by differences."""
+
+from abc import ABC, abstractmethod
+from collections import ChainMap
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice, pairwise, starmap
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.estimation.records import Record
+from axisid.estimation.regression import Form
+from axisid.support.arrays import Array
+from axisid.support.errors import EstimationError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lanes:
+    """Predicted less recorded outputs.
+
+    Attributes
+    ----------
+    errors : (n, B) array
+        One column a lane; NaN where its simulation ended early.
+    failures : mapping of int to str
+        Why, by lane.
+    """
+
+    errors: Array
+    failures: Mapping[int, str]
+
+
+@dataclass(slots=True, kw_only=True)
+class Piece:
+    """Rows that are predicted together.
+
+    Attributes
+    ----------
+    record : int
+        Of the records, from 0; pieces of one stand behind those of the one before.
+    spans : tuple of int
+        Rows of each stretch without a gap.
+    samples : (N,) array of int
+    measured, counted : (n,) array
+        As of `PredictionErrors`.
+    """
+
+    record: int
+    spans: tuple[int, ...]
+    samples: NDArray[np.intp]
+    measured: Array
+    counted: Array
+
+
+class PredictionErrors(ABC):
+    """An output as parameters predict it, at the samples of all records.
+
+    Attributes
+    ----------
+    spans : tuple of tuple of slice
+        Rows of each stretch without a gap, by record.
+    samples : tuple of array of int
+        Which sample of its record each row is, or each of several outputs' rows, by record.
+    units : tuple of str
+        Of each output; the rows of a sample are neighbours, one of each.
+    step : float
+        Of the coarsest encoder; 0 where nothing is known of any.
+    measured : (n,) array
+        What was recorded.
+    counted : (n,) array
+        1 for rows that count, 0 for those that are no measurements.
+    horizon : float or None
+        Length of windows that each start anew, s; None of loops.
+    """
+
+    spans: tuple[tuple[slice, ...], ...]
+    samples: tuple[NDArray[np.intp], ...]
+    units: tuple[str, ...]
+    step: float = 0.0
+    measured: Array
+    counted: Array
+    horizon: float | None = None
+
+    def __init__(self, form: Form, records: Sequence[Record], pieces: Sequence[Piece]) -> None:
+        self._form, self._records = form, tuple(records)
+        self._slope_by_time: Array | None = None
+        self._time = 0.0
+        self.measured = np.concatenate([each.measured for each in pieces])
+        self.counted = np.concatenate([each.counted for each in pieces])
+        every = [[each for each in pieces if each.record == i] for i in range(len(records))]
+        self.samples = tuple(np.concatenate([p.samples for p in each]) for each in every)
+        ends = np.cumsum([0, *(size for each in pieces for size in each.spans)]).tolist()
+        stretches = starmap(slice, pairwise(ends))
+        counts = (sum(len(p.spans) for p in each) for each in every)
+        self.spans = tuple(tuple(islice(stretches, count)) for count in counts)
+
+    @abstractmethod
+    def _errors(self, physical: Array) -> Iterator[tuple[Array, Mapping[int, str]]]:
+        """Errors of the rows of each piece with parameters (B, P), and why lanes failed."""
+
+    @abstractmethod
+    def settle(self, physical: Array) -> None:
+        """Settle at parameters (P,) what is to be the same for all lanes about them.
+
+        Raises
+        ------
+        EstimationError
+            They cannot be simulated.
+        """
+
+    @abstractmethod
+    def outputs_of(self, records: Sequence[Record], physical: Array) -> Array:
+        """Rows that the errors of other records of the same samples would have less of, (n,).
+
+        Of each the output, or how far it is from a prediction by parameters (P,) that follows it.
+        """
+
+    def __call__(self, physical: Array) -> Lanes:
+        """Errors of parameters (B, P)."""
+        pieces, failed = zip(*self._errors(physical), strict=True)
+        errors = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+        failures = dict(ChainMap(*map(dict, failed)))
+        errors[:, [*failures]] = np.nan
+        if self._slope_by_time is not None:
+            errors += np.outer(self._slope_by_time, physical[:, -1] - self._time)
+        return Lanes(errors=errors, failures=failures)
+
+    def slopes_by_start(
+        self,
+        physical: Array,  # noqa: ARG002
+    ) -> tuple[tuple[slice, Array], ...]:
+        """Rows of each stretch that begins in motion, and slopes of its errors there, (n, 2).
+
+        By its first position and velocity, which are those of the record; none where they are
+        parameters, or are taken out of the errors.
+        """
+        return ()
+
+    def doubts_of_memory(self, physical: Array) -> Array:  # noqa: ARG002
+        """What the law's memory at each start, a deviation off, makes of the errors, (n, k).
+
+        None where nothing is taken from the controls of the records.
+        """
+        return np.zeros((len(self.measured), 0))
+
+    def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:  # noqa: ARG002
+        """Slopes of the errors by a factor of each term of the law, (n,), by its gains.
+
+        None is given without a law that has terms of its own, or where a loop cannot be simulated.
+        """
+        return {}
+
+    def velocities(self, physical: Array) -> tuple[Array, ...]:  # noqa: ARG002
+        """Of the loops of parameters (P,) at the samples of each record.
+
+        None where there are no loops, or where one cannot be simulated.
+        """
+        return ()
+
+    def follow_time(
+        self, later: "PredictionErrors", physical: Array, time: float, step: float
+    ) -> None:
+        """Let the last parameter be a time of the drive, for which the loops were generated.
+
+        A loop is generated for one lag and one delay. About these its output is a straight line of
+        either; where a search ends, the loop is generated anew, until it is there.
+
+        Parameters
+        ----------
+        later : PredictionErrors
+            The same, of drives whose time is longer by a step.
+        physical : (P,) array
+            Where the slope by the time is taken.
+        time, step : float
+            s
+
+        Raises
+        ------
+        EstimationError
+            Not both can be simulated there.
+        """
+        for each in (self, later):
+            each.settle(physical)
+        here, there = (each(physical[None, :]).errors[:, 0] for each in (self, later))
+        slope = (there - here) / step
+        if not np.all(np.isfinite(slope)):
+            raise EstimationError(
+                "the loop cannot be simulated about the drive's time, which is to be found.",
+                code="simulation",
+            )
+        self._slope_by_time, self._time = slope, time
+
+
+def record_rows(spans: Sequence[slice], place: int = 0, outputs: int = 1) -> slice:
+    """Rows of a record by its stretches: all, or those of the output at a place of so many."""
+    return slice(spans[0].start + place, spans[-1].stop, outputs)
+
+
+#: Of a parameter's scale. The cost is smooth there: slopes agree to 0.06 % from 1e-3 to 1e-6.
+STEP = 1e-4
+_ROOM = 2.001  # steps in the range between the bounds
+_SHORTER = (1, 1 / 8, 1 / 64)  # of the step, where lanes fail
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ErrorsAndJacobian:
+    """Errors at parameters, and how they change.
+
+    Attributes
+    ----------
+    errors : (n,) array
+    jacobian : (n, P) array
+        Columns of parameters that are held are 0.
+    """
+
+    errors: Array
+    jacobian: Array
+
+
+def jacobian_at(
+    predictions: PredictionErrors,
+    physical: Array,
+    scale: Array,
+    lower: Array,
+    upper: Array,
+    free: NDArray[np.bool_] | None = None,
+) -> ErrorsAndJacobian:
+    """Second-order differences about parameters (P,), central where their bounds leave room.
+
+    Where no loop can be simulated on one side, as friction below 0 drives an axis, both steps are
+    to the other.
+
+    Parameters
+    ----------
+    predictions : PredictionErrors
+    physical : (P,) array
+    scale : (P,) array
+        Of each parameter: the step is `STEP` of it.
+    lower, upper : (P,) array
+    free : (P,) array of bool, optional
+        Which parameters; all by default.
+
+    Raises
+    ------
+    EstimationError
+        A loop cannot be simulated there, or nowhere near for one of the parameters.
+    """
+    chosen = range(len(physical)) if free is None else map(int, np.flatnonzero(free))
+    steps = np.minimum(STEP * scale, (upper - lower) / _ROOM)
+    pending = {j: _steps(steps[j], physical[j] - lower[j], upper[j] - physical[j]) for j in chosen}
+    jacobian, why = np.zeros((len(predictions.measured), len(physical))), ""
+    while True:
+        pairs = np.array([next(some, (np.nan, np.nan)) for some in pending.values()]).reshape(-1, 2)
+        if np.isnan(pairs).any():
+            raise EstimationError(why, code="simulation")
+        moves = np.zeros((1 + pairs.size, len(physical)))
+        moves[np.arange(1, len(moves)), np.repeat([*pending], 2)] = pairs.ravel()
+        lanes = predictions(physical + moves)
+        if 0 in lanes.failures:
+            raise EstimationError(lanes.failures[0], code="simulation")
+        here, first, second = lanes.errors[:, :1], lanes.errors[:, 1::2], lanes.errors[:, 2::2]
+        a, b = pairs.T
+        # At 0 of the parabolas through the values at 0, a and b.
+        slopes = (first * b * b - second * a * a) / (a * b * (b - a)) - here * (a + b) / (a * b)
+        lost = {(lane - 1) // 2: why for lane, why in lanes.failures.items()}
+        why = next(iter(lost.values()), "")
+        for k, j in enumerate([*pending]):
+            if k not in lost:
+                jacobian[:, j] = slopes[:, k]
+                del pending[j]
+        if not pending:
+            return ErrorsAndJacobian(errors=here[:, 0], jacobian=jacobian)
+
+
+def _steps(step: float, below: float, above: float) -> Iterator[tuple[float, float]]:
+    """Two steps of a parameter with so much room: about it, or to one side, then shorter ones."""
+    for share in _SHORTER:
+        h = share * step
+        for pair in ((-h, h), (h, 2 * h), (-2 * h, -h)):
+            if -below <= pair[0] and pair[1] <= above:
+                yield pair

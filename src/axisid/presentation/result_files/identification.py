@@ -1,0 +1,701 @@
+"""An identification as a document, and read again, whole or as one of its records has it.
+
+The names of a document's members are a contract with other programs.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Annotated, Any
+
+import numpy as np
+from msgspec import UNSET, UnsetType
+
+from axisid.codegen.generated_axes import GeneratedAxis, build
+from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Levels
+from axisid.estimation.diagnostics import (
+    Alignment,
+    ColumnComparison,
+    Diagnosis,
+    Excitation,
+    InstrumentTests,
+    RecordDiagnosis,
+    RecordDifference,
+)
+from axisid.estimation.diagnostics.control_law import LawCheck
+from axisid.estimation.estimates import (
+    HausmanTest,
+    Physical,
+    PhysicalByMethod,
+    physical_parameters,
+)
+from axisid.estimation.identification import (
+    ByMethod,
+    DriveTime,
+    Identification,
+    RecordInfo,
+    RecordResult,
+    record_place,
+)
+from axisid.estimation.lack_of_fit import JackknifeInterval, LackOfFit
+from axisid.estimation.model_validation import Validation, validate
+from axisid.estimation.parameters import known_of, layout_of
+from axisid.estimation.records import Record
+from axisid.estimation.regression import Drawn, InverseForm
+from axisid.estimation.signals import Prefilter, SampledFilter, Sampling
+from axisid.modeling.declaration import Axis, Drive, left_out_text
+from axisid.modeling.quantities import Parameter, Signal
+from axisid.support.arrays import Array, Exact
+from axisid.support.errors import Missing, UsageError, is_nothing
+from axisid.support.presentable import Presentable
+
+from .diagnosis import (
+    NOT_EVALUATED,
+    WrittenAlignment,
+    WrittenExcitation,
+    WrittenLawCheck,
+    diagnosis_members,
+    record_members,
+)
+from .estimate import (
+    SavedEstimate,
+    WrittenEstimate,
+    arrays,
+    left_out,
+    named,
+    written_estimate,
+    written_physical,
+)
+from .record import (
+    WrittenDriveTime,
+    WrittenPrefilter,
+    WrittenRecord,
+    WrittenRequest,
+    WrittenResponse,
+    WrittenSignal,
+    written_drive,
+    written_prefilter,
+    written_record,
+)
+from .values import JsonObject, WrittenKnown, WrittenResult, about, read_as, written_as
+
+
+class WrittenHeld(JsonObject, frozen=True, kw_only=True):
+    """A parameter that is held at a declared bound."""
+
+    unit: str
+    bound: float
+    free: Annotated[float, about("Without the bound, less its bias if it is known.")]
+    deviation: Annotated[float, about("Of `free`, by the chosen covariance.")]
+    interval_95: Annotated[tuple[float, float], about("To one side of the bound.")]
+
+
+class WrittenMethodValidation(JsonObject, frozen=True, kw_only=True):
+    """One frozen estimate on the second record."""
+
+    method: str
+    equation_error_percent: float | None
+    own_equation_error_percent: Annotated[
+        float | None,
+        about("On the record that the estimate was made from."),
+    ]
+    simulation_error_percent: float | None
+    position_error_rms: Annotated[float | None, about("In the coordinate's unit.")]
+    tracking_error_percent: Annotated[float | None, about("Of the recorded tracking error.")]
+    reason: Annotated[str, about("Why there are no simulated figures.")]
+    holds: Annotated[
+        bool | UnsetType,
+        about(
+            "Whether force, simulated loop and parameters are what they are on its own record; the "
+            "control law is looked at by itself."
+        ),
+    ] = UNSET
+    own_simulation_error_percent: float | UnsetType | None = UNSET
+    own_tracking_error_percent: Annotated[
+        float | UnsetType | None,
+        about("null where it is not known, as of a result read from a file."),
+    ] = UNSET
+    anew: Annotated[
+        Mapping[str, float | None] | UnsetType | None,
+        about("What the second record itself says of the parameters, by the same method."),
+    ] = UNSET
+    anew_distances: Annotated[
+        Mapping[str, float | None] | UnsetType | None,
+        about("How far those are from the frozen ones, in HAC deviations of the difference."),
+    ] = UNSET
+    anew_share_percent: Annotated[
+        float | UnsetType | None, about("Force that the difference makes, of all of it.")
+    ] = UNSET
+
+
+class WrittenValidation(WrittenResult, frozen=True, kw_only=True):
+    """The frozen estimates on a second record."""
+
+    record: WrittenRecord
+    methods: tuple[WrittenMethodValidation, ...]
+    time_base: Annotated[
+        str | None,
+        about("What speaks against the record's sampling period; null for nothing."),
+    ]
+    law_check: Annotated[
+        WrittenLawCheck | UnsetType, about("The declared control law against the second record.")
+    ] = UNSET
+    holds: Annotated[
+        bool | UnsetType,
+        about("Whether every estimate does, and the control law is the declared one."),
+    ] = UNSET
+
+
+class WrittenApart(JsonObject, frozen=True, kw_only=True):
+    """A record alone beside the others, in the parameters that both tell."""
+
+    own: Annotated[Mapping[str, float], about("As the record alone has them, SI.")]
+    common: Annotated[Mapping[str, float], about("As the others have them without it, SI.")]
+    deviations: Annotated[
+        Mapping[str, float], about("Of the difference, as twins scatter, or HAC.")
+    ]
+    statistic: Annotated[float, about("Hotelling's, over its degrees of freedom.")]
+    freedom: Annotated[tuple[float, float], about("Of F.")]
+    p_value: Annotated[float, about("That chance alone makes as much, of one record.")]
+    share_percent: Annotated[float, about("Force that the difference makes, of the record's.")]
+
+
+class WrittenMember(JsonObject, frozen=True, kw_only=True):
+    """One of several records, by the estimate that is judged."""
+
+    name: Annotated[str, about("As the verdict names it.")]
+    record: WrittenRecord
+    prefilter: WrittenPrefilter
+    known: Annotated[Mapping[str, WrittenKnown], about("What is known of it, SI, by name.")]
+    rows: int
+    weight: Annotated[float, about("Of its rows, by the inverse of its noise.")]
+    noise: Annotated[float, about("Root mean square of its residuals.")]
+    equation_error_percent: float
+    simulation_error_percent: float | None
+    apart: Annotated[
+        WrittenApart | None, about("null where the record alone does not tell the parameters.")
+    ]
+    law_check: WrittenLawCheck
+    alignment: WrittenAlignment
+    verdict: Annotated[tuple[Check, ...], about("The checks that are of one record.")]
+    lack_of_fit: LackOfFit | UnsetType = UNSET
+    measured_motion: Annotated[
+        Mapping[str, ColumnComparison] | UnsetType,
+        about("A measured velocity and acceleration beside what is differentiated, by role."),
+    ] = UNSET
+
+
+class WrittenIdentification(
+    WrittenResult, frozen=True, kw_only=True, tag_field="schema", tag="axisid.identification/1"
+):
+    """What `axisid identify --json` writes."""
+
+    axis: str
+    signature: Annotated[str, about("sha256 of what the generated code was made from.")]
+    left_out: Annotated[
+        Mapping[str, float] | UnsetType,
+        about("What stands for the parameters that were left out, SI, by name."),
+    ] = UNSET
+    signals: Annotated[
+        tuple[WrittenSignal, ...] | UnsetType,
+        about("Recorded signals that the axis declares, if there are any."),
+    ] = UNSET
+    drive: Annotated[
+        WrittenResponse | UnsetType, about("Of one that does not act as commanded.")
+    ] = UNSET
+    drive_force: Annotated[
+        str | UnsetType, about("What the drive makes of the control, where it is no gain alone.")
+    ] = UNSET
+    drive_remark: Annotated[
+        str | UnsetType, about("What of the motor is not in the drive's force, if anything.")
+    ] = UNSET
+    record: WrittenRecord
+    prefilter: WrittenPrefilter
+    requested: Annotated[
+        WrittenRequest | None, about("The prefilter before it suited the record; null if unknown.")
+    ]
+    estimates: tuple[WrittenEstimate, ...]
+    judged: Annotated[str, about("The method that the checks of one estimate are of.")]
+    law_check: WrittenLawCheck
+    instruments: InstrumentTests | None
+    excitation: Annotated[Mapping[str, WrittenExcitation], about("By parameter.")]
+    alignment: WrittenAlignment
+    verdict: tuple[Check, ...]
+    lack_of_fit: Annotated[LackOfFit | UnsetType, about("Where the reference repeats.")] = UNSET
+    model_bands: Annotated[
+        Mapping[str, Mapping[str, JackknifeInterval]] | UnsetType,
+        about("Of the model's error, by method and parameter."),
+    ] = UNSET
+    differences: Annotated[
+        Mapping[str, Mapping[str, HausmanTest]] | UnsetType,
+        about("Of two estimates, as ``idm-iv less didim``, by parameter."),
+    ] = UNSET
+    measured_motion: Annotated[
+        Mapping[str, ColumnComparison] | UnsetType,
+        about("A measured velocity and acceleration beside what is differentiated, by role."),
+    ] = UNSET
+    skipped: Annotated[
+        Mapping[str, str],
+        about("Methods that axis or record do not allow, with the reason."),
+    ]
+    failed: Annotated[Mapping[str, str], about("Methods that came to nothing, with the reason.")]
+    levels: Levels | UnsetType = UNSET
+    validation: Annotated[WrittenValidation | UnsetType, about("With --validate.")] = UNSET
+    validations: Annotated[
+        tuple[WrittenValidation, ...] | UnsetType,
+        about("With --validate more than once, each of them; `validation` is the first."),
+    ] = UNSET
+    records: Annotated[
+        tuple[WrittenMember, ...] | UnsetType,
+        about("Where there are several, all of them; `record` and `prefilter` are the first's."),
+    ] = UNSET
+    local: Annotated[
+        Mapping[str, tuple[str, ...]] | UnsetType,
+        about("Parameters that records have for themselves: their names by record."),
+    ] = UNSET
+    declared_gain: Annotated[
+        float | UnsetType,
+        about("Of the drive, where `drive_gain` is among the parameters."),
+    ] = UNSET
+    held: Annotated[
+        Mapping[str, WrittenHeld] | UnsetType,
+        about("With --bounded: parameters that are held at a declared bound, by name."),
+    ] = UNSET
+    set_aside: Annotated[
+        Mapping[str, str] | UnsetType,
+        about("Records that could not be used, with the reason."),
+    ] = UNSET
+
+
+def _member(of_one: RecordResult, diagnosis: RecordDiagnosis) -> WrittenMember:
+    apart = diagnosis.apart
+    return written_as(
+        WrittenMember,
+        of_one,
+        record=written_record(of_one.record),
+        prefilter=written_prefilter(of_one.sampling),
+        known={name: WrittenKnown(value=v, sd=sd) for name, (v, sd) in of_one.known.items()},
+        apart=None if isinstance(apart, Missing) else _apart(apart),
+        **record_members(diagnosis, ()),
+    )
+
+
+def _apart(apart: RecordDifference) -> WrittenApart:
+    def named(values: Array) -> dict[str, float]:
+        return dict(zip(apart.names, map(float, np.ravel(values)), strict=True))
+
+    return written_as(
+        WrittenApart,
+        apart,
+        own=named(apart.own),
+        common=named(apart.others),
+        deviations=named(apart.deviations),
+    )
+
+
+def written_identification(result: Identification, draws: int = 0) -> WrittenIdentification:
+    """An identification with its diagnosis; `draws` as in `Identification.to_dict`."""
+    diagnosis, physical = result.diagnosis, result.physical
+    drive = result.axis.axis.drive
+    return written_as(
+        WrittenIdentification,
+        result,
+        axis=result.axis.axis.name,
+        signature=result.axis.signature,
+        left_out=left_out(result.axis),
+        held={
+            each.name: written_as(
+                WrittenHeld, each, interval_95=tuple(sorted((each.bound, each.reach)))
+            )
+            for each in result.held
+        }
+        or UNSET,
+        signals=tuple(written_as(WrittenSignal, s) for s in result.axis.axis.signals) or UNSET,
+        drive=_response(drive, result.drive_time),
+        drive_force=UNSET if drive.is_gain else drive.force_text(result.axis.axis.coordinate),
+        drive_remark=drive.remark or UNSET,
+        record=written_record(result.record),
+        prefilter=written_prefilter(result.data.sampling),
+        requested=None
+        if result.requested is None
+        else written_as(WrittenRequest, result.requested),
+        estimates=tuple(
+            written_estimate(
+                e,
+                drawn=None
+                if is_nothing(draws)
+                else {n: written_as(Drawn, e.propagate(n, draws=draws)) for n in e.parameters},
+                physical=written_physical(physical[name], e.chosen) if name in physical else UNSET,
+            )
+            for name, e in result.estimates.items()
+        ),
+        **diagnosis_members(diagnosis, [q.name for q in result.preferred.quantities]),
+        records=tuple(map(_member, result.of_records, diagnosis.records)) or UNSET,
+        local=result.local_names or UNSET,
+        declared_gain=UNSET if result.declared_gain is None else result.declared_gain,
+        set_aside=dict(result.set_aside.items()) or UNSET,
+        validation=UNSET,
+        validations=UNSET,
+    )
+
+
+def _response(drive: Drive, found: DriveTime | None) -> WrittenResponse | UnsetType:
+    if not drive.of_held_commands and found is None:
+        return UNSET
+    told: dict[str, Any] = {"logged": drive.logged, **drive.path.declared}
+    return WrittenResponse(
+        lag=drive.lag,
+        delay=drive.delay,
+        unit=drive.unit if drive.path.declared else UNSET,
+        estimated=UNSET
+        if found is None
+        else written_as(
+            WrittenDriveTime,
+            found,
+            name=found.parameter.name,
+            of=found.name,
+            nominal=found.parameter.nominal,
+            sd=found.deviation,
+        ),
+        **told,
+    )
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class SavedIdentification(ByMethod, Presentable, Exact):
+    """An identification that was read from a file; see `load_result`.
+
+    It has the names of `Identification`: ``saved["idm-iv"].parameters``, `verdict`, `summary`,
+    `plot`; what needs the rows of the record is refused with a sentence.
+
+    Attributes
+    ----------
+    file : str
+    document : WrittenIdentification
+        What the file holds.
+    declared : Axis or None
+        The axis that was identified, if it is known.
+    name, signature : str
+        Of the axis, and of the generated code that identified it.
+    signals : tuple of Signal
+        Recorded signals that the axis has.
+    drive : Drive
+        How it follows its commands; its gain is 1.
+    drive_time : DriveTime or None
+        The drive's lag or delay where it was estimated.
+    estimates : mapping of str to SavedEstimate
+    physical : mapping of str to Physical
+        Declared parameters by method; empty where the estimates are of them already.
+    diagnosis : Diagnosis
+        What the tests of the result measured.
+    levels : Levels
+        From when on something was told as missing of the model.
+    requested : Prefilter or None
+        The prefilter before what it left open was chosen for the record, if that is known.
+    prefilter : Prefilter
+        With what was chosen for the record.
+    record : RecordInfo
+        Without its samples.
+    sampling : Sampling
+        The samples that counted; of those near reversals how many, not which.
+    of_records : tuple of RecordResult
+        What there is to say of each of several records; empty for one.
+    local_names : mapping of str to tuple of str
+        Of each declared parameter that records have for themselves, its names by record.
+    declared_gain : float or None
+        The declared drive gain where it is identified; None where it is believed.
+    skipped, failed, set_aside : mapping of str to str
+        Methods that axis or record did not allow, methods that came to nothing, and records that
+        could not be used, with the reason.
+    """
+
+    file: str
+    document: WrittenIdentification
+    declared: Axis | None = None
+    name: str
+    signature: str
+    signals: tuple[Signal, ...]
+    drive: Drive
+    drive_time: DriveTime | None
+    estimates: Mapping[str, SavedEstimate]
+    physical: PhysicalByMethod[Physical]
+    diagnosis: Diagnosis
+    levels: Levels
+    requested: Prefilter | None
+    prefilter: Prefilter
+    record: RecordInfo
+    sampling: Sampling
+    of_records: tuple[RecordResult, ...]
+    local_names: Mapping[str, tuple[str, ...]]
+    declared_gain: float | None
+    skipped: Mapping[str, str]
+    failed: Mapping[str, str]
+    set_aside: Mapping[str, str]
+
+    @classmethod
+    def of(
+        cls, file: str, written: WrittenIdentification, declared: Axis | None = None
+    ) -> "SavedIdentification":
+        """What a document tells."""
+        record, drive, asked = written.record, written.drive, written.requested
+        sampling, found = _sampling(written.prefilter, record), drive and drive.estimated
+        step = record.period * written.prefilter.decimate
+        estimates = {e.method: SavedEstimate.of(e, step) for e in written.estimates}
+        physical = {method: _physical(estimate) for method, estimate in estimates.items()}
+        return read_as(
+            cls,
+            written,
+            file=file,
+            document=written,
+            declared=declared,
+            name=written.axis,
+            signals=tuple(Signal(s.name, s.unit, s.between) for s in written.signals or ()),
+            drive=written_drive(drive) if drive else Drive(gain=1.0),
+            drive_time=DriveTime(
+                name=found.of,
+                parameter=Parameter(found.name, "s", nominal=found.nominal),
+                value=found.value,
+                deviation=found.sd,
+                interval=found.interval_95,
+            )
+            if found
+            else None,
+            estimates=estimates,
+            physical=PhysicalByMethod((m, p) for m, p in physical.items() if p is not None),
+            diagnosis=read_diagnosis(written),
+            levels=written.levels or DEFAULT_LEVELS,
+            requested=None if asked is None else read_as(Prefilter, asked),
+            prefilter=sampling.filter.settings,
+            record=record,
+            sampling=sampling,
+            of_records=tuple(
+                read_as(
+                    RecordResult,
+                    of_one,
+                    record=of_one.record,
+                    sampling=_sampling(of_one.prefilter, of_one.record),
+                    known={name: (v.value or 0.0, v.sd) for name, v in of_one.known.items()},
+                    share_percent=of_one.apart and of_one.apart.share_percent,
+                    p_value=of_one.apart and of_one.apart.p_value,
+                )
+                for of_one in written.records or ()
+            ),
+            local_names=written.local or {},
+            declared_gain=written.declared_gain or None,
+            set_aside=written.set_aside or {},
+        )
+
+    def __repr__(self) -> str:
+        records = [self.document.record, *(m.record for m in (self.document.records or ())[1:])]
+        source = " and ".join(record.source for record in records)
+        return f"saved identification of {self.name} from {source}: {', '.join(self.estimates)}"
+
+    @cached_property
+    def axis(self) -> GeneratedAxis:
+        """The axis that was identified, built when it is first asked for.
+
+        Raises
+        ------
+        UsageError
+            It is none of the library, and was not given.
+        """
+        return build(self.own_axis)
+
+    @property
+    def own_axis(self) -> Axis:
+        """The declaration of the axis; a `UsageError` where it is not known."""
+        if self.declared is None:
+            raise UsageError(
+                f"{self.file} does not hold the axis {self.name!r}; give the one it was "
+                "identified with (axis).",
+                code="result-file",
+            )
+        return self.declared
+
+    @property
+    def left_out(self) -> str:
+        """What stands for the parameters that were left out, in words; empty for none."""
+        if self.declared is not None:
+            return left_out_text(self.declared)
+        return ", ".join(f"{n} = {value:g}" for n, value in (self.document.left_out or {}).items())
+
+    @property
+    def declared_parameters(self) -> tuple[Parameter, ...]:
+        """Of the axis, or as far as the file has them."""
+        if self.declared is not None:
+            return self.declared.parameters
+        made = {p.name for p in self.combined}
+        own = next(iter(self.estimates.values())).parameters
+        return tuple(Parameter(n, value.unit) for n, value in own.items() if n not in made)
+
+    @property
+    def combined(self) -> tuple[Parameter, ...]:
+        """Base parameters that are no declared ones."""
+        every = (p for physical in self.physical.values() for p in physical.combined)
+        return tuple({p.name: p for p in every}.values())
+
+    @property
+    def preferred(self) -> SavedEstimate:
+        """The estimate that is judged."""
+        return self[self.document.judged]
+
+    def part(self, number: int) -> "SavedIdentification":
+        """The result as one of several records has it, by its number from 1.
+
+        What is the record's own is a parameter of its axis; with the drive gain among the
+        parameters of all, they are of the declared gain, as in the part of a live result.
+
+        Raises
+        ------
+        UsageError
+            There is no such record.
+        """
+        place, records = record_place(number, len(self.of_records)), self.of_records
+        if not records:
+            return self
+        one, gain = records[place], self.declared_gain
+        own = replace(
+            self,
+            record=one.record,
+            sampling=one.sampling,
+            prefilter=one.sampling.filter.settings,
+            of_records=(),
+        )
+        if not (self.local_names or one.known):
+            return own
+        told = {name: [each.known[name] for each in records] for name in one.known}
+        known, count = known_of(told, len(records)), len(records)
+        joint = layout_of(self.axis, count, known, self.local_names, commanded=gain is not None)
+        axis = joint.members[place].axis
+        estimates = {method: e.part(joint, place) for method, e in self.estimates.items()}
+        physical = {
+            method: physical_parameters(method, InverseForm(axis), e.distribution)
+            for method, e in estimates.items()
+        }
+        return replace(
+            own,
+            declared=axis.declared,
+            signature=axis.signature,
+            estimates=estimates,
+            physical=PhysicalByMethod((m, p) for m, p in physical.items() if p is not None),
+            local_names={},
+            declared_gain=None,
+            # Of the parameters of all records.
+            diagnosis=replace(self.diagnosis, instruments=None, differences={}),
+        )
+
+    def validate(self, record: Record, *, like: int | None = None) -> Validation:
+        """Hold every estimate, frozen, against another record of the axis, as `validate` does."""
+        return validate(self, record, like=like)
+
+
+def identification_facts(result: Identification, draws: int) -> SavedIdentification:
+    """What an identification tells without its rows, which is all that tables show."""
+    return SavedIdentification.of("", written_identification(result, draws), result.axis.declared)
+
+
+def _sampling(prefilter: WrittenPrefilter, record: WrittenRecord) -> Sampling:
+    filtered = SampledFilter(read_as(Prefilter, prefilter, drop=None), record.period)
+    # Ends that are no longer than the filter's transient were not cut off, but given no weight.
+    if filtered.dropped != prefilter.drop:
+        filtered = replace(filtered, settings=replace(filtered.settings, drop=prefilter.drop))
+    return Sampling(
+        filter=filtered,
+        samples=record.samples,
+        segments=record.segments,
+        masked=record.masked,
+        excluded=((0, prefilter.silent),) if prefilter.silent else (),
+    )
+
+
+def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
+    """The diagnosis of a document."""
+    units = {name: v.unit for name, v in written.estimates[0].parameters.items()}
+    return Diagnosis(
+        preferred=written.judged,
+        instruments=written.instruments,
+        excitation=tuple(
+            read_as(Excitation, e, name=name) for name, e in written.excitation.items()
+        ),
+        **_measured(written, units),
+        bands=written.model_bands or {},
+        differences=written.differences or {},
+        records=tuple(
+            RecordDiagnosis(
+                **_measured(member, units),
+                apart=Missing("the record alone does not tell the parameters")
+                if member.apart is None
+                else read_as(
+                    RecordDifference,
+                    member.apart,
+                    names=tuple(member.apart.own),
+                    own=_numbers(member.apart.own),
+                    others=_numbers(member.apart.common),
+                    deviations=_numbers(member.apart.deviations),
+                ),
+            )
+            for member in written.records or ()
+        ),
+    )
+
+
+def _measured(
+    written: WrittenIdentification | WrittenMember, units: Mapping[str, str]
+) -> dict[str, Any]:
+    """What is measured of one record as well as of a whole result."""
+    law = written.law_check
+    return {
+        "law": Missing(law.meaning.removeprefix(NOT_EVALUATED))
+        if law.passed is None
+        else read_as(LawCheck, law, factors=dict(law.factors or {}), delay=law.delay or 0),
+        "alignment": _read_alignment(written.alignment, units),
+        "verdict": written.verdict,
+        "lack_of_fit": written.lack_of_fit or None,
+        "motions": written.measured_motion or {},
+    }
+
+
+def _read_alignment(written: WrittenAlignment, units: Mapping[str, str]) -> Alignment | Missing:
+    if written.best is None:
+        return Missing(written.reason or "")
+    return read_as(
+        Alignment,
+        written,
+        at_the_end=bool(written.at_the_end),
+        by_instruments=bool(written.by_instruments),
+        sensitivity=_numbers(written.sensitivity or {}),
+        names=tuple(written.sensitivity or {}),
+        units=tuple(units.get(name, "") for name in written.sensitivity or {}),
+    )
+
+
+def _numbers(written: Mapping[str, float]) -> Array:
+    return np.array([*written.values()], dtype=float)
+
+
+def _physical(estimate: SavedEstimate) -> Physical | None:
+    written = estimate.document.physical
+    if not written:
+        return None
+    parameters = named(written.parameters, estimate.chosen)
+    return read_as(
+        Physical,
+        written,
+        method=estimate.method,
+        own=tuple(estimate.parameters),
+        parameters=parameters,
+        covariances=arrays({**(written.covariances or {}), "hac": written.covariance_hac}),
+        known=tuple(
+            Parameter(
+                name,
+                parameters[name].unit if name in parameters else "1",
+                known=fixed.value,
+                known_sd=fixed.sd,
+            )
+            for name, fixed in written.fixed.items()
+        ),
+        combined=tuple(
+            Parameter(name, estimate.parameters[name].unit, description=made)
+            for name, made in written.base.items()
+        ),
+    )

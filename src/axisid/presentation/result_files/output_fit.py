@@ -1,0 +1,326 @@
+"""Fits of an output and their validations as documents, written and read again."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from msgspec import UNSET, UnsetType
+
+from axisid.codegen.generated_axes import Quantity
+from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Levels
+from axisid.estimation.diagnostics import Checked
+from axisid.estimation.estimates import (
+    NamedValues,
+    SamplingDistribution,
+    Value,
+    degrees_of_freedom_of,
+)
+from axisid.estimation.misspecification import sentence
+from axisid.estimation.model_validation import FitValidation
+from axisid.estimation.output_error import OutputFit, RecordError
+from axisid.modeling.parsing import FunctionLike
+from axisid.support.arrays import Array, Exact, MaybeInfinite, finite_or_none
+from axisid.support.errors import Missing
+from axisid.support.presentable import Presentable
+
+from .diagnosis import WrittenLawCheck, written_law
+from .estimate import left_out
+from .record import WrittenRecord, written_record
+from .values import JsonObject, WrittenKnown, WrittenResult, about, number, read_as, written_as
+
+
+class WrittenFitted(JsonObject, frozen=True, kw_only=True):
+    """A parameter of a fit."""
+
+    value: Annotated[float, about("In `unit`.")]
+    unit: Annotated[str, about("Coherent SI.")]
+    sd: Annotated[float | None, about("Of the chosen covariance; null where nothing shows it.")]
+    deviations: Annotated[
+        Mapping[str, float | None],
+        about(
+            "By covariance: coloured errors, independent ones; where there are twins, "
+            "bootstrap by them."
+        ),
+    ]
+    interval_95: Annotated[
+        tuple[float | None, float | None],
+        about("On the allowed side alone where the parameter is at a bound."),
+    ]
+    start: Annotated[float, about("Where the search began.")]
+    bounds: Annotated[tuple[float | None, float | None], about("In force; null for none.")]
+    at_bound: Annotated[Literal["lower", "upper"] | None, about("Whether it is driven to one.")]
+    fixed: Annotated[bool, about("Whether it was held.")]
+    prior: Annotated[WrittenKnown | None, about("What was known before, and weighed.")]
+    law_percent: Annotated[
+        Mapping[str, float],
+        about("What each term of the law, 1 % larger, moves it by, SI, by the term's gains."),
+    ]
+    law_move: Annotated[
+        float | None, about("What the law as recorded, in place of the declared one, moves it by.")
+    ]
+
+
+class WrittenLack(JsonObject, frozen=True, kw_only=True):
+    """What errors ask for beside a model."""
+
+    subject: Annotated[str, about("In words.")]
+    size: Annotated[float, about("Of its factor, or by how much a parameter would be more.")]
+    deviation: Annotated[float, about("Of the size.")]
+    unit: Annotated[str, about("Of both.")]
+    chance: Annotated[float, about("That noise asks for as much of it, over all its places.")]
+    tests: Annotated[
+        int | UnsetType, about("How many were looked for; of files before 2026-11-24.")
+    ] = UNSET
+
+
+class WrittenOutputFit(
+    WrittenResult, frozen=True, kw_only=True, tag_field="schema", tag="axisid.fit/1"
+):
+    """What `axisid fit --json` writes."""
+
+    axis: str
+    signature: Annotated[str, about("sha256 of what the generated code was made from.")]
+    left_out: Annotated[
+        Mapping[str, float],
+        about("What stands for the parameters that were left out, SI, by name."),
+    ]
+    records: tuple[WrittenRecord, ...]
+    output: Annotated[str, about("What is followed; several are joined by and.")]
+    unit: Annotated[str, about("Of the output; of several the first.")]
+    position_unit: Annotated[str, about("Of the coordinate.")]
+    encoder_step: Annotated[float, about("Of the coarsest encoder, SI; 0 where none is known.")]
+    horizon: Annotated[float | UnsetType, about("Length of the windows of an open loop, s.")] = (
+        UNSET
+    )
+    loss: str
+    started: Annotated[str, about("Where the start is from.")]
+    parameters: Annotated[Mapping[str, WrittenFitted], about("By name.")]
+    covariance: Annotated[
+        tuple[tuple[float | None, ...], ...],
+        about("Of the parameters in their order, the chosen one; null for infinite."),
+    ]
+    chosen_covariance: str
+    error: Annotated[
+        float, about("Root mean square of what is left, in `unit`; of several outputs the first's.")
+    ]
+    error_percent: Annotated[float | None, about("Of the recorded output; the largest of all.")]
+    percent_beyond_noise: Annotated[
+        float | None,
+        about("Part of the recorded output that is left beyond noise."),
+    ]
+    record_errors: Annotated[tuple[RecordError, ...], about("By record, and in each by output.")]
+    lacks: Annotated[
+        tuple[WrittenLack, ...] | None,
+        about("What is asked for beside the model, the strongest first; null where not looked."),
+    ]
+    unseen: Annotated[tuple[str, ...], about("What no output shows, in words.")]
+    local: Annotated[
+        Mapping[str, tuple[str, ...]] | UnsetType,
+        about("Parameters that records have for themselves: their names by record."),
+    ] = UNSET
+    iterations: Annotated[
+        tuple[Mapping[str, float], ...], about("Parameters where slopes were taken, SI.")
+    ]
+    iteration_errors: Annotated[tuple[float, ...], about("Root mean square there, in `unit`.")]
+    costs: Annotated[tuple[float, ...], about("Of each search's end, where several were made.")]
+    law_check: WrittenLawCheck
+    verdict: tuple[Check, ...]
+    believed: Annotated[bool, about("Whether no check fails.")]
+    levels: Levels | UnsetType = UNSET
+    remarks: tuple[str, ...]
+
+
+class SavedFitValidation(
+    Checked,
+    Presentable,
+    WrittenResult,
+    frozen=True,
+    kw_only=True,
+    tag_field="schema",
+    tag="axisid.fit_validation/1",
+    rename={"checks": "verdict"},
+):
+    """A frozen fit on a second record, without its samples, with the names of `FitValidation`."""
+
+    record: WrittenRecord
+    output: Annotated[str, about("What is held against the record.")]
+    unit: Annotated[str, about("Of the output.")]
+    horizon: Annotated[float | None, about("Length of the windows of an open loop, s.")]
+    error: Annotated[float, about("Root mean square of what is left, in `unit`.")]
+    percent: Annotated[MaybeInfinite, about("Of the recorded output's.")]
+    checks: tuple[Check, ...]
+
+
+def written_fit_validation(validation: FitValidation) -> SavedFitValidation:
+    """What is left of a second record, and whether the fit holds on it."""
+    return written_as(SavedFitValidation, validation, record=written_record(validation.record))
+
+
+def written_output_fit(fit: OutputFit) -> WrittenOutputFit:
+    """The parameters with all that was asked and found of each, and whether to believe them."""
+    return written_as(
+        WrittenOutputFit,
+        fit,
+        axis=fit.axis.axis.name,
+        signature=fit.axis.signature,
+        left_out=left_out(fit.axis),
+        records=tuple(written_record(record) for record in fit.records),
+        position_unit=str(fit.axis.axis.coordinate.unit),
+        encoder_step=fit.predictions.step,
+        parameters={name: _fitted(fit, j, name) for j, name in enumerate(fit.names)},
+        chosen_covariance=fit.chosen,
+        record_errors=fit.of_records,
+        lacks=_lacks(fit),
+        horizon=UNSET if fit.horizon is None else fit.horizon,
+        local=dict(fit.local) or UNSET,
+        iterations=tuple(
+            dict(zip(fit.names, map(float, step.physical), strict=True)) for step in fit.best.steps
+        ),
+        iteration_errors=tuple(step.error for step in fit.best.steps),
+        costs=tuple(each.cost for each in fit.searches),
+        law_check=written_law(fit.law),
+        verdict=fit.checks,
+    )
+
+
+def _lacks(fit: OutputFit) -> tuple[WrittenLack, ...] | None:
+    """Of all records in which it was looked for; None where it was in none."""
+    if all(isinstance(lacks, Missing) for lacks in fit.lacks):
+        return None
+    return tuple(
+        WrittenLack(
+            subject=sentence(each, axis, record),
+            size=each.size,
+            deviation=each.deviation,
+            unit=each.unit,
+            chance=each.p_value,
+        )
+        for lacks, axis, record in zip(fit.lacks, fit.axes, fit.records, strict=True)
+        if not isinstance(lacks, Missing)
+        for each in lacks
+    )
+
+
+def _fitted(fit: OutputFit, place: int, name: str) -> WrittenFitted:
+    value, known = fit.parameters[name], fit.prior.get(name)
+    return written_as(
+        WrittenFitted,
+        value,
+        sd=finite_or_none(value.deviation),
+        start=float(fit.start[place]),
+        bounds=(finite_or_none(fit.bounds[name][0]), finite_or_none(fit.bounds[name][1])),
+        at_bound=fit.at_bound.get(name),
+        fixed=name in fit.fixed,
+        prior=None if known is None else WrittenKnown(value=known[0], sd=known[1]),
+        law_percent={term: float(move[place]) for term, move in fit.law_moves.items()},
+        law_move=None if fit.law_move is None else float(fit.law_move[place]),
+    )
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class SavedOutputFit(Checked, Presentable, Exact):
+    """A fit that was read from a file, with the names of `OutputFit`; see `load_result`.
+
+    Attributes
+    ----------
+    file : str
+    document : WrittenOutputFit
+        What the file holds.
+    name : str
+        Of the axis.
+    output : str
+        What was followed.
+    outputs : tuple of str
+        The same one by one.
+    parameters : NamedValues
+        With unit, deviations and 95 % interval, by name.
+    covariance : (P, P) array
+        The one that was chosen; infinite where nothing shows a parameter.
+    error : float
+        Root mean square of what is left, in the output's unit.
+    error_percent : float
+        The same of the recorded output; of several records the largest.
+    records : tuple of WrittenRecord
+        What it is of, without samples.
+    levels : Levels
+        From when on something was told as missing of the model.
+    checks : tuple of Check
+        Whether to believe it.
+    """
+
+    file: str
+    document: WrittenOutputFit
+    name: str
+    output: str
+    outputs: tuple[str, ...]
+    parameters: NamedValues
+    covariance: Array
+    error: float
+    error_percent: MaybeInfinite
+    records: tuple[WrittenRecord, ...]
+    levels: Levels
+    checks: tuple[Check, ...]
+
+    @classmethod
+    def of(cls, file: str, written: WrittenOutputFit) -> "SavedOutputFit":
+        """What a document tells."""
+        chosen = written.chosen_covariance
+        return read_as(
+            cls,
+            written,
+            file=file,
+            document=written,
+            name=written.axis,
+            # Files of one output need not say it of each record.
+            outputs=tuple(dict.fromkeys(e.output or written.output for e in written.record_errors)),
+            parameters=NamedValues(
+                (
+                    name,
+                    Value(
+                        value=v.value,
+                        unit=v.unit,
+                        deviations={of: number(sd, math.inf) for of, sd in v.deviations.items()},
+                        interval=(
+                            number(v.interval_95[0], -math.inf),
+                            number(v.interval_95[1], math.inf),
+                        ),
+                        chosen=chosen,
+                    ),
+                )
+                for name, v in written.parameters.items()
+            ),
+            covariance=np.array([[number(x, math.inf) for x in row] for row in written.covariance]),
+            levels=written.levels or DEFAULT_LEVELS,
+            checks=written.verdict,
+        )
+
+    def __repr__(self) -> str:
+        return f"fit of the {self.output}: {self.parameters.listed()}"
+
+    def __getitem__(self, name: str) -> Value:
+        return self.parameters[name]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the parameters."""
+        return tuple(self.parameters)
+
+    def derive(self, function: FunctionLike) -> Value:
+        """Any function of the parameters, as `OutputFit.derive`, under the chosen covariance."""
+        own, chosen = self.document.parameters, self.document.chosen_covariance
+        freedom = np.array([degrees_of_freedom_of(value) for value in self.parameters.values()])
+        return SamplingDistribution(
+            quantities=tuple(Quantity(name=n, unit=v.unit) for n, v in own.items()),
+            theta=self.physical,
+            covariances={chosen: self.covariance},
+            freedom={chosen: freedom},
+            chosen=chosen,
+            at_bound={n for n, v in own.items() if v.at_bound},
+        ).derived(function, "fit again with bootstrap=")
+
+    @property
+    def physical(self) -> Array:
+        """The parameters, (P,)."""
+        return np.array([v.value for v in self.parameters.values()])

@@ -1,0 +1,308 @@
+"""Two results that were written as JSON, side by side."""
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, TypeAlias
+
+from axisid.estimation.diagnostic_checks import Check
+from axisid.estimation.identification import Identification
+from axisid.presentation.documents import (
+    Block,
+    Document,
+    Notes,
+    Paragraph,
+    Sentence,
+    Table,
+    paragraph,
+    text_columns,
+)
+from axisid.support.errors import or_dash
+from axisid.support.presentable import Presentable
+
+from .estimate import WrittenValue
+from .file import read_identification
+from .identification import SavedIdentification, WrittenIdentification, written_identification
+from .values import JsonObject, WrittenKnown, about, plain
+
+
+class WrittenDifference(JsonObject, frozen=True, kw_only=True):
+    """One parameter of one method in both results."""
+
+    method: str
+    name: str
+    unit: str
+    first: float
+    second: float
+    sd_first: Annotated[float, about("HAC.")]
+    sd_second: Annotated[float, about("HAC.")]
+    deviations: Annotated[
+        float | None,
+        about("`difference` over the root of the summed variances; null where both are zero."),
+    ]
+    difference: Annotated[float, about("The second less the first.")]
+
+
+class WrittenAlone(JsonObject, frozen=True, kw_only=True):
+    """Methods and parameters that only one has."""
+
+    first: tuple[str, ...]
+    second: tuple[str, ...]
+
+
+class ResultComparison(
+    Presentable,
+    JsonObject,
+    frozen=True,
+    kw_only=True,
+    tag_field="schema",
+    tag="axisid.result_comparison/1",
+    rename={"errors": "errors_percent", "checks": "verdict"},
+):
+    """What two results have in common, and where they part.
+
+    It is what `axisid compare-results --json` writes; a pair is of the first and the second result.
+    """
+
+    first: Annotated[str, about("File, axis and record.")]
+    second: Annotated[str, about("File, axis and record.")]
+    differences: tuple[WrittenDifference, ...]
+    errors: Annotated[
+        Mapping[str, tuple[float | None, float | None]],
+        about("By method and kind."),
+    ]
+    alone: Annotated[WrittenAlone, about("Methods and parameters that only one has.")]
+    settings: Annotated[Mapping[str, tuple[Any, Any]], about("Those that differ.")]
+    checks: Annotated[
+        Mapping[str, tuple[Check | None, Check | None]],
+        about("Checks whose status differs; null where a result does not have it."),
+    ]
+
+
+_LONG_CELL = 36  # characters of a cell from which a table would be wider than a page
+
+
+#: A result, or the file that holds it.
+ComparableResult: TypeAlias = Identification | SavedIdentification | str | Path
+
+
+def result_comparison_document(results: ResultComparison) -> Document:
+    """Tables of parameters and errors, then settings and checks that differ."""
+    pairs = zip("AB", (results.first, results.second), strict=True)
+    methods = dict.fromkeys(d.method for d in results.differences)
+    alone = (
+        paragraph(Sentence(text=f"only in {side}: {', '.join(names)}", hang=4))
+        for side, names in zip("AB", (results.alone.first, results.alone.second), strict=True)
+        if names
+    )
+    other = "These are results of different axes."
+    return (
+        paragraph(*(f"{side:<8}{source}" for side, source in pairs), filled=False),
+        *((paragraph(other),) if "axis" in results.settings else ()),
+        *(_table(results, method) for method in methods),
+        *alone,
+        *_settings_blocks(results.settings),
+        _verdict(results),
+        Notes((_NOTE,)),
+    )
+
+
+_NOTE = (
+    "(B - A) / sqrt(sd_A^2 + sd_B^2), HAC deviations: for records of their own. Two results of one "
+    "record share its noise; there the figure is a scale, not a test."
+)
+
+
+def _table(results: ResultComparison, method: str) -> Table:
+    rows = [
+        (
+            d.name,
+            d.unit,
+            *(f"{x:.6g}" for x in (d.first, d.second)),
+            *(f"{x:.3g}" for x in (d.sd_first, d.sd_second)),
+            f"{d.difference:+.3g}",
+            or_dash(d.deviations, "+.2f"),
+        )
+        for d in results.differences
+        if d.method == method
+    ]
+    for kind in ("equation error", "simulation error"):
+        pair = results.errors.get(f"{method} {kind}", (None, None))
+        cells = [or_dash(x, ".4g") for x in pair]
+        apart = "" if None in pair else f"{pair[1] - pair[0]:+.3g}"  # type: ignore[operator]
+        rows.append((kind, "%", *cells, "", "", apart, ""))
+    heads = (method.upper(), "unit", "A", "B", "sd A", "sd B", "B - A", "in deviations [1]")
+    return Table(columns=text_columns(heads), rows=tuple(rows), labels=2)
+
+
+def _settings_blocks(settings: Mapping[str, tuple[Any, Any]]) -> list[Block]:
+    if not settings:
+        return [paragraph("the settings are the same")]
+    shown = {name: tuple(map(_short, pair)) for name, pair in settings.items()}
+    long = {name for name, pair in shown.items() if max(map(len, pair)) > _LONG_CELL}
+    rows = tuple((name, *pair) for name, pair in shown.items() if name not in long)
+    columns = text_columns(["settings that differ", "A", "B"])
+    tables: list[Block] = [Table(columns=columns, rows=rows)] if rows else []
+    return tables + [
+        paragraph(
+            *(Sentence(text=f"    {s}: {v}", hang=7) for s, v in zip("AB", pair, strict=True)),
+            title=f"{name} differs:",
+        )
+        for name, pair in shown.items()
+        if name in long
+    ]
+
+
+def _verdict(results: ResultComparison) -> Paragraph:
+    sentences = []
+    for name, pair in results.checks.items():
+        states = " in A, ".join(map(_status, pair))
+        sentences.append(Sentence(text=f"{name}: {states} in B", filled=False))
+        sentences += [
+            Sentence(text=f"    {side}: {check.meaning}", hang=7)
+            for side, check in zip("AB", pair, strict=True)
+            if check is not None and check.status != "pass"
+        ]
+    return paragraph(*sentences) if sentences else paragraph("the verdicts are the same")
+
+
+def compare_results(first: ComparableResult, second: ComparableResult) -> ResultComparison:
+    """Set two results side by side.
+
+    Parameters
+    ----------
+    first, second : Identification, SavedIdentification, str or Path
+        A file as ``axisid identify --json`` wrote it, or what `identify` and `load_result` give.
+
+    Raises
+    ------
+    DataError
+        A file cannot be read or is no result.
+    """
+    names, documents = [], []
+    for given in (first, second):
+        if isinstance(given, Identification):
+            names.append("")
+            documents.append(written_identification(given))
+        else:
+            saved = given if isinstance(given, SavedIdentification) else read_identification(given)
+            names.append(f"{saved.file}: ")
+            documents.append(saved.document)
+    a, b = documents
+    by_method = [{str(e.method): e for e in result.estimates} for result in (a, b)]
+    common = [method for method in by_method[0] if method in by_method[1]]
+    labels = [
+        {
+            f"{method} {name} [{value.unit}]": (method, name, value)
+            for method, estimate in estimates.items()
+            for name, value in estimate.parameters.items()
+        }
+        for estimates in by_method
+    ]
+    # Methods, and parameters of methods that both have.
+    alone = [
+        dict.fromkeys(
+            label if method in common else method
+            for label, (method, _, _) in own.items()
+            if label not in others
+        )
+        for own, others in (labels, labels[::-1])
+    ]
+    checks = [{check.name: check for check in result.verdict} for result in (a, b)]
+    settings = [_settings(result) for result in (a, b)]
+    return ResultComparison(
+        first=_source(names[0], a),
+        second=_source(names[1], b),
+        differences=tuple(
+            _difference(method, name, value, labels[1][label][2])
+            for label, (method, name, value) in labels[0].items()
+            if label in labels[1]
+        ),
+        errors={
+            f"{method} {kind} error": (
+                getattr(by_method[0][method], f"{kind}_error_percent"),
+                getattr(by_method[1][method], f"{kind}_error_percent"),
+            )
+            for method in common
+            for kind in ("equation", "simulation")
+        },
+        alone=WrittenAlone(first=tuple(alone[0]), second=tuple(alone[1])),
+        settings={
+            name: (settings[0].get(name), settings[1].get(name))
+            for name in dict.fromkeys([*settings[0], *settings[1]])
+            if settings[0].get(name) != settings[1].get(name)
+        },
+        checks={
+            name: (checks[0].get(name), checks[1].get(name))
+            for name in dict.fromkeys([*checks[0], *checks[1]])
+            if _status(checks[0].get(name)) != _status(checks[1].get(name))
+        },
+    )
+
+
+def _difference(
+    method: str, name: str, first: WrittenValue, second: WrittenValue
+) -> WrittenDifference:
+    combined, apart = math.hypot(first.sd_hac, second.sd_hac), second.value - first.value
+    return WrittenDifference(
+        method=method,
+        name=name,
+        unit=first.unit,
+        first=first.value,
+        second=second.value,
+        sd_first=first.sd_hac,
+        sd_second=second.sd_hac,
+        deviations=apart / combined if combined else None,
+        difference=apart,
+    )
+
+
+def _settings(result: WrittenIdentification) -> dict[str, Any]:
+    """What a result was made from and how."""
+    record, members = result.record, result.records or ()
+    several = {
+        "records": ", ".join(member.record.source for member in members),
+        "known": "; ".join(
+            f"{name} = {', '.join(_told(m.known[name]) for m in members)}"
+            for name in (members[0].known if members else ())
+        )
+        or None,
+        "local": ", ".join(result.local or ()) or None,
+        "samples": sum(member.record.samples for member in members),
+    }
+    one = {
+        "record": record.source,
+        "sha256": record.sha256,
+        "samples": record.samples,
+        "sample period": record.period,
+        "columns": record.columns,
+    }
+    return {
+        "axis": result.axis,
+        "generated code": result.signature,
+        "left out": result.left_out or None,
+        **(several if members else one),
+        "covariance": ", ".join(dict.fromkeys(e.chosen_covariance for e in result.estimates)),
+        **plain(result.prefilter),
+        **(plain(result.levels) if result.levels else {}),
+    }
+
+
+def _told(known: WrittenKnown) -> str:
+    return f"{known.value:g}" + (f" +- {known.sd:g}" if known.sd else "")
+
+
+def _source(name: str, result: WrittenIdentification) -> str:
+    sources = [member.record.source for member in result.records or ()] or [result.record.source]
+    return f"{name}{result.axis}, {', '.join(sources)}"
+
+
+def _status(check: Check | None) -> str:
+    return "absent" if check is None else check.status
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{role} = {name}" for role, name in value.items()) or "-"
+    text = "-" if value is None else str(value)
+    return text[:12] if len(text) == 64 and " " not in text else text  # a digest

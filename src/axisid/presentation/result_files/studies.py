@@ -1,0 +1,234 @@
+"""Studies as documents: candidates, validations, sweeps, and laws of a control."""
+
+from collections.abc import Mapping
+from typing import Annotated
+
+from msgspec import UNSET, UnsetType
+
+from axisid.estimation.control_law_search import LawSearch
+from axisid.estimation.model_validation import (
+    Comparison,
+    Criteria,
+    MethodValidation,
+    NestedTest,
+    ParameterCheck,
+    Sweep,
+    Validation,
+)
+from axisid.support.arrays import finite_or_none
+
+from .diagnosis import written_law
+from .estimate import WrittenEstimate, left_out, written_estimate
+from .identification import (
+    WrittenIdentification,
+    WrittenMethodValidation,
+    WrittenValidation,
+    written_identification,
+)
+from .record import WrittenPrefilter, WrittenRecord, written_prefilter, written_record
+from .values import JsonObject, WrittenKnown, WrittenResult, about, written_as
+
+
+class WrittenExplainedLaw(JsonObject, frozen=True, kw_only=True):
+    """A ready law with the gains that explain a control best."""
+
+    law: Annotated[str, about("Its name, in `axisid.control` and in TOML.")]
+    words: Annotated[Mapping[str, str], about("Its arguments that are no numbers.")]
+    gains: Annotated[Mapping[str, float], about("SI, in the control's unit.")]
+    sd: Annotated[
+        Mapping[str, float],
+        about("Of the gains that the record tells apart, for autocorrelated residuals."),
+    ]
+    delay: Annotated[int, about("Samples between computing a control and logging it.")]
+    period: Annotated[float, about("s, of the log.")]
+    held_out_percent: Annotated[
+        float, about("What it leaves of the control on rows that are held out.")
+    ]
+    fitted_percent: Annotated[float, about("The same on the rows that its gains are from.")]
+    same: Annotated[str, about("What else gives the same control.")]
+    toml: Annotated[str, about("How a TOML declaration has it.")]
+
+
+class WrittenLawSearch(
+    WrittenResult, frozen=True, kw_only=True, tag_field="schema", tag="axisid.law/1"
+):
+    """What `axisid law --json` writes."""
+
+    axis: str
+    unit: Annotated[str, about("Of the control.")]
+    explained: Annotated[bool, about("Whether the first leaves as little as the law check allows.")]
+    as_well: Annotated[int, about("How many of the first leave as little as the best.")]
+    laws: Annotated[
+        tuple[WrittenExplainedLaw, ...],
+        about("By what they leave; of those that leave as little, few gains first."),
+    ]
+
+
+class WrittenSweep(
+    WrittenResult, frozen=True, kw_only=True, tag_field="schema", tag="axisid.sweep/1"
+):
+    """What `axisid sweep --json` writes."""
+
+    recommended_cutoff: Annotated[float | None, about("Hz; null where none can be named.")]
+    reason: str
+    failures: Annotated[
+        Mapping[str, str],
+        about("Cut-offs that gave no estimate, Hz, with the reason."),
+    ]
+    results: tuple[WrittenIdentification, ...]
+
+
+class WrittenHeldOut(JsonObject, frozen=True, kw_only=True):
+    """Errors on rows that the estimate was not made from."""
+
+    error_percent: float | None
+    squares_by_block: tuple[float | None, ...]
+
+
+class WrittenCandidate(JsonObject, frozen=True, kw_only=True):
+    """One model of a comparison."""
+
+    name: str
+    axis: str
+    signature: str
+    left_out: Annotated[
+        Mapping[str, float],
+        about("What stands for the parameters that were left out, SI, by name."),
+    ]
+    estimate: WrittenEstimate
+    criteria: Criteria
+    held_out_equation: WrittenHeldOut
+    held_out_simulation: WrittenHeldOut | None
+    no_simulation: Annotated[str | None, about("Why not.")]
+    parameter_checks: tuple[ParameterCheck, ...]
+
+
+class WrittenHeldOutBlocks(JsonObject, frozen=True, kw_only=True):
+    """How rows were held out."""
+
+    blocks: int
+    gap_rows: int
+
+
+class WrittenComparison(
+    WrittenResult, frozen=True, kw_only=True, tag_field="schema", tag="axisid.comparison/1"
+):
+    """What `axisid compare --json` writes."""
+
+    record: WrittenRecord
+    records: Annotated[
+        tuple[WrittenRecord, ...] | UnsetType,
+        about("Where there are several, all of them; `record` is the first."),
+    ] = UNSET
+    known: Annotated[
+        Mapping[str, tuple[WrittenKnown, ...]] | UnsetType,
+        about("What is known of each record, SI, by name."),
+    ] = UNSET
+    set_aside: Annotated[
+        Mapping[str, str] | UnsetType,
+        about("Records that could not be used, with the reason."),
+    ] = UNSET
+    prefilter: WrittenPrefilter
+    method: str
+    rows: int
+    held_out: WrittenHeldOutBlocks
+    candidates: tuple[WrittenCandidate, ...]
+    failures: Annotated[
+        Mapping[str, str],
+        about("Candidates that the record does not identify, with the reason."),
+    ]
+    tests: tuple[NestedTest, ...]
+    same: Annotated[tuple[tuple[str, ...], ...], about("One model in different parameters.")]
+    recommended: str | None
+    tied: tuple[str, ...]
+    reason: str
+
+
+def written_comparison(comparison: Comparison) -> WrittenComparison:
+    """Every candidate, how they were told apart, and which is recommended."""
+    c = comparison
+    return written_as(
+        WrittenComparison,
+        c,
+        record=written_record(c.record),
+        records=UNSET if len(c.records) == 1 else tuple(map(written_record, c.records)),
+        known={
+            known.name: tuple(
+                WrittenKnown(value=value, sd=sd)
+                for value, sd in zip(known.values, known.deviations, strict=True)
+            )
+            for known in c.known
+        }
+        or UNSET,
+        set_aside=dict(c.set_aside.items()) or UNSET,
+        prefilter=written_prefilter(c.data.sampling),
+        rows=len(c.candidates[0].estimate.y),
+        held_out=WrittenHeldOutBlocks(blocks=c.blocks, gap_rows=c.gap),
+        candidates=tuple(
+            written_as(
+                WrittenCandidate,
+                each,
+                axis=each.axis.axis.name,
+                signature=each.axis.signature,
+                left_out=left_out(each.axis),
+                estimate=written_estimate(each.estimate),
+                no_simulation=each.reason,
+            )
+            for each in c.candidates
+        ),
+    )
+
+
+def written_validation(validation: Validation) -> WrittenValidation:
+    """Errors by method; what is not finite becomes None."""
+    return written_as(
+        WrittenValidation,
+        validation,
+        record=written_record(validation.record),
+        methods=tuple(map(_of_method, validation)),
+        law_check=written_law(validation.law),
+    )
+
+
+def _of_method(validation: MethodValidation) -> WrittenMethodValidation:
+    again = validation.reestimate and validation.reestimate.apart
+    return written_as(
+        WrittenMethodValidation,
+        validation,
+        reason=validation.reason or "",
+        anew=again and dict(zip(again.names, map(finite_or_none, again.own.tolist()), strict=True)),
+        anew_distances=again
+        and dict(zip(again.names, map(finite_or_none, again.distances.tolist()), strict=True)),
+        anew_share_percent=again and finite_or_none(again.share_percent),
+    )
+
+
+def written_sweep(sweep: Sweep) -> WrittenSweep:
+    """Every identification of a sweep, and which is recommended."""
+    return written_as(
+        WrittenSweep,
+        sweep,
+        recommended_cutoff=sweep.recommended,
+        failures={f"{cutoff:g}": why for cutoff, why in sweep.failures.items()},
+        results=tuple(map(written_identification, sweep.results)),
+    )
+
+
+def written_law_search(search: LawSearch) -> WrittenLawSearch:
+    """What ``--json`` writes."""
+    return written_as(
+        WrittenLawSearch,
+        search,
+        laws=tuple(
+            written_as(
+                WrittenExplainedLaw,
+                each,
+                law=each.function,
+                gains=dict(each.law.gains),
+                sd=dict(each.deviations),
+                delay=each.law.delay,
+                period=each.law.period,
+            )
+            for each in search.laws
+        ),
+    )

@@ -1,0 +1,106 @@
+"""Windows of an open loop: each starts where the record is, and no law is asked for."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from axisid import Record, build, fit, load_axis, twin_record
+from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.prediction_errors import WindowPredictions
+from axisid.estimation.regression import InverseForm
+from axisid.support.arrays import Array
+from tests.refusals import refuses
+
+SLOW_SCREW = Path(__file__).parents[3] / "benchmarks" / "slow_screw.toml"
+THETA = np.array([100.2, 236.9, 24.8])
+
+
+def _predictions(axis: GeneratedAxis, record: Record, horizon: float = 0.5) -> WindowPredictions:
+    return WindowPredictions(InverseForm(axis), [axis], [record], horizon)
+
+
+def _errors(axis: GeneratedAxis, record: Record, *sets: Array, horizon: float = 0.5) -> Array:
+    predictions = _predictions(axis, record, horizon)
+    predictions.settle(THETA)
+    return predictions(np.array(sets)).errors
+
+
+def test_with_the_truth_nothing_is_left_wherever_a_window_starts(emps2015: GeneratedAxis) -> None:
+    quiet = twin_record(emps2015, position_noise=0.0)
+    right, wrong = np.abs(_errors(emps2015, quiet, THETA, 1.1 * THETA)).max(axis=0)
+    assert right < 1e-7
+    assert wrong > 1e-5
+
+
+def test_what_a_first_position_or_velocity_makes_is_no_error(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    """A record that is moved, and a clock of an encoder that creeps, leave the same errors."""
+    there = replace(twin, position=twin.position + 0.3)
+    errors, others = (_errors(emps2015, record, THETA) for record in (twin, there))
+    np.testing.assert_allclose(errors, others, atol=1e-9)
+
+
+@pytest.mark.parametrize("horizon", [0.25, 1.0, 100.0])
+def test_the_fit_has_the_truth_without_a_law_or_a_reference(twin: Record, horizon: float) -> None:
+    axis = replace(load_axis("emps2015"), control=None)
+    result = fit(axis, replace(twin, reference=None), "open-loop", horizon=horizon)
+    np.testing.assert_allclose(result.physical, THETA, rtol=1e-3)
+    assert result.believed == (horizon == 0.25)  # the others are fewer than 20 windows
+    assert result.horizon == horizon
+    for truth, value in zip(THETA, result.parameters.values(), strict=True):
+        assert abs(value.value - truth) < 4 * value.deviation
+    assert f"windows of {horizon:g} s" in result.summary()
+    assert result.plot() is not None
+    assert {c.name: c.status for c in result.checks}["control law"] == "not evaluated"
+
+
+def test_without_a_control_it_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:
+    force = replace(twin, control=None, force=twin.control)
+    _predictions(emps2015, force)
+    with refuses("fit"):
+        fit(emps2015, twin, "open-loop", horizon=0.0)
+
+
+def test_windows_that_begin_at_rest_stay_there(emps2015: GeneratedAxis, twin: Record) -> None:
+    """A first velocity that friction stops at once is asked of by noise, and may not run away."""
+    still = Record(
+        time=np.asarray(twin.period * np.arange(100), dtype=float),
+        position=twin.position[0] + np.random.default_rng(1).normal(scale=1e-6, size=100),
+        control=0.02 + 0.01 * np.sin(0.1 * np.arange(100)),
+        provenance=twin.provenance,
+    )
+    assert np.abs(_errors(emps2015, still, THETA, horizon=0.1)).max() < 5e-6
+
+
+def test_windows_are_shorter_where_friction_drives_the_motion_away() -> None:
+    """Falling friction lets errors grow a hundredfold in a quarter of a second."""
+    axis = build(load_axis(SLOW_SCREW))
+    record = twin_record(axis, seed=3)
+    given = axis.declared.experiment.truth
+    truth = np.array([*given.values()])
+    smooth = np.array([*{**given, "fs": 0.0}.values()])
+    for horizon, steady in ((0.05, 0.05), (1.0, 0.0625), (4.0, 0.0625)):
+        predictions = _predictions(axis, record, horizon)
+        assert predictions.steady_horizon(truth) == steady
+        assert predictions.steady_horizon(smooth) == horizon
+
+
+@pytest.mark.slow
+def test_an_open_loop_of_falling_friction_is_as_sure_as_it_says_also_from_a_poor_start() -> None:
+    """Without the friction that falls with the velocity, windows of a second look short enough."""
+    axis = build(load_axis(SLOW_SCREW))
+    truth, record = axis.declared.experiment.truth, twin_record(axis, seed=3)
+    for start in (truth, {**truth, "fs": 0.0}):
+        found = fit(axis, record, "open-loop", start=start)
+        assert found.believed
+        assert found.horizon == 0.0625
+        assert (found.started, found.start[found.names.index("fs")]) == ("given", start["fs"])
+        values = found.parameters.items()
+        off = np.array([(each.value - truth[name]) / each.deviation for name, each in values])
+        assert np.sqrt(np.mean(off**2)) < 1.8
+    long = fit(axis, record, "open-loop", horizon=1.0, start=truth)
+    failed = {check.name: check for check in long.checks if check.status == "fail"}
+    assert "horizon=" in failed["windows"].meaning
