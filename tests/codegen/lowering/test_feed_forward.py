@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy
-from tests.codegen.lowering.test_expressions import X, Y, by_machine, program_of
 
 from axisid import (
     Axis,
@@ -34,6 +33,7 @@ from axisid.modeling.quantities import FORCE
 from tests.axes.drives import braked, varying
 from tests.axes.recorded import UNRECORDED, fed_law, recorded_axis
 from tests.axes.simulated import AXES
+from tests.codegen.lowering.test_expressions import X, Y, by_machine, program_of
 from tests.codegen.structured_text import structured_text
 from tests.estimation.methods.test_partially_linear import stribeck_axis
 from tests.refusals import refuses

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 import sympy
 from numpy.typing import NDArray
-from tests.codegen.lowering.test_expressions import X, Y, by_machine, program_of
 
 from axisid import Coordinate, Parameter, load_axis
 from axisid.codegen.printers.c import print_c99
 from axisid.codegen.printers.python import print_python
 from tests.axes.bodies import rotor
+from tests.codegen.lowering.test_expressions import X, Y, by_machine, program_of
 from tests.codegen.lowering.test_feed_forward import as_export, exported, in_c, in_python
 from tests.strategies.expressions import operations
 
