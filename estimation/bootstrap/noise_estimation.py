@@ -50,11 +50,11 @@ def measured_chain(
     as leaves the same in twins with both. What acts beside the control is a sum of autoregressions
     of given correlation times, whose variances are the likeliest by Whittle for the rows of the
     inverse model, without all that the model's columns explain when they may change with time,
-    place, speed and direction, and beside what twins with noise and steps of the position have
-    there. None is there that is not surely likelier than nothing, and none is told where friction
-    remembers, which has no rows. How a loop hunts over the steps of its encoder is an
-    accident of where it begins, so that twins have disturbances that are the likeliest beside the
-    power of one such loop or another.
+    place, speed and direction, and without what twins with noise and steps of the position have
+    there in common, beside what each of these has of its own. None is there that is not surely
+    likelier than nothing, and none is told where friction remembers, which has no rows. How a loop
+    hunts over the steps of its encoder is an accident of where it begins, so that twins have
+    disturbances that are the likeliest beside the power of one such loop or another.
 
     Parameters
     ----------
@@ -93,18 +93,27 @@ def measured_chain(
     rows = _RowBands.of(moving, quiet)
     by_filter = _residuals(quiet, physical, moving)
     residuals = _residuals(data, physical, moving) - by_filter
-    power = rows.power(residuals)
     times = [t for t in CORRELATION_TIMES if _LONGEST * t <= data.period * len(data)]
     units = rows.power_of_disturbances(moving, times)
     in_control = _control_noise(data, residuals, moving, rows, chain, times, units)
     chain = replace(chain, control=in_control)
 
-    def power_of(twin: FilteredRecord) -> Array:
-        return rows.power(_residuals(twin, physical, moving) - by_filter)
+    def errors_of(twin: FilteredRecord) -> Array:
+        return _residuals(twin, physical, moving) - by_filter
 
-    steps = _of_twins(power_of, data, physical, chain)
+    # What every twin has again is no noise: a loop hunts alike until something disturbs it.
+    errors = _of_twins(errors_of, data, physical, chain)
+    repeated, count = errors.mean(axis=0), len(errors)
+
+    def power_of(twin: FilteredRecord) -> Array:
+        return rows.power(errors_of(twin) - repeated)
+
+    power = rows.power(residuals - repeated)
+    # The mean holds a twin itself, and the record not: beside an independent mean.
+    steps = np.array([rows.power(each - repeated) for each in errors])
+    steps *= (count + 1) / max(count - 1, 1)
     known = steps.mean(axis=0)
-    if rows.counts @ power < _LEAST_POWER * (rows.counts @ known):
+    if rows.counts @ rows.power(residuals) < _LEAST_POWER * (rows.counts @ rows.power(errors.T)):
         raise EstimationError(
             "its position has noise at the highest frequencies that is not white: there is less "
             "in its rows.",
@@ -136,11 +145,14 @@ def measured_chain(
 
 
 def _of_twins(
-    power_of: Callable[[FilteredRecord], Array], data: FilteredRecord, physical: Array, chain: Chain
+    figures_of: Callable[[FilteredRecord], Array],
+    data: FilteredRecord,
+    physical: Array,
+    chain: Chain,
 ) -> Array:
-    """Powers of twins with a chain's noise, (m, b); 0 without noise, or where none is simulated."""
-    powers = [power_of(twin) for twin in twins_of(data, physical, chain, _TWINS)]
-    return np.array(powers) if powers else np.zeros((1, len(power_of(data))))
+    """Figures (b,) of twins with a chain's noise, (m, b); 0 without, or where none is simulated."""
+    figures = [figures_of(twin) for twin in twins_of(data, physical, chain, _TWINS)]
+    return np.array(figures) if figures else np.zeros((1, len(figures_of(data))))
 
 
 def _control_noise(

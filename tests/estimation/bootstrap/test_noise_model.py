@@ -271,6 +271,17 @@ def test_the_chain_of_a_machine_that_is_simulated_apart_is_measured() -> None:
     assert np.sqrt(sum(sd**2 for _, sd in slow)) * 35.15 == pytest.approx(1.5, rel=0.35)
 
 
+@pytest.mark.slow
+def test_a_force_beside_louder_encoder_steps_is_in_the_chain_by_how_it_changes_the_hunting() -> (
+    None
+):
+    """The steps make some twenty times the power that the force makes in the rows."""
+    (case,) = (case for name, case in field.drawn(53, 14).items() if "drawn 7:" in name)
+    chains = [chain_of(case.axis, record) for record in case.records(6, 1054)]
+    forces = [np.sqrt(sum(sd**2 for _, sd in each.disturbances)) for each in chains]
+    assert all(0.3 < case.machine.gain * force < 2.2 for force in forces)  # N m; 0.60 in truth
+
+
 def test_a_short_record_has_a_chain_too(emps2015: GeneratedAxis, twin: Record) -> None:
     filtering = Prefilter(cutoff=60.0, decimate=4)
     short = twin.windowed((0.3, 0.9))
