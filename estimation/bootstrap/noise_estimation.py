@@ -327,7 +327,7 @@ def _residuals(record: FilteredRecord, physical: Array, data: FilteredRecord) ->
     """What the inverse model leaves of a record, in the rows of another of its kind, (n,)."""
     form = InverseForm(data.axis).at(physical)
     rows = form.equations(record.signals).reduced(data)
-    return np.asarray(rows.left - rows.intercept - rows.regressor @ form.regressed(physical))
+    return rows.residuals(form.regressed(physical))
 
 
 @dataclass(frozen=True, kw_only=True)

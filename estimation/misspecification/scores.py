@@ -300,7 +300,7 @@ def scores_of(
 
 def _residuals(rows: Equations, physical: Array, free: Sequence[int], basis: Array) -> Array:
     """Of instrumental variables, (n,), the parameters that are not free as they are."""
-    residuals = rows.left - rows.intercept - rows.regressor @ physical
+    residuals = rows.residuals(physical)
     columns = rows.regressor[:, free]
     change = np.linalg.lstsq(basis.T @ columns, basis.T @ residuals, rcond=_RANK)[0]
     return np.asarray(residuals - columns @ change)

@@ -249,7 +249,7 @@ def _by_change(scores: RecordScores, data: FilteredRecord) -> Callable[[str, Arr
     def left(**changed: Array) -> Array:
         record = data.record.with_channels({**data.record.channels(), **changed})
         rows = scores.form.equations(replace(data, record=record).signals).reduced(scores.data)
-        return rows.left - rows.intercept - rows.regressor @ scores.physical
+        return rows.residuals(scores.physical)
 
     whole = left()
     return lambda role, values: left(**{role: values}) - whole

@@ -259,7 +259,7 @@ def _validation(
             'or masked; record longer strokes, or identify with reversals="keep".',
             code="too-short",
         )
-    residuals = rows.left - rows.intercept - rows.regressor @ theta
+    residuals = rows.residuals(theta)
     simulation, position, tracking, reason = None, None, None, None
     try:
         loops, right = problem.simulated(form, frozen.theta)
