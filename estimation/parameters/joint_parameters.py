@@ -171,7 +171,8 @@ def layout_of(
     records : int
     known : sequence of KnownValues
     local : iterable of str
-        Declared parameters that each record has for itself.
+        Declared parameters that each record has for itself; of a base parameter the first of those
+        that it is made of.
     commanded : bool
         Whether the force of all records is what the drive makes of the control, and its gain may
         be identified.
@@ -183,12 +184,17 @@ def layout_of(
     ModelError
         A parameter that is not known of the records enters nonlinearly.
     """
-    names = tuple(dict.fromkeys(local))
+    leads = {
+        base.name: next(p.name for p in axis.declared.parameters if p.symbol in said.free_symbols)
+        for base, said in axis.base.combined
+    }
+    names = tuple(dict.fromkeys(leads.get(name, name) for name in local))
     _check(axis, records, known, names)
     axes = _axes(axis, records, known)
     terms = [_terms(own, i, known, names) for i, own in enumerate(axes)]
     products = [*dict.fromkeys(p for of_one in terms for row in of_one for p in row if p[0])]
-    products.sort(key=lambda p: _place(axis, p))
+    # Of a sum what is local leads, so that each record has its own.
+    products.sort(key=lambda p: (p[1] is None, _place(axis, p)))
     tables = [[[row.get(p, Fraction(0)) for p in products] for row in of_one] for of_one in terms]
     offsets = [[row.get(((), None), Fraction(0)) for row in of_one] for of_one in terms]
     every = [row for table in tables for row in table]
@@ -351,18 +357,31 @@ def _common(
     taken = {p.name.lower() for p in axis.declared.parameters} | {GAIN}
     alone = {p.name: p for p in axis.declared.parameters}
     symbols: list[Parameter | None] = []
-    local: dict[str, list[str]] = {}
     for powers, record in products:
-        single = len(powers) == 1 and powers[0][1] == 1
-        declared = alone[powers[0][0]] if single else None
+        declared = alone[powers[0][0]] if _is_single(powers) else None
         if declared is not None and record is not None:
             name = fresh_name(f"{declared.name}_{record + 1}", taken)
             said = f"{declared.name} of record {record + 1}"
             declared = replace(declared, name=name, description=said)
-            local.setdefault(powers[0][0], [""] * records)[record] = name
         symbols.append(declared)
-    reduced = common_parameters(axis.declared, products, symbols, rows, taken)
-    return reduced, {name: tuple(of_records) for name, of_records in local.items()}
+    common = common_parameters(axis.declared, products, symbols, rows, taken)
+    pairs = sorted(
+        zip(common.pivots, common.parameters, strict=True),
+        key=lambda pair: _place(axis, products[pair[0]]),
+    )
+    local: dict[str, list[str]] = {}
+    for pivot, (parameter, _) in pairs:
+        powers, record = products[pivot]
+        if record is not None and _is_single(powers):
+            local.setdefault(powers[0][0], [""] * records)[record] = parameter.name
+    pivots, parameters = zip(*pairs, strict=True)
+    found = CommonParameters(parameters, pivots)
+    return found, {name: tuple(of_records) for name, of_records in local.items()}
+
+
+def _is_single(powers: tuple[tuple[str, int], ...]) -> bool:
+    """Whether a product is a parameter by itself."""
+    return len(powers) == 1 and powers[0][1] == 1
 
 
 def _tells_gain(members: Sequence[Member]) -> bool:

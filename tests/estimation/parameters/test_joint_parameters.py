@@ -3,6 +3,7 @@
 The drive's gain, and where loops start, found with the parameters of the model.
 """
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -232,6 +233,15 @@ def test_a_start_in_motion_is_found_with_the_parameters(emps2015: GeneratedAxis)
     assert "start_velocity" in found.summary()
     # It is a little less than what the start of the record leaves.
     assert found.error < fit(emps2015, record).error
+
+
+@pytest.mark.parametrize("name", ["M", "m_add", "M_plus_m_add"])
+def test_each_record_has_a_sum_of_its_own_by_any_that_is_in_it(name: str) -> None:
+    layout = layout_of(generated(), 2, (), [name], commanded=False)
+    (own,) = layout.local.values()
+    said = dict(zip((p.name for p in layout.parameters), layout.expressions, strict=True))
+    assert [{"M", "m_add"} <= {*re.findall(r"\w+", said[each])} for each in own] == [True, True]
+    assert len(layout.parameters) == len(generated().axis.parameters) + 1
 
 
 def test_each_record_has_a_start_of_its_own(emps2015: GeneratedAxis, twin: Record) -> None:
