@@ -101,6 +101,10 @@ def test_the_page_says_everything(page: Page, result: Identification) -> None:
         if check.status == "fail":
             assert squeezed(readable_text(check.meaning)) in squeezed(text)
     assert conclusion(result.verdict) in text
+    judged, interval = result.diagnosis.preferred.upper(), result.preferred["M"].interval
+    assert judged == "DIDIM"
+    begins = text.index(f"{interval[0]:.3f} to {interval[1]:.3f}")
+    assert text.index(conclusion(result.verdict)) < begins < text.index("equation error")
     for part in (
         f"axisid {__version__}",
         f"numpy {np.__version__}",

@@ -46,6 +46,7 @@ from axisid.presentation.text import (
     details_document,
     findings,
     heading_facts,
+    judged_table,
     output_fit_document,
     saved_document,
     study_document,
@@ -154,7 +155,7 @@ def report_html(
         ),
     )
     return _page(
-        saved_document(facts, every=True),
+        (judged_table(facts), *saved_document(facts, every=True)),
         plots_by_record(result, cutoffs),
         result.axis,
         result.records,

@@ -11,6 +11,7 @@ from .estimate import (
 )
 from .identification import (
     diagnosis_blocks as diagnosis_blocks,
+    judged_table as judged_table,
     missing_notes as missing_notes,
     saved_document as saved_document,
     verdict_block as verdict_block,

@@ -107,7 +107,7 @@ def _screen(result: SavedIdentification) -> Document:
     more = f"notes on {', '.join(dict.fromkeys(noted))} and " * bool(noted)
     return (
         _heading(result),
-        _judged_table(result),
+        judged_table(result),
         *((records_table(result),) if result.of_records else ()),
         replace(verdict, judged=tuple(e for e in verdict.judged if e.status != "note")),
         Paragraph(
@@ -135,7 +135,7 @@ def _rows_in_short(result: SavedIdentification) -> str:
     )
 
 
-def _judged_table(result: SavedIdentification) -> Table:
+def judged_table(result: SavedIdentification) -> Table:
     """The values to believe: each the centre of its interval, less what filter and noise move."""
     judged, plain = result.preferred, result.estimates.get("idm-ls")
     bands = result.diagnosis.bands.get(judged.method, {})
