@@ -44,9 +44,9 @@ from .estimator_choice import (
 from .excitation import (
     NOMINAL_VALUES as NOMINAL_VALUES,
     Excitation as Excitation,
+    at_bound_check as at_bound_check,
     fixed_check as fixed_check,
     gain_check as gain_check,
-    held_check as held_check,
     nominal_check as nominal_check,
     precision_check as precision_check,
     within_bounds as within_bounds,

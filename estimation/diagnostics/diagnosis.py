@@ -37,8 +37,8 @@ from axisid.estimation.misspecification import (
 from axisid.estimation.regression import DirectForm, position_step, recorded_loops
 from axisid.estimation.regression_problem import (
     Problem,
-    moved_by_rounding,
     noise_free_record,
+    rounding_sensitivity,
 )
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, Exact
@@ -309,7 +309,7 @@ class Case:
             return {}
         if float(np.ptp(record.position)) < FEWEST_STEPS * step:
             return dict.fromkeys(ls.parameters, np.inf)
-        by = moved_by_rounding(ls.form, self.data, step, ls.physical)
+        by = rounding_sensitivity(ls.form, self.data, step, ls.physical)
         return dict(zip(ls.parameters, map(float, by), strict=True))
 
     @cached_property

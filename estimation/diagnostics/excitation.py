@@ -127,7 +127,7 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
         ]
     )
     # How much of a record's own columns is in those of all.
-    mixed = [form.slopes(i) != 0 for i in range(len(problem.data))]
+    mixed = [form.record_jacobian(i) != 0 for i in range(len(problem.data))]
     theta, names = form.regressed(physical), [q.name for q in form.quantities]
     anywhere, natural = np.zeros(len(names)), np.full(len(names), np.inf)
     if reach is not None:
@@ -298,7 +298,7 @@ def within_bounds(
     declared = [p for name, p in bounded.items() if p.is_bounded and name in values]
     outside = [p for p in declared if not p.is_inside(values[p.name].corrected)]
     if held and not outside:
-        return held_check(held, cause)
+        return at_bound_check(held, cause)
     if not declared:
         return Missing("no parameter is declared with bounds")
     reaching = zip(outside, (values[p.name].interval for p in outside), strict=True)
@@ -320,7 +320,7 @@ def within_bounds(
     )
 
 
-def held_check(held: Sequence[ParameterAtBound], cause: str | None = None) -> Check:
+def at_bound_check(held: Sequence[ParameterAtBound], cause: str | None = None) -> Check:
     """Parameters at their bounds: what chance takes there, or what contradicts the bound.
 
     Parameters

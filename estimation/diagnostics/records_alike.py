@@ -295,7 +295,7 @@ def rows_alike(
                 names=tuple(q.name for q in part.quantities),
                 units=tuple(q.unit for q in part.quantities),
                 values=part.corrected,
-                slopes=estimate.form.slopes(number),
+                slopes=estimate.form.record_jacobian(number),
                 span=span,
                 columns=own[:, None] * part.X,
                 instruments=own[:, None] * part.score_columns,

@@ -67,7 +67,7 @@ def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record
     data, axis = problem.data[record], problem.data[record].axis
     physical = form.own(part.physical, record)
     # Of the record's parameters by those of all.
-    slopes = form.slopes(record) @ np.linalg.inv(part.jacobian)
+    slopes = form.record_jacobian(record) @ np.linalg.inv(part.jacobian)
     own = form.of_record(record)
     X, Z = own.equations(data.signals).reduced(data).regressor, None
     if part.Z is not None:

@@ -181,7 +181,7 @@ class JointRecords:
     ) -> Problem:
         """The records under a prefilter, each of its own axis, weighted by its own noise."""
         layout = self.layout(axis)
-        into = () if layout is None else [*map(layout.slopes, range(len(self.records)))]
+        into = () if layout is None else [*map(layout.record_jacobian, range(len(self.records)))]
         data = bound_records(self.axes(axis, layout), self.records, prefilter, into)
         return weighted(Problem(axis=axis, data=data, layout=layout), loss)
 

@@ -35,8 +35,8 @@ from .start import (
     first_velocity as first_velocity,
     law_residual as law_residual,
     loop_starts as loop_starts,
-    moved_start as moved_start,
     position_noise as position_noise,
+    shifted_start as shifted_start,
     start_of_law as start_of_law,
     unlimited as unlimited,
 )

@@ -116,7 +116,7 @@ class LawAlong:
         """The law's output when it is applied, whatever the drive's limit, (N,)."""
         return self.logged(self._applied(point))
 
-    def slopes_by_gain(self, point: LawPoint, free: Sequence[int] | None = None) -> Array:
+    def jacobian_by_gain(self, point: LawPoint, free: Sequence[int] | None = None) -> Array:
         """How that changes with the logarithm of each gain, or of those that are free, (N, g).
 
         A gain of 0 has no logarithm, and a slope of 0.
@@ -131,7 +131,7 @@ class LawAlong:
         step = _STEP * self._applied(replace(point, gains=0.0 * point.gains))
         return (self.sloped(output + step) - self.sloped(output - step)) / (2 * _STEP)
 
-    def slopes_by_start(self, point: LawPoint) -> Array:
+    def jacobian_by_start(self, point: LawPoint) -> Array:
         """How that changes with each memory at the start, (N, m); by 0 where that hardly shows."""
         sizes = np.abs(self._run(point)[0]).max(axis=0, initial=0.0)
         sizes = np.where(np.isfinite(sizes) & (sizes > 0), sizes, 1.0)
@@ -180,7 +180,9 @@ class LawAlong:
         for _ in range(_ROUNDS):
             if not (cost > enough and before - cost > _STILL * cost):
                 break
-            columns = np.hstack([self.slopes_by_gain(point, chosen), self.slopes_by_start(point)])
+            columns = np.hstack(
+                [self.jacobian_by_gain(point, chosen), self.jacobian_by_start(point)]
+            )
             step = least_step(np.column_stack([*map(compared, columns.T)]), residuals, _CLEAR)[0]
             for _ in range(_HALVINGS):  # where the whole step leaves no less
                 gains = point.gains.copy()

@@ -87,12 +87,12 @@ def loop_starts(axis: GeneratedAxis, record: Record, away: float = 0.0) -> tuple
     reference = np.asarray(record.commanded)
     signals = recorded_signals(axis, record.provenance.source, record.signals)
     return tuple(
-        moved_start(axis, start, float(reference[row]), [float(v[row]) for v in signals], away)
+        shifted_start(axis, start, float(reference[row]), [float(v[row]) for v in signals], away)
         for (row, _), start in zip(record.spans, starts, strict=True)
     )
 
 
-def moved_start(
+def shifted_start(
     axis: GeneratedAxis, start: LoopStart, reference: float, first: Sequence[float], away: float
 ) -> LoopStart:
     """A start whose law reads positions, and remembers them, so far from those of the axis.

@@ -27,7 +27,7 @@ from axisid.estimation.regression import (
     condition_number,
     delta_method,
 )
-from axisid.estimation.regression_problem import Problem, noise_free_residuals, slopes_by_gain
+from axisid.estimation.regression_problem import Problem, jacobian_by_gain, noise_free_residuals
 from axisid.estimation.signals import rests_first
 from axisid.estimation.thresholds import NO_RELATION
 from axisid.modeling.declaration import Axis
@@ -201,7 +201,7 @@ def _inference(
                 quiet = noise_free_residuals(form, problem, looped.loops, fit.solver)
         if gain_relative_sd(problem):
             with suppress(DataError, EstimationError):
-                by_gain, theta_by_gain = slopes_by_gain(form, problem, solution, fit.solver)
+                by_gain, theta_by_gain = jacobian_by_gain(form, problem, solution, fit.solver)
         told = _by_twins(fit, form, pivot, bootstrap)
         own = {name: each.matrix for name, each in applied.items()}
         mapped = {name: delta_method(each, jacobian) for name, each in own.items()}

@@ -84,7 +84,7 @@ class SearchResult:
     Attributes
     ----------
     physical : (P,) array
-    slopes : ErrorsAndJacobian
+    linearization : ErrorsAndJacobian
         There, by the parameters that are not fixed.
     at_bound : (P,) array of int
         -1 at the lower, 1 at the upper one, 0 elsewhere.
@@ -98,7 +98,7 @@ class SearchResult:
     """
 
     physical: Array
-    slopes: ErrorsAndJacobian
+    linearization: ErrorsAndJacobian
     at_bound: NDArray[np.int8]
     steps: tuple[FitStep, ...]
     cost: float
@@ -179,7 +179,7 @@ class Search:
         slopes = self._slopes_at(at)
         return SearchResult(
             physical=at,
-            slopes=slopes,
+            linearization=slopes,
             at_bound=bound,
             steps=tuple(self._steps),
             cost=cost_of(at, slopes.errors, self._unknowns, self._weighing),

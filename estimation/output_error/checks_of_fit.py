@@ -15,7 +15,7 @@ from axisid.estimation.diagnostics import (
     NOMINAL_VALUES,
     RecordRegressor,
     alike_check,
-    held_check,
+    at_bound_check,
     lacks_check,
     nominal_check,
     precision_check,
@@ -487,7 +487,7 @@ def one_end_check(of: OutputFit) -> Check | None:
 
 def precise_check(of: OutputFit) -> Check | None:
     """Every parameter that is searched, and shown, against its own deviation."""
-    parts = np.abs(of.weighing.weights[:, None] * of.best.slopes.jacobian * of.physical)
+    parts = np.abs(of.weighing.weights[:, None] * of.best.linearization.jacobian * of.physical)
     whole, peak = (
         np.divide(x, x.max() or 1.0) for x in (np.linalg.norm(parts, axis=0), parts.max(axis=0))
     )
@@ -519,7 +519,7 @@ def precise_check(of: OutputFit) -> Check | None:
 def bounds_check(of: OutputFit) -> Check:
     """Parameters at their bounds: what chance takes there, or what contradicts the bound."""
     if of.held:
-        return held_check(of.held)
+        return at_bound_check(of.held)
     return Check(name="bounds", status="pass", meaning="no parameter is driven to a bound")
 
 

@@ -404,7 +404,10 @@ def _rests(form: ExtendedForm, records: Sequence[Record]) -> dict[int, FilteredR
                 served.append(i)
     if not served:
         return {}
-    axes, of_all = [form.axes[i] for i in served], [form.of_model.slopes(i) for i in served]
+    axes, of_all = (
+        [form.axes[i] for i in served],
+        [form.of_model.record_jacobian(i) for i in served],
+    )
     data = bound_records(axes, [records[i] for i in served], Prefilter(), of_all)
     return dict(zip(served, data, strict=True))
 
@@ -513,7 +516,7 @@ class _FitRun:
             raise lost[0]
         # By the last weights, which are the same for all.
         cost = partial(cost_of, unknowns=u, weighing=self.weighing)
-        return tuple(replace(e, cost=cost(e.physical, e.slopes.errors)) for e in ends)
+        return tuple(replace(e, cost=cost(e.physical, e.linearization.errors)) for e in ends)
 
     def _sizes(self, begun: Array) -> Array:
         """By how much each parameter has to change to change the outputs as much as any does, (P,).
@@ -547,14 +550,14 @@ class _FitRun:
         self.alone = None  # of an earlier start
         with suppress(EstimationError):
             alone = self._settled(begun, u.without_prior)
-            rows = self.weighing.weights[:, None] * alone.slopes.jacobian
+            rows = self.weighing.weights[:, None] * alone.linearization.jacobian
             unseen, _ = unseen_directions(rows, self.scale, u.free)
             self.alone = alone if alone.converged and not len(unseen) else None
         if self.alone is None:
             self.weighing = first
             return self._settled(begun, u)
         for _ in range(_PASSES):
-            self._weigh(self.alone.slopes.errors, self._effects(self.alone, u))
+            self._weigh(self.alone.linearization.errors, self._effects(self.alone, u))
         return self._run(begun, u)
 
     def _settled(self, begun: Array, unknowns: Unknowns) -> SearchResult:
@@ -565,7 +568,7 @@ class _FitRun:
         for _ in range(_PASSES):
             before, counted = self.weighing.weights, self.counted
             self.counted = self._counted(found.physical)
-            self._weigh(found.slopes.errors, self._effects(found, u))
+            self._weigh(found.linearization.errors, self._effects(found, u))
             changes = np.abs(self.weighing.weights - before)
             settled = not needs_weights or bool(np.all(changes <= _SETTLED * before))
             if settled and np.array_equal(counted, self.counted):

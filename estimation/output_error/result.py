@@ -212,7 +212,10 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
             for place, (output, unit, variance) in enumerate(every):
                 rows = record_rows(spans, place, len(outputs))
                 used, weight = weights[rows] > 0, float(weights[rows].max())
-                e, y = (x[rows][used] for x in (self.best.slopes.errors, self.predictions.measured))
+                e, y = (
+                    x[rows][used]
+                    for x in (self.best.linearization.errors, self.predictions.measured)
+                )
                 error, size = float(np.linalg.norm(e)), float(np.linalg.norm(y))
                 by_twins = (weights[rows][used, None] * twins[rows][used]) ** 2
                 noise = max(variance, float(by_twins.mean()) if len(e) else 0.0, 0.0)
@@ -233,7 +236,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     @property
     def errors(self) -> tuple[Array, ...]:
         """Simulated less recorded output, (N,) by record; of m outputs (N, m)."""
-        errors, count = self.best.slopes.errors, len(self.outputs)
+        errors, count = self.best.linearization.errors, len(self.outputs)
         whole = (errors[record_rows(spans)] for spans in self.predictions.spans)
         return tuple(whole) if count == 1 else tuple(each.reshape(-1, count) for each in whole)
 
@@ -265,7 +268,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     @cached_property
     def _moves_of_records(self) -> tuple[Mapping[str, Array], ...]:
         """What each term of a record's law, 1 % larger, moves them by, (P,), by its gains."""
-        slopes = self.predictions.slopes_by_law(self.physical)
+        slopes = self.predictions.jacobian_by_law(self.physical)
         return tuple(
             {name: -PERCENT * (self.influence[:, r] @ slope[r]) for name, slope in slopes.items()}
             for r in map(record_rows, self.predictions.spans)

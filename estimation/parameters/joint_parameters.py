@@ -137,10 +137,12 @@ class JointForm(Exact, InverseForm):
         record's force is of.
         """
         offset = self.members[record].offset if self.gain is None else 0.0
-        return np.asarray(self.slopes(record) @ self.regressed(physical) + offset, dtype=float)
+        return np.asarray(
+            self.record_jacobian(record) @ self.regressed(physical) + offset, dtype=float
+        )
 
-    def slopes(self, record: int) -> Array:
-        """See `Form.slopes`."""
+    def record_jacobian(self, record: int) -> Array:
+        """See `Form.record_jacobian`."""
         member = self.members[record]
         if self.gain is None:
             return member.into

@@ -126,7 +126,7 @@ class PredictionErrors(ABC):
             errors += np.outer(self._slope_by_time, physical[:, -1] - self._time)
         return Lanes(errors=errors, failures=failures)
 
-    def slopes_by_start(
+    def jacobian_by_start(
         self,
         physical: Array,  # noqa: ARG002
     ) -> tuple[tuple[slice, Array], ...]:
@@ -144,7 +144,7 @@ class PredictionErrors(ABC):
         """
         return np.zeros((len(self.measured), 0))
 
-    def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:  # noqa: ARG002
+    def jacobian_by_law(self, physical: Array) -> Mapping[str, Array]:  # noqa: ARG002
         """Slopes of the errors by a factor of each term of the law, (n,), by its gains.
 
         None is given without a law that has terms of its own, or where a loop cannot be simulated.

@@ -236,8 +236,8 @@ class LoopPredictions(PredictionErrors):
         theta = self._form.own(physical, stretch.record)
         return replace(stretch, axis=axis, inputs=inputs), theta
 
-    def slopes_by_start(self, physical: Array) -> tuple[tuple[slice, Array], ...]:
-        """See `PredictionErrors.slopes_by_start`."""
+    def jacobian_by_start(self, physical: Array) -> tuple[tuple[slice, Array], ...]:
+        """See `PredictionErrors.jacobian_by_start`."""
         if least_sizes(self._form).any():
             return ()
         found = []
@@ -276,9 +276,9 @@ class LoopPredictions(PredictionErrors):
             columns[-1][rows] = at.counted[:, None] * (more - less) / 2
         return np.hstack(columns)
 
-    def slopes_by_law(self, physical: Array) -> Mapping[str, Array]:
-        """See `PredictionErrors.slopes_by_law`."""
-        slopes = [slopes_by_law(*self._at(each, physical)) for each in self.stretches]
+    def jacobian_by_law(self, physical: Array) -> Mapping[str, Array]:
+        """See `PredictionErrors.jacobian_by_law`."""
+        slopes = [jacobian_by_law(*self._at(each, physical)) for each in self.stretches]
         shared = [name for name in slopes[0] if all(name in each for each in slopes)]
         return {name: np.concatenate([each[name] for each in slopes]) for name in shared}
 
@@ -373,7 +373,7 @@ def memory_deviations(axis: GeneratedAxis, record: Record) -> list[Array]:
     return roots
 
 
-def slopes_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
+def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
     """Slopes of a stretch's outputs, (n,), by the gains of the term.
 
     Parameters

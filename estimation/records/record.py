@@ -34,7 +34,7 @@ from .segments import (
     window_repair,
     windows_text,
 )
-from .shifts import Rows, check_movable, checked_shifts, moved_rows
+from .shifts import Rows, check_movable, checked_shifts, shifted_rows
 
 #: What a file that a record was written to says it is.
 MARK = "axisid.record/1"
@@ -246,7 +246,7 @@ class Record(Presentable, Exact):
         """
         wanted = checked_shifts(shifts)  # of roles, and of signals by name
         check_movable(self._name(), self.channels(), wanted)
-        kept, places, repairs = moved_rows(self._name(), self.time, wanted)
+        kept, places, repairs = shifted_rows(self._name(), self.time, wanted)
         lengths = [int(np.sum((kept >= a) & (kept < b))) for a, b in self.spans]
         return self._taken(kept, lengths, places, provenance=self._repaired(*repairs))
 

@@ -258,7 +258,7 @@ def shifted(columns: RoleColumns, shifts: Mapping[str, Shift], *, uneven: bool) 
     Raises
     ------
     DataError, UsageError
-        There is no such column; or as `moved_rows`.
+        There is no such column; or as `shifted_rows`.
     """
     if not shifts:
         return columns
@@ -278,7 +278,7 @@ def shifted(columns: RoleColumns, shifts: Mapping[str, Shift], *, uneven: bool) 
             'resample them (resample="auto").',
             code="shift",
         )
-    kept, partners, repairs = moved_rows(source, clock, shifts)
+    kept, partners, repairs = shifted_rows(source, clock, shifts)
     return columns.repaired(
         {
             role: replace(column.taken(kept), values=column.values[partners.get(role, kept)])
@@ -288,7 +288,7 @@ def shifted(columns: RoleColumns, shifts: Mapping[str, Shift], *, uneven: bool) 
     )
 
 
-def moved_rows(
+def shifted_rows(
     source: str, clock: Array, shifts: Mapping[str, Shift]
 ) -> tuple[Rows, dict[str, Rows], list[Repair]]:
     """Rows that keep a partner in every moved column, and the moved columns' rows beside them.

@@ -125,7 +125,7 @@ class Form(ABC):
         """Parameters of the axis of one of several records from physical ones (p,)."""
         return physical
 
-    def slopes(self, record: int) -> Array:  # noqa: ARG002
+    def record_jacobian(self, record: int) -> Array:  # noqa: ARG002
         """Of a record's own parameters by the regression's, (b, k)."""
         return np.eye(len(self.quantities))
 

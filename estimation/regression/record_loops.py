@@ -24,7 +24,7 @@ from axisid.estimation.law_replay import (
     late_in_log,
     law_along,
     loop_starts,
-    moved_start,
+    shifted_start,
     state_at_rest,
     two_clocks,
     with_drive,
@@ -299,7 +299,7 @@ def _start(data: FilteredRecord, first: int, last: int, away: float) -> LoopStar
     if not away:
         return start
     signals = [float(values[first]) for values in data.recorded]
-    return moved_start(data.axis, start, start.position, signals, away)
+    return shifted_start(data.axis, start, start.position, signals, away)
 
 
 def follows_noise(data: FilteredRecord) -> bool:

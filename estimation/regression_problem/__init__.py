@@ -7,10 +7,10 @@ Knows nothing of methods and of what becomes of an estimate.
 from .problem import ParameterAtBound as ParameterAtBound, Problem as Problem
 from .solver import (
     Solver as Solver,
-    moved_by_rounding as moved_by_rounding,
+    jacobian_by_gain as jacobian_by_gain,
     noise_free_record as noise_free_record,
     noise_free_residuals as noise_free_residuals,
-    slopes_by_gain as slopes_by_gain,
+    rounding_sensitivity as rounding_sensitivity,
 )
 from .visibility import (
     SignalRanges as SignalRanges,

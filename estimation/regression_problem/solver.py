@@ -88,7 +88,7 @@ def noise_free_residuals(
     return residuals if problem.row_weights is None else residuals / problem.row_weights
 
 
-def slopes_by_gain(
+def jacobian_by_gain(
     form: Form, problem: Problem, solution: Solution, solver: Solver
 ) -> tuple[Array, Array]:
     """Slopes of the physical parameters, (p,), and of the regression's, (k,), by ln(gain).
@@ -137,7 +137,7 @@ def noise_free_record(data: FilteredRecord, loops: Sequence[Simulation]) -> Filt
 _DRAWS = 4  # each once with either sign
 
 
-def moved_by_rounding(form: Form, data: FilteredRecord, step: float, physical: Array) -> Array:
+def rounding_sensitivity(form: Form, data: FilteredRecord, step: float, physical: Array) -> Array:
     """About what the steps of a position, that no control answers to, move an estimate by, (p,).
 
     Rounding adds noise that is uniform within a step. As much again moves the estimate about as

@@ -333,7 +333,7 @@ class LawByGains:
     @cached_property
     def _slopes(self) -> Array:
         """Of the output by each gain, (N, g)."""
-        return self.along.slopes_by_gain(self.point)
+        return self.along.jacobian_by_gain(self.point)
 
     @cached_property
     def _columns(self) -> Array:
@@ -362,7 +362,7 @@ class LawByGains:
         free, columns = [self._names.index(name) for name in names], self._columns
         shown = columns
         if self.possible and not vague:
-            rough = self.possible[0].slopes_by_gain(self.point) - self._slopes
+            rough = self.possible[0].jacobian_by_gain(self.point) - self._slopes
             noise = np.zeros(len(columns.T))
             noise[: len(rough.T)] = [np.linalg.norm(self.compared(each)) for each in rough.T]
             least = MAX_ROUNDED_SHARE.value * np.linalg.norm(columns, axis=0)
@@ -395,7 +395,7 @@ class LawByGains:
 
     def _besides_start(self, columns: Array) -> Array:
         """Columns without what another start of the memory explains."""
-        by_start = map(self.compared, self.along.slopes_by_start(self.point).T)
+        by_start = map(self.compared, self.along.jacobian_by_start(self.point).T)
         starts = np.column_stack([np.empty((len(columns), 0)), *by_start])
         sizes = np.linalg.norm(starts, axis=0)
         unit = starts[:, sizes > 0] / sizes[sizes > 0]

@@ -182,7 +182,7 @@ def test_a_run_by_gains_is_the_generated_law(name: str, limit: float) -> None:
 
 def test_slopes_are_those_of_the_output() -> None:
     along, point = _along("cascade_p_pi")
-    by_gain, by_start = along.slopes_by_gain(point), along.slopes_by_start(point)
+    by_gain, by_start = along.jacobian_by_gain(point), along.jacobian_by_start(point)
     assert by_gain.shape == (len(along.control), 3)
     assert by_start.shape == (len(along.control), 2)
     # All of the output is a multiple of kv; the integral's start stands in it over tn.

@@ -61,7 +61,7 @@ def test_slopes_by_the_law_are_those_of_another_law(twin: Record) -> None:
     declared = load_axis("emps2015")
     axis, law = build(declared), declared.control
     predictions = _predictions(axis, "position", twin)
-    slopes = predictions.slopes_by_law(THETA)
+    slopes = predictions.jacobian_by_law(THETA)
     assert {*slopes} == {"kp*kv", "kv"}
     here = predictions(THETA[None, :]).errors[:, 0]
     more = replace(law, gains={**law.gains, "kp": 1.0001 * law.gains["kp"]})

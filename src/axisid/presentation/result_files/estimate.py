@@ -424,7 +424,7 @@ class SavedEstimate(Presentable, Exact):
         own = whole.through(
             joint.members[place].axis.parameters,
             joint.own(whole.theta, place),
-            joint.slopes(place) @ np.linalg.inv(jacobian),
+            joint.record_jacobian(place) @ np.linalg.inv(jacobian),
         )
         return replace(
             self,
