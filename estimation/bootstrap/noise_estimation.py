@@ -28,6 +28,8 @@ _CLASSES = 8  # of speed
 #: Squares of second differences for one power: of one degree of freedom, and of their neighbours'.
 _CORRELATED = 2 * (1 + 2 * ((4 / 6) ** 2 + (1 / 6) ** 2))
 _SURELY = 6.0  # of a logarithm of likelihood: by chance one in 2000
+_REFINEMENTS = 2  # of forces beside what twins with them hunt
+_MOST_AT_ONCE = 16.0  # times less variance, of which half is taken
 _ROUNDS = 400  # of the likelihood's multiplicative updates
 _LEAST = 1e-12  # of the largest power: rounding
 _SMALLEST = 1e-3  # of a band's power
@@ -51,10 +53,11 @@ def measured_chain(
     of given correlation times, whose variances are the likeliest by Whittle for the rows of the
     inverse model, without all that the model's columns explain when they may change with time,
     place, speed and direction, and without what twins with noise and steps of the position have
-    there in common, beside what each of these has of its own. None is there that is not surely
-    likelier than nothing, and none is told where friction remembers, which has no rows. How a loop
-    hunts over the steps of its encoder is an accident of where it begins, so that twins have
-    disturbances that are the likeliest beside the power of one such loop or another.
+    there in common, beside what each of these has of its own: first of the steps alone, then of
+    twins that are disturbed as well. None is there that is not surely likelier than nothing, and
+    none is told where friction remembers, which has no rows. How a loop hunts over the steps of its
+    encoder is an accident of where it begins, so that twins have disturbances that are the
+    likeliest beside the power of one such loop or another.
 
     Parameters
     ----------
@@ -131,15 +134,17 @@ def measured_chain(
     def disturbances(of_one: Array) -> Autoregressions:
         return _autoregressions(times, of_one, units, power)
 
-    mean = variances.mean(axis=0)
-    if chain.position_step and (listed := disturbances(mean)):
-        # It hunts the more, the more it is disturbed: not in proportion, so that of what was found
-        # it takes less to leave the same in the rows.
+    # Where something disturbs a loop it hunts otherwise, which is in what was found. Again, beside
+    # twins that are disturbed as much, and half the way: the more is found, the more they hunt.
+    for _ in range(_REFINEMENTS if chain.position_step else 0):
+        mean = variances.mean(axis=0)
+        if not (listed := disturbances(mean)):
+            break
         disturbed = _of_twins(power_of, data, physical, replace(chain, disturbances=listed))
-        added = np.maximum(disturbed.mean(axis=0) - known, 0.0)[None]
-        if added.any():
-            shares = likeliest_variances(power, added, backgrounds, rows.counts)
-            variances = shares * mean * variances.any(axis=1, keepdims=True)
+        hunting = np.maximum(disturbed.mean(axis=0) - mean @ units, 0.0)
+        beside = backgrounds * (hunting / (known + _LEAST * power.max()))
+        again = likeliest_variances(power, units, beside, rows.counts)
+        variances = np.sqrt(variances * np.maximum(again, variances / _MOST_AT_ONCE))
     likeliest, *others = map(disturbances, variances)
     return replace(chain, disturbances=likeliest, drawn=tuple(others))
 
