@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from axisid.codegen.generated_axes import GeneratedAxis, Quantity, build
 from axisid.estimation.regression import Form, InverseForm
 from axisid.modeling.declaration import leave_out
-from axisid.modeling.derivation import CommonParameters, common_parameters
+from axisid.modeling.derivation import CommonParameter, common_parameters
 from axisid.modeling.quantities import Parameter, fresh_name
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import ModelError, UsageError
@@ -204,7 +204,7 @@ def layout_of(
     members = tuple(
         Member(
             axis=own,
-            into=np.array([[float(row[j]) for j in found.pivots] for row in table]),
+            into=np.array([[float(row[j]) for j, *_ in found] for row in table]),
             offset=np.array([float(x) for x in offset]),
         )
         for own, table, offset in zip(axes, tables, offsets, strict=True)
@@ -213,8 +213,8 @@ def layout_of(
     tells = commanded and drive.is_gain and _tells_gain(members)
     return JointForm(
         axis,
-        parameters=(*(p for p, _ in found.parameters), *([drive_gain_of(axis)] * tells)),
-        expressions=(*(said for _, said in found.parameters), *([""] * tells)),
+        parameters=(*(p for _, p, _ in found), *([drive_gain_of(axis)] * tells)),
+        expressions=(*(said for *_, said in found), *([""] * tells)),
         members=members,
         local=local_names,
         known=tuple(known),
@@ -354,7 +354,7 @@ def _place(axis: GeneratedAxis, product: _Product) -> tuple[int, int, int]:
 
 def _common(
     axis: GeneratedAxis, products: Sequence[_Product], rows: list[list[Fraction]], records: int
-) -> tuple[CommonParameters, dict[str, tuple[str, ...]]]:
+) -> tuple[list[CommonParameter], dict[str, tuple[str, ...]]]:
     """Parameters of all records, and names by record of those that each has for itself."""
     taken = {p.name.lower() for p in axis.declared.parameters} | {GAIN}
     alone = {p.name: p for p in axis.declared.parameters}
@@ -366,18 +366,13 @@ def _common(
             said = f"{declared.name} of record {record + 1}"
             declared = replace(declared, name=name, description=said)
         symbols.append(declared)
-    common = common_parameters(axis.declared, products, symbols, rows, taken)
-    pairs = sorted(
-        zip(common.pivots, common.parameters, strict=True),
-        key=lambda pair: _place(axis, products[pair[0]]),
-    )
+    found = common_parameters(axis.declared, products, symbols, rows, taken)
+    found.sort(key=lambda each: _place(axis, products[each[0]]))
     local: dict[str, list[str]] = {}
-    for pivot, (parameter, _) in pairs:
+    for pivot, parameter, _ in found:
         powers, record = products[pivot]
         if record is not None and _is_single(powers):
             local.setdefault(powers[0][0], [""] * records)[record] = parameter.name
-    pivots, parameters = zip(*pairs, strict=True)
-    found = CommonParameters(parameters, pivots)
     return found, {name: tuple(of_records) for name, of_records in local.items()}
 
 

@@ -18,7 +18,7 @@ from .direct import ParameterMap as ParameterMap
 from .friction_ladder import friction_ladder as friction_ladder
 from .model import AxisModel as AxisModel, derive as derive
 from .null_space import (
-    CommonParameters as CommonParameters,
+    CommonParameter as CommonParameter,
     Direction as Direction,
     common_parameters as common_parameters,
     generic_points as generic_points,

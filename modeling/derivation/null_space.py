@@ -7,7 +7,6 @@ nothing. No experiment separates them then: only combinations of them are identi
 import contextlib
 import math
 from collections.abc import Iterator, Mapping, Sequence, Set as AbstractSet
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import reduce
 from typing import TypeAlias
@@ -188,19 +187,9 @@ Product = tuple[tuple[tuple[str, int], ...], int | None]
 _LONGEST_NAME = 28
 
 
-@dataclass(frozen=True, slots=True)
-class CommonParameters:
-    """Parameters with how they are made, and the products that lead them.
-
-    Attributes
-    ----------
-    parameters : tuple of (Parameter, str)
-        The expression is empty of one that is declared.
-    pivots : tuple of int
-    """
-
-    parameters: tuple[tuple[Parameter, str], ...]
-    pivots: tuple[int, ...]
+#: The place of the product that leads a parameter of several records, it, and how it is made: empty
+#: of one that is declared.
+CommonParameter = tuple[int, Parameter, str]
 
 
 def common_parameters(
@@ -209,7 +198,7 @@ def common_parameters(
     single: Sequence[Parameter | None],
     rows: Sequence[list[Fraction]],
     taken: set[str],
-) -> CommonParameters:
+) -> list[CommonParameter]:
     """Reduce weights of products, one row for each base parameter of each record.
 
     Parameters
@@ -230,19 +219,19 @@ def common_parameters(
     """
     reduced, pivots = reduced_rows(rows)
     declared = {p.name: p for p in axis.parameters}
-    found = []
+    found: list[CommonParameter] = []
     for row, pivot in zip(reduced, pivots, strict=True):
         alone = single[pivot]
         if alone is not None and sum(map(bool, row)) == 1:
-            found.append((alone, ""))
+            found.append((pivot, alone, ""))
             continue
         terms = [(w, p) for w, p in zip(row, products, strict=True) if w]
         said = " + ".join(
             factors if weight == 1 else f"{float(weight):g}*{factors}"
             for weight, factors in ((weight, _factors(product)) for weight, product in terms)
         )
-        found.append((_made(terms, products[pivot], said, declared, taken), said))
-    return CommonParameters(tuple(found), tuple(pivots))
+        found.append((pivot, _made(terms, products[pivot], said, declared, taken), said))
+    return found
 
 
 def _made(
