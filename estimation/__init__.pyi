@@ -9,6 +9,7 @@ from .control_law_search import (
     LawSearch as LawSearch,
     find_law as find_law,
 )
+from .data_tables import Provenance as Provenance, Repair as Repair
 from .diagnostic_checks import Check as Check, Levels as Levels
 from .diagnostics import (
     Alignment as Alignment,
@@ -19,7 +20,6 @@ from .diagnostics import (
 from .diagnostics.control_law import LawCheck as LawCheck, check_law as check_law
 from .estimates import Iterate as Iterate, Value as Value
 from .identification import DriveTime as DriveTime
-from .input_tables import Provenance as Provenance, Repair as Repair
 from .lack_of_fit import JackknifeInterval as JackknifeInterval, LackOfFit as LackOfFit
 from .methods import METHODS as METHODS
 from .model_validation import (

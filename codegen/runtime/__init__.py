@@ -10,6 +10,6 @@ from .casadi_functions import (
     checked_arguments as checked_arguments,
     execute as execute,
     is_continuous as is_continuous,
-    recorded_values as recorded_values,
+    recorded_count as recorded_count,
 )
 from .interpreted_loop import VirtualLoop as VirtualLoop

@@ -19,7 +19,7 @@ VECTORS = frozenset(
 )
 
 
-def recorded_values(functions: Mapping[str, Any]) -> int:
+def recorded_count(functions: Mapping[str, Any]) -> int:
     """How many numbers a sample has of recorded signals: of each its value and its rate."""
     step = functions.get("closed_loop_step")
     if step is None or "signals" not in step.name_in():
@@ -29,12 +29,12 @@ def recorded_values(functions: Mapping[str, Any]) -> int:
 
 def is_continuous(functions: Mapping[str, Any]) -> bool:
     """Whether a law is evaluated between samples, so that more than a force is held."""
-    return held_values(functions) == len(HELD_REFERENCE)
+    return held_count(functions) == len(HELD_REFERENCE)
 
 
-def held_values(functions: Mapping[str, Any]) -> int:
+def held_count(functions: Mapping[str, Any]) -> int:
     """How many numbers are held between samples beside the recorded signals."""
-    return int(functions["held_acceleration"].size1_in("held")) - recorded_values(functions)
+    return int(functions["held_acceleration"].size1_in("held")) - recorded_count(functions)
 
 
 def by_sample(values: Array, samples: int) -> Array:

@@ -22,7 +22,7 @@ from axisid.codegen.lowering import (
 )
 from axisid.support.arrays import Array
 
-from .casadi_functions import held_values, is_continuous, recorded_values
+from .casadi_functions import held_count, is_continuous, recorded_count
 
 _MOST_EVENTS = (20, 4096)  # in a step, without sides and with; more is chatter (Zeno)
 _MOST_STEPS = 16384  # that a step may be divided into
@@ -143,7 +143,7 @@ class VirtualLoop:
         self._law_start = functions["control_start"]
         #: What is held between samples, last value and rate of each recorded signal.
         self._held = np.zeros(functions["held_acceleration"].size1_in("held"))
-        self._recorded = recorded_values(functions)
+        self._recorded = recorded_count(functions)
         self._continuous = is_continuous(functions)
         arguments = self._functions["switching"].arguments if "switching" in functions else {}
         self._sides = len(arguments.get("sides", ()))
@@ -157,7 +157,7 @@ class VirtualLoop:
             self._limits = range(int(first), self._sides)
         self._response = functions.get("drive_response")
         # Whether the force goes to another, which is held too.
-        self._lagged = held_values(functions) == len(("tau", "target"))
+        self._lagged = held_count(functions) == len(("tau", "target"))
         # Whether what is held changes between samples, so that an axis may leave rest there.
         self._drifts = self._continuous or self._lagged or self._recorded > 0
         # Part of a sample after which the last command begins to act; 0 at the sample.

@@ -29,7 +29,7 @@ from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, ModelError
 from axisid.support.progress import Progress, with_progress
 
-from .forms import FORMS, ExplainedLaw, LawForm, LawSearch
+from .law_forms import FORMS, ExplainedLaw, LawForm, LawSearch
 
 # of the least that a law leaves on held-out rows; on the EMPS record four larger laws leave the
 # same 0.234 % as the drive's own

@@ -19,7 +19,7 @@ from .alignment import (
 from .column_comparison import (
     ColumnComparison as ColumnComparison,
     compared_motion as compared_motion,
-    motion_check as motion_check,
+    derivative_check as derivative_check,
 )
 from .diagnose import (
     DIAGNOSTICS as DIAGNOSTICS,
@@ -33,7 +33,7 @@ from .diagnosis import (
     RecordDiagnosis as RecordDiagnosis,
 )
 from .estimator_choice import (
-    FORMS as FORMS,
+    DDM_LESS_IDM as DDM_LESS_IDM,
     SECOND_OPINION as SECOND_OPINION,
     InstrumentTests as InstrumentTests,
     Strength as Strength,

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import minimum_filter1d, shift
 
 from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.data_tables import exact_unit
 from axisid.estimation.diagnostic_checks import Check, first_case, status_of
-from axisid.estimation.input_tables import exact_unit
 from axisid.estimation.records import Record, advised_interpolation, advised_shift, samples_apart
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
 from axisid.estimation.signals import (
@@ -397,7 +397,7 @@ def compared_motion(
     return columns if isinstance(columns, Missing) else ColumnComparison.of(*columns)
 
 
-def motion_check(
+def derivative_check(
     axis: GeneratedAxis, record: Record, role: str, found: ColumnComparison | Missing | None
 ) -> Check | Missing | None:
     """What was found of a measured velocity or acceleration; nothing without the column."""

@@ -35,7 +35,7 @@ from axisid.estimation.thresholds import (
 from axisid.support.errors import Missing, unless_missing
 
 from .alignment import alignment_check, declared_lateness
-from .column_comparison import force_check, limit_check, motion_check, scale_remedy
+from .column_comparison import derivative_check, force_check, limit_check, scale_remedy
 from .diagnosis import Case, Diagnosis, RecordDiagnosis
 from .estimator_choice import forms_check, method_check
 from .excitation import (
@@ -239,7 +239,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         ),
         Diagnostic(
             name="simulation",
-            check=lambda case: following(case.preferred, case.data.rest),
+            check=lambda case: simulation_error_check(case.preferred, case.data.rest),
             by_record=True,
         ),
         Diagnostic(name="outliers", check=_outliers, by_record=True),
@@ -267,14 +267,14 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         ),
         Diagnostic(
             name="measured velocity",
-            check=lambda case: motion_check(
+            check=lambda case: derivative_check(
                 case.data.axis, case.data.record, "velocity", case.motions.get("velocity")
             ),
             by_record=True,
         ),
         Diagnostic(
             name="measured acceleration",
-            check=lambda case: motion_check(
+            check=lambda case: derivative_check(
                 case.data.axis, case.data.record, "acceleration", case.motions.get("acceleration")
             ),
             by_record=True,
@@ -423,7 +423,7 @@ def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | N
     )
 
 
-def following(preferred: Estimate, rest: float) -> Check | Missing:
+def simulation_error_check(preferred: Estimate, rest: float) -> Check | Missing:
     """The simulation error of an estimate; `rest` is the part of its samples at which it stands."""
     simulated, form = preferred.simulated, preferred.form
     if isinstance(simulated, NotSimulated):

@@ -48,8 +48,8 @@ from axisid.support.presentable import Presentable
 from .alignment import Alignment, ForceTiming, alignment_of, force_timing, law_in_time
 from .column_comparison import ColumnComparison, compared_motion
 from .estimator_choice import (
+    DDM_LESS_IDM,
     FEWEST_STEPS,
-    FORMS,
     LESS,
     LS_LESS_IV,
     SECOND_OPINION,
@@ -335,6 +335,6 @@ class Case:
             pair: Missing("the instruments are too weak to tell")
             if is_weak
             else (self.whole or self)._less(*pair.split(LESS))
-            for pair in ([SECOND_OPINION, *LS_LESS_IV] if instruments else [FORMS])
+            for pair in ([SECOND_OPINION, *LS_LESS_IV] if instruments else [DDM_LESS_IDM])
             if {*pair.split(LESS)} <= {*self.estimates}
         }

@@ -37,7 +37,7 @@ FEWEST_STEPS = 64  # in a motion: 32 moved a stiffness by 22 %, of which as much
 LESS = " less "
 SECOND_OPINION = f"idm-iv{LESS}didim"
 LS_LESS_IV = f"idm-ls{LESS}idm-iv", f"ddm-ls{LESS}ddm-iv"
-FORMS = f"ddm-ls{LESS}idm-ls"
+DDM_LESS_IDM = f"ddm-ls{LESS}idm-ls"
 
 
 Compared = Mapping[str, Mapping[str, HausmanTest] | Missing]
@@ -233,7 +233,7 @@ def forms_check(
     None where instruments tell what noise does, or one of the forms is not there.
     """
     check = _by_difference(
-        FORMS,
+        DDM_LESS_IDM,
         compared,
         estimates,
         levels,

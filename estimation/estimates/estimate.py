@@ -22,7 +22,7 @@ from axisid.estimation.regression import (
     draw_parameters,
     residual_tests,
     slopes_and_bends,
-    summarised,
+    summary_of_draws,
 )
 from axisid.estimation.signals import RowTimes
 from axisid.estimation.thresholds import LIGHT_ROW
@@ -437,7 +437,7 @@ class Estimate(Presentable, Exact):
             self.form, self.theta, self._of_theta(covariance), freedom, draws, seed
         )
         drawn += self.corrected - self.physical
-        return summarised(read.value, self.physical, str(read.unit), drawn, lost, seed)
+        return summary_of_draws(read.value, self.physical, str(read.unit), drawn, lost, seed)
 
     @property
     def residual_tests(self) -> ResidualTests:

@@ -20,7 +20,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from axisid.estimation.input_tables import (
+from axisid.estimation.data_tables import (
     UNITS_ENTRY,
     Table,
     TableBuilder,

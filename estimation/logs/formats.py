@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from axisid.estimation.input_tables import Repair, Table, library, refusing
+from axisid.estimation.data_tables import Repair, Table, library, refusing
 from axisid.estimation.logs.text import read_text
 from axisid.support.errors import DataError
 from axisid.support.files import digest_of, unchanged

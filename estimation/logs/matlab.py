@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from axisid.estimation.input_tables import Table, TableBuilder, library, refusing
+from axisid.estimation.data_tables import Table, TableBuilder, library, refusing
 from axisid.support.errors import DataError
 from axisid.support.memory import Room
 

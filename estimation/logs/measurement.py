@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.input_tables import (
+from axisid.estimation.data_tables import (
     Table,
     TableBuilder,
     library,

@@ -293,7 +293,7 @@ def nested_tests(
     within = {
         (a, b): how
         for a, b in permutations(models, 2)
-        if size[a] <= size[b] and (how := embedding(models[a], models[b])) is not None
+        if size[a] <= size[b] and (how := nesting(models[a], models[b])) is not None
     }
     nested = {(a, b) for a, b in within if size[a] < size[b]}
     tests = tuple(
@@ -320,7 +320,7 @@ def _tested(a: str, b: str, models: Mapping[str, Regression], how: Embedding) ->
     return replace(pair, f=f, f_p=f_p, wald=wald, wald_p=wald_p)
 
 
-def embedding(small: Regression, large: Regression) -> Embedding | None:
+def nesting(small: Regression, large: Regression) -> Embedding | None:
     """How the larger model's parameters give the smaller model; None if they cannot."""
     size = np.linalg.norm(large.regressor, axis=0)
     basis, triangle = np.linalg.qr(large.regressor / size)

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.input_tables import Repair, Table
+from axisid.estimation.data_tables import Repair, Table
 from axisid.estimation.records.columns import RoleColumns
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_MEAN_STEP_DEVIATION
 from axisid.support.arrays import Array
@@ -202,7 +202,7 @@ def _unequal(source: str, table: Table, lengths: Mapping[str, int], advice: str 
     return DataError(sentence.rstrip(), code="time")
 
 
-def open_end(pieces: Sequence[Array]) -> float:
+def period_uncertainty(pieces: Sequence[Array]) -> float:
     """What jitter leaves open of the mean step of segments, the times of each (n,), relative."""
     steps = np.concatenate([np.diff(piece) for piece in pieces])
     total = float(np.sum(steps)) if len(steps) else 0.0

@@ -8,10 +8,10 @@ declared to have a clock of its own. A continuous law has none.
 
 from dataclasses import dataclass, replace
 
-from axisid.estimation.input_tables import PeriodSource
+from axisid.estimation.data_tables import PeriodSource
 from axisid.modeling.declaration import ControlLaw
 
-from .clocks import open_end
+from .clocks import period_uncertainty
 from .record import Record
 
 
@@ -41,7 +41,7 @@ def clock_of(record: Record) -> PeriodSource:
     stated, clock = record.sample_period is not None, record.provenance.clock
     if clock is not None:
         return replace(clock, stated=clock.stated and stated)
-    jitter = open_end([record.time[start:stop] for start, stop in record.spans])
+    jitter = period_uncertainty([record.time[start:stop] for start, stop in record.spans])
     return PeriodSource(uncertainty=0.0 if stated else jitter, stated=stated)
 
 

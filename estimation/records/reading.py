@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_declared
-from axisid.estimation.input_tables import Provenance, Table
+from axisid.estimation.data_tables import Provenance, Table
 from axisid.estimation.logs import read_table
 from axisid.estimation.records.columns import RoleColumns, role_columns
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_UNEVEN_STEP

@@ -17,7 +17,7 @@ from typing import Any, Literal
 import numpy as np
 
 from axisid.estimation.choices import LOG_KEYS, check_among
-from axisid.estimation.input_tables import Table as LogTable
+from axisid.estimation.data_tables import Table as LogTable
 from axisid.estimation.logs import read_table
 from axisid.estimation.records.columns import expected_units, to_si
 from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from axisid.estimation.input_tables import PeriodSource, Repair, Samples
+from axisid.estimation.data_tables import PeriodSource, Repair, Samples
 from axisid.estimation.records.columns import RoleColumns
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MIN_RECORD_SAMPLES
 from axisid.support.arrays import Array, mask_of
 from axisid.support.errors import DataError, UsageError, quoted
 
-from .clocks import long_steps, open_end
+from .clocks import long_steps, period_uncertainty
 
 #: First sample and the one after the last.
 Span = tuple[int, int]
@@ -185,7 +185,7 @@ def as_sampled(
             {}, gaps_repair(len(gaps), lost, len(pieces), int(np.sum(~kept)))
         )
     segments, time = adjoining([b - a for a, b in pieces]), time[kept]
-    jitter = open_end([time[start:stop] for start, stop in segments or ((0, len(time)),)])
+    jitter = period_uncertainty([time[start:stop] for start, stop in segments or ((0, len(time)),)])
     return replace(
         columns,
         samples={r: Samples(values=s.values[kept], clock=time) for r, s in columns.samples.items()},

@@ -25,7 +25,7 @@ from .covariance import (
     most_lags as most_lags,
     wald as wald,
 )
-from .forms import (
+from .inverse_and_direct import (
     DirectForm as DirectForm,
     Equations as Equations,
     Form as Form,
@@ -50,7 +50,7 @@ from .propagation import (
     curvature as curvature,
     draw_parameters as draw_parameters,
     slopes_and_bends as slopes_and_bends,
-    summarised as summarised,
+    summary_of_draws as summary_of_draws,
 )
 from .record_loops import (
     LoopDataError as LoopDataError,

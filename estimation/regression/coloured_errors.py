@@ -182,7 +182,7 @@ def autoregression_of(
     there = np.concatenate([*(each[::outputs] for each in counted or ()), np.zeros(0, dtype=bool)])
     used = rows if counted is None else int(np.sum(there))
     if not used:
-        return by_whittle(np.zeros((1, outputs, outputs)), 0)
+        return levinson_whittle(np.zeros((1, outputs, outputs)), 0)
     most = min(max(round(_LONGEST / period), _FEWEST), used // (_ROWS_PER_ORDER * outputs))
     order = RowTimes.joined([RowTimes.consecutive(len(each) // outputs) for each in pieces])
     products = score_products(np.concatenate(pieces).reshape(-1, outputs), order, most)
@@ -195,10 +195,10 @@ def autoregression_of(
         told = slice(0, int(few[0]) if len(few) else None)
         products = products[told] * whole[told] / pairs[told]
         used = int(pairs[told].min())  # a criterion that reckons with all takes what chance made
-    return by_whittle(products / rows, used)
+    return levinson_whittle(products / rows, used)
 
 
-def by_whittle(covariances: Array, samples: int) -> Autoregression:
+def levinson_whittle(covariances: Array, samples: int) -> Autoregression:
     """By the recursion of Levinson for several outputs, of the order that the criterion takes.
 
     [Whittle1963]_: autoregressions forwards and backwards make each other longer. Each of several

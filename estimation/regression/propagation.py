@@ -14,7 +14,7 @@ from scipy.special import chdtri
 from axisid.support.arrays import Array, MaybeNan
 from axisid.support.errors import UsageError
 
-from .forms import Form
+from .inverse_and_direct import Form
 
 _STEP = 0.01  # deviations over which a Jacobian is differenced
 _MOST_DRAWS = 1_000_000
@@ -166,7 +166,7 @@ def draw_parameters(
     return kept, int(draws - len(kept))
 
 
-def summarised(
+def summary_of_draws(
     function: Callable[[list[float]], float],
     at: Array,
     unit: str,

@@ -49,7 +49,7 @@ from axisid.estimation.thresholds import MIN_STEP_DIFFERENCES
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, DataError, ModelError
 
-from .forms import Equations, Form
+from .inverse_and_direct import Equations, Form
 
 # of the samples change a rounded velocity; at a constant speed noise of half a step changes as
 # many, and averages the steps

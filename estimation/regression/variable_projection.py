@@ -18,7 +18,7 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
-from .forms import Equations, InverseForm
+from .inverse_and_direct import Equations, InverseForm
 from .linear import QrFactors, factor, least_squares
 
 _SPREAD = (0.1, 0.3, 1.0, 3.0, 10.0)  # times the nominal value

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.codegen.lowering import LoopStart
-from axisid.estimation.input_tables import Provenance
+from axisid.estimation.data_tables import Provenance
 from axisid.estimation.records import Record, check_sample_period
 from axisid.estimation.signals import about_samples
 from axisid.estimation.thresholds import MIN_RECORD_SAMPLES

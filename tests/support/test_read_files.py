@@ -14,7 +14,7 @@ import pytest
 from scipy.io import savemat
 
 from axisid import read_record
-from axisid.estimation.input_tables.table import Table
+from axisid.estimation.data_tables.table import Table
 from axisid.estimation.logs import formats, read_table
 from axisid.estimation.records.record import Record
 from axisid.support import memory

@@ -137,7 +137,7 @@ def hac_fit(
     return fit, Hac(min(LAGS, len(target) // 4)).matrix(fit)
 
 
-def leaning(left: Array, neighbours: RowTimes) -> tuple[Array, Array]:
+def offset_and_drift(left: Array, neighbours: RowTimes) -> tuple[Array, Array]:
     """Constant and drift of what is left, and their deviations, (2,) each."""
     time = neighbours.places - neighbours.places.mean()
     columns = np.column_stack([np.ones(len(left)), time / np.ptp(time)])

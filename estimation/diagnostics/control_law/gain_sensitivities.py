@@ -39,8 +39,8 @@ from .control_residuals import (
     NO_GAINS,
     compared_as,
     hac_fit,
-    leaning,
     noisy_ticks,
+    offset_and_drift,
 )
 from .law_faults import MAX_FACTOR_ERROR, off_text, scale_text
 
@@ -250,10 +250,10 @@ class LawByGains:
     @cached_property
     def lean(self) -> dict[str, float]:
         """A constant and a drift over the record that stand out of what is left, by name."""
-        values, deviations = leaning(self.residuals, self.neighbours)
+        values, deviations = offset_and_drift(self.residuals, self.neighbours)
         least = _MAX_CONTROL_LEAN * np.sqrt(np.mean(self.control**2)) * np.array([1.0, 2.0])
         # How large either may be for what the log does not write.
-        left_open = [leaning(each, self.neighbours)[0] for each in self.left_open]
+        left_open = [offset_and_drift(each, self.neighbours)[0] for each in self.left_open]
         chance = np.abs([deviations, *left_open]).max(axis=0)
         far = np.abs(values) > np.maximum(least, MIN_DISTANCE_FROM_NOISE.value * chance)
         named = zip((CONSTANT, DRIFT), values, far, strict=True)

@@ -4,6 +4,7 @@ In: the columns of a `Table`, what a user and an axis say of them. Out: columns 
 Knows nothing of clocks and of what may be wrong with values.
 """
 
+from .log_writer import log_content as log_content
 from .roles import (
     Mask as Mask,
     RoleColumns as RoleColumns,
@@ -11,4 +12,3 @@ from .roles import (
     role_columns as role_columns,
 )
 from .units import expected_units as expected_units, to_si as to_si
-from .written import log_content as log_content

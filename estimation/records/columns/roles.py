@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.input_tables import PeriodSource, Repair, Samples, Table
+from axisid.estimation.data_tables import PeriodSource, Repair, Samples, Table
 from axisid.modeling.declaration import ROLES, Axis
 from axisid.support.errors import DataError, UsageError, quoted
 

@@ -14,12 +14,12 @@ from pathlib import Path
 from typing import Any
 
 from axisid.estimation.choices import listed
-from axisid.estimation.input_tables import library
+from axisid.estimation.data_tables import library
 from axisid.estimation.logs import log_endings
 from axisid.estimation.records import log_of
 from axisid.support.errors import DataError, UsageError, quoted
 from axisid.support.files import opened_regular, read_regular
-from axisid.support.written import kinds_of
+from axisid.support.output_kind import kinds_of
 
 Condition = str | float
 _LOG, _OWN = "log", ("log", "axis", "serial", "columns")

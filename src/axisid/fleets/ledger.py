@@ -16,7 +16,7 @@ from axisid.estimation.identification import Identification
 from axisid.presentation.result_files import JsonObject, Matrix, about
 from axisid.robust_statistics import LARGEST
 from axisid.support.errors import DataError, first_of
-from axisid.support.written import kinds_of
+from axisid.support.output_kind import kinds_of
 
 _IN_RESULT = "see the result of the log"
 

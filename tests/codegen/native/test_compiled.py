@@ -12,7 +12,7 @@ from axisid.codegen.lowering import BLOCK, SIGNALS, LoopSettings, LoopStart
 from axisid.codegen.native.batched_rows import Decimation
 from axisid.codegen.native.library import NativeLibrary
 from axisid.codegen.native.library_cache import compiled_library
-from axisid.codegen.runtime import VirtualLoop, by_sample, is_continuous, recorded_values
+from axisid.codegen.runtime import VirtualLoop, by_sample, is_continuous, recorded_count
 from axisid.codegen.runtime.casadi_functions import VECTORS
 from axisid.modeling import LIBRARY
 from tests.axes.recorded import UNRECORDED, recorded_axis
@@ -91,7 +91,7 @@ def is_loop_right(of: Compiled, substeps: int, samples: int = 40) -> bool:
     reference = np.cumsum(0.1 * sizes * rng.normal(size=(samples, lanes)), axis=0)
     noise, injected = (1e-2 * sizes * rng.normal(size=reference.shape) for _ in range(2))
     parameters = of.parameters * rng.uniform(0.8, 1.2, (lanes, len(of.parameters)))
-    values = recorded_values(of.functions)
+    values = recorded_count(of.functions)
     recorded = rng.uniform(0.5, 1.5, (samples, values, lanes)) if values else None
     own = of.functions["plant_step"].size1_in("parameters")
     begin = of.functions["control_start"]

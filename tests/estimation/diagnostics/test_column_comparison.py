@@ -12,7 +12,7 @@ from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation.diagnostic_checks import Check
 from axisid.estimation.diagnostics import (
     compared_motion,
-    motion_check,
+    derivative_check,
 )
 from axisid.estimation.diagnostics.column_comparison import force_check, limit_check
 
@@ -132,7 +132,7 @@ def right(emps: GeneratedAxis) -> Record:
 
 
 def checked(axis: GeneratedAxis, record: Record, role: str = "velocity") -> Check:
-    return motion_check(axis, record, role, compared_motion(record, role))
+    return derivative_check(axis, record, role, compared_motion(record, role))
 
 
 def changed(record: Record, factor: float = 1.0, offset: float = 0.0) -> Record:

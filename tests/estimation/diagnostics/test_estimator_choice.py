@@ -13,7 +13,7 @@ from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd_difference
 from axisid.estimation.diagnostic_checks import Check
 from axisid.estimation.diagnostics import (
-    FORMS,
+    DDM_LESS_IDM,
     SECOND_OPINION,
     forms_check,
     method_check,
@@ -92,7 +92,7 @@ def test_it_fails_where_it_is_significant_and_matters(both: Identification) -> N
 
 def test_forms_far_apart_fail_where_no_instruments_tell(every: Identification) -> None:
     far, near, same = (
-        forms_check({FORMS: each}, every.estimates)
+        forms_check({DDM_LESS_IDM: each}, every.estimates)
         for each in (found(12.0), found(1.2), found(12.0, shift=0.4))
     )
     assert (far.status, near.status, same.status) == ("fail", "note", "pass")

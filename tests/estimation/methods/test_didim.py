@@ -21,7 +21,7 @@ from axisid import (
 )
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd_difference
-from axisid.estimation.diagnostics.diagnose import following
+from axisid.estimation.diagnostics.diagnose import simulation_error_check
 from axisid.estimation.estimates import NotSimulated
 from axisid.estimation.estimates.estimate import Estimate
 from axisid.estimation.methods.instrumental import NEARLY_CONVERGED
@@ -258,7 +258,7 @@ _STIFF = NotSimulated("it is too stiff.", by_estimate=True)
 def test_how_closely_the_loop_follows_is_said_and_what_keeps_it_from_it(
     fitted: Estimate, changed: dict[str, Any], rest: float, said: str
 ) -> None:
-    check = following(replace(fitted, **changed), rest)
+    check = simulation_error_check(replace(fitted, **changed), rest)
     assert re.search(said, check.meaning)
     assert (check.status == "fail") == (
         changed.get("simulated") is _STIFF or rest > 0 or "60" in said
@@ -270,7 +270,7 @@ def test_a_loop_that_no_law_makes_is_no_objection(fitted: Estimate) -> None:
         fitted, simulated=NotSimulated("it has no law"), simulation_error_percent=None
     )
     untried = untried.with_inference(noise_free=None)
-    assert following(untried, 0.0) == untried.simulated
+    assert simulation_error_check(untried, 0.0) == untried.simulated
 
 
 IV = ["idm-iv", "ddm-iv"]

@@ -9,8 +9,8 @@ import statsmodels.api as sm
 from axisid import Prefilter
 from axisid.estimation.model_validation.candidate import (
     criteria,
-    embedding,
     nested_tests,
+    nesting,
     wald_test,
 )
 from axisid.estimation.model_validation.held_out import (
@@ -115,7 +115,7 @@ def test_criteria_and_f_are_those_of_statsmodels(data: tuple[np.ndarray, np.ndar
     wanted = (full.llf, full.aic, full.bic)
     assert (found.log_likelihood, found.aic, found.bic) == pytest.approx(wanted, rel=1e-10)
     f, p, _ = full.compare_f_test(part)
-    how = embedding(regression(X[:, :2], y), regression(X, y))
+    how = nesting(regression(X[:, :2], y), regression(X, y))
     assert wald_test(regression(X, y).solved(), how, Classical()) == pytest.approx((f, p))
 
 
@@ -135,7 +135,7 @@ def test_robust_wald_is_that_of_statsmodels(data: tuple[np.ndarray, np.ndarray])
     freedom = float(Hac(6).applied(larger).freedom.min())
     assert freedom < N - 4
     for small, restriction in cases.values():
-        how = embedding(regression(small, y), regression(X, y))
+        how = nesting(regression(small, y), regression(X, y))
         expected, q = robust.f_test(np.array(restriction, dtype=float)), len(restriction)
         statistic, p = wald_test(larger, how, Hac(6))
         assert statistic == pytest.approx(float(expected.fvalue), rel=1e-6)
@@ -157,7 +157,7 @@ def test_a_known_part_must_be_spanned_too(data: tuple[np.ndarray, np.ndarray]) -
     """A model with a known coefficient is nested in the one that estimates it."""
     X, y = data
     fixed = regression(X[:, :3], y - 0.02 * X[:, 3])
-    how = embedding(fixed, regression(X, y))
+    how = nesting(fixed, regression(X, y))
     assert how[1] == pytest.approx([0, 0, 0, 0.02], abs=1e-9)
     robust = sm.OLS(y, X).fit(**ROBUST)
     expected = robust.t_test((np.array([[0.0, 0, 0, 1]]), np.array([0.02])))
@@ -165,7 +165,7 @@ def test_a_known_part_must_be_spanned_too(data: tuple[np.ndarray, np.ndarray]) -
     assert statistic == pytest.approx(float(expected.tvalue.item()) ** 2, rel=1e-6)
     almost = X[:, :2] * [1, 1 + 1e-6] + [0, 1e-6]
     for columns, left in ((X[:, :3], y - np.sin(np.arange(N))), (almost, y)):
-        assert embedding(regression(columns, left), regression(X, y)) is None
+        assert nesting(regression(columns, left), regression(X, y)) is None
 
 
 def test_only_next_richer_models_are_tested_and_equal_ones_are_told(

@@ -17,7 +17,7 @@ from axisid.estimation.regression import (
     power_density,
     sum_covariances,
 )
-from axisid.estimation.regression.coloured_errors import by_whittle
+from axisid.estimation.regression.coloured_errors import levinson_whittle
 from axisid.estimation.regression.covariance import covariance_of_ar1
 from axisid.estimation.regression.linear import factor, least_squares
 from axisid.estimation.regression.residual_tests import residual_tests
@@ -46,7 +46,7 @@ def test_the_covariance_of_columns_is_that_of_the_whole_matrix(rows: int) -> Non
     errors = np.convolve(random.normal(size=2000), [1.0, 0.8, 0.3])[:2000]
     products = [errors[: len(errors) - k] @ errors[k:] for k in range(20)]
     covariances = np.array(products)[:, None, None] / len(errors)
-    model = by_whittle(covariances, len(errors))
+    model = levinson_whittle(covariances, len(errors))
     assert model.order
     columns = random.normal(size=(rows, 3))
     whole = toeplitz(model.covariances_to(rows)[:, 0, 0])

@@ -24,7 +24,7 @@ from axisid import (
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.elements import Drive
 from axisid.estimation.methods import METHODS, estimate_by
-from axisid.estimation.regression.forms import InverseForm
+from axisid.estimation.regression.inverse_and_direct import InverseForm
 from axisid.estimation.regression_problem import Problem
 from axisid.estimation.regression_problem.visibility import SignalRanges, check_visible
 from axisid.estimation.signals import FilteredRecord

@@ -16,8 +16,8 @@ import click
 
 from axisid.presentation.console import print_document
 from axisid.support.files import axis_file, json_text, write_file
+from axisid.support.output_kind import kinds_of
 from axisid.support.presentable import Presentable
-from axisid.support.written import kinds_of
 
 from . import stages
 

@@ -19,6 +19,13 @@ from .identification import (
     identification_facts as identification_facts,
     written_identification as written_identification,
 )
+from .json_objects import (
+    JsonObject as JsonObject,
+    Matrix as Matrix,
+    about as about,
+    plain as plain,
+    schema_of as schema_of,
+)
 from .monte_carlo import SavedMonteCarlo as SavedMonteCarlo, written_study as written_study
 from .output_fit import (
     SavedFitValidation as SavedFitValidation,
@@ -39,11 +46,4 @@ from .studies import (
     written_law_search as written_law_search,
     written_sweep as written_sweep,
     written_validation as written_validation,
-)
-from .values import (
-    JsonObject as JsonObject,
-    Matrix as Matrix,
-    about as about,
-    plain as plain,
-    schema_of as schema_of,
 )

@@ -9,7 +9,7 @@ from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis
 from axisid.estimation.diagnostics.control_law import LawCheck
 from axisid.support.errors import Missing
 
-from .values import JsonObject, about, written_as
+from .json_objects import JsonObject, about, written_as
 
 
 class WrittenLawCheck(JsonObject, frozen=True, kw_only=True):

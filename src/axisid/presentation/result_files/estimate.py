@@ -30,7 +30,7 @@ from axisid.support.arrays import Array, Exact, finite_or_none
 from axisid.support.errors import UsageError, is_among, is_whole, quoted
 from axisid.support.presentable import Presentable
 
-from .values import JsonObject, Matrix, WrittenKnown, about, number, read_as, written_as
+from .json_objects import JsonObject, Matrix, WrittenKnown, about, number, read_as, written_as
 
 
 class WrittenValue(JsonObject, frozen=True, kw_only=True):

@@ -22,6 +22,7 @@ from axisid.support.errors import AxisidError, DataError, UsageError, quoted
 from axisid.support.files import GIVE_RESULT, HOW_SAVED, WRITE_AGAIN, is_unchanged, read_result
 
 from .identification import SavedIdentification, WrittenIdentification
+from .json_objects import JsonObject, WrittenKnown, schema_of
 from .monte_carlo import SavedMonteCarlo
 from .output_fit import (
     SavedFitValidation,
@@ -29,7 +30,6 @@ from .output_fit import (
     WrittenOutputFit,
 )
 from .record import WrittenDriveTime, WrittenResponse, written_drive
-from .values import JsonObject, WrittenKnown, schema_of
 
 T = TypeVar("T")
 Expected = TypeVar("Expected", bound=JsonObject)

@@ -66,6 +66,7 @@ from .estimate import (
     written_estimate,
     written_physical,
 )
+from .json_objects import JsonObject, WrittenKnown, WrittenResult, about, read_as, written_as
 from .record import (
     WrittenDriveTime,
     WrittenPrefilter,
@@ -77,7 +78,6 @@ from .record import (
     written_prefilter,
     written_record,
 )
-from .values import JsonObject, WrittenKnown, WrittenResult, about, read_as, written_as
 
 
 class WrittenHeld(JsonObject, frozen=True, kw_only=True):

@@ -19,8 +19,8 @@ from axisid.estimation.monte_carlo import (
 )
 from axisid.support.presentable import Presentable
 
+from .json_objects import JsonObject, WrittenResult, about, written_as
 from .record import WrittenRequest
-from .values import JsonObject, WrittenResult, about, written_as
 
 
 class WrittenTwins(JsonObject, frozen=True, kw_only=True):

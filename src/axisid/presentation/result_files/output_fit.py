@@ -27,8 +27,16 @@ from axisid.support.presentable import Presentable
 
 from .diagnosis import WrittenLawCheck, written_law
 from .estimate import left_out
+from .json_objects import (
+    JsonObject,
+    WrittenKnown,
+    WrittenResult,
+    about,
+    number,
+    read_as,
+    written_as,
+)
 from .record import WrittenRecord, written_record
-from .values import JsonObject, WrittenKnown, WrittenResult, about, number, read_as, written_as
 
 
 class WrittenFitted(JsonObject, frozen=True, kw_only=True):

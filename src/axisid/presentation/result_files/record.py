@@ -5,12 +5,12 @@ from typing import Annotated, Literal
 
 from msgspec import UNSET, UnsetType
 
-from axisid.estimation.input_tables import Provenance, Repair
+from axisid.estimation.data_tables import Provenance, Repair
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Sampling
 from axisid.modeling.declaration import Drive
 
-from .values import JsonObject, about, plain, written_as
+from .json_objects import JsonObject, about, plain, written_as
 
 
 class WrittenRecord(

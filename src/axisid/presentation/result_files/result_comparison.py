@@ -23,7 +23,7 @@ from axisid.support.presentable import Presentable
 from .estimate import WrittenValue
 from .file import read_identification
 from .identification import SavedIdentification, WrittenIdentification, written_identification
-from .values import JsonObject, WrittenKnown, about, plain
+from .json_objects import JsonObject, WrittenKnown, about, plain
 
 
 class WrittenDifference(JsonObject, frozen=True, kw_only=True):

@@ -25,8 +25,8 @@ from .identification import (
     WrittenValidation,
     written_identification,
 )
+from .json_objects import JsonObject, WrittenKnown, WrittenResult, about, written_as
 from .record import WrittenPrefilter, WrittenRecord, written_prefilter, written_record
-from .values import JsonObject, WrittenKnown, WrittenResult, about, written_as
 
 
 class WrittenExplainedLaw(JsonObject, frozen=True, kw_only=True):

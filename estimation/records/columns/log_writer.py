@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from axisid.estimation.input_tables import (
+from axisid.estimation.data_tables import (
     UNITS_ENTRY,
     TableBuilder,
     is_unit,
