@@ -122,11 +122,6 @@ def _direct_regressor(model: AxisModel) -> list[Program]:
     ]
 
 
-def _state(law: ControlLaw) -> tuple[str, ...]:
-    """Names of what the drive remembers between samples: the law's memory, then the delay line."""
-    return (*(memory.name for memory in law.memory), *law.delay_line)
-
-
 def _control_start(model: AxisModel, law: ControlLaw, gains: tuple[sympy.Symbol, ...]) -> Program:
     arguments = Arguments().scalars(REFERENCE, MEASURED_POSITION, *model.axis.signal_symbols)
     arguments = _with_gains(arguments, gains)
@@ -205,7 +200,9 @@ def _measured(
     """What a law reads and remembers at a sample, and its delay line."""
     motion = (REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, *model.axis.signal_symbols)
     arguments = Arguments().scalars(*motion, *(_INJECTED,) * injected)
-    state = arguments.builder.vector("state", _state(law))
+    # What the drive remembers between samples.
+    remembered = (*(memory.name for memory in law.memory), *law.delay_line)
+    state = arguments.builder.vector("state", remembered)
     _with_gains(arguments, gains)
     arguments.values.update((m.symbol, i) for m, i in zip(law.memory, state, strict=False))
     return arguments, state[len(law.memory) :]

@@ -29,7 +29,7 @@ _CLASSES = 8  # of speed
 _CORRELATED = 2 * (1 + 2 * ((4 / 6) ** 2 + (1 / 6) ** 2))
 _SURELY = 6.0  # of a logarithm of likelihood: by chance one in 2000
 _REFINEMENTS = 2  # of forces beside what twins with them hunt
-_MOST_AT_ONCE = 16.0  # times less variance, of which half is taken
+_MOST_AT_ONCE = 16.0  # times less variance, whose geometric half is taken
 _ROUNDS = 400  # of the likelihood's multiplicative updates
 _LEAST = 1e-12  # of the largest power: rounding
 _SMALLEST = 1e-3  # of a band's power
@@ -113,8 +113,9 @@ def measured_chain(
 
     power = rows.power(residuals - repeated)
     # The mean holds a twin itself, and the record not: beside an independent mean.
-    steps = np.array([rows.power(each - repeated) for each in errors])
-    steps *= (count + 1) / max(count - 1, 1)
+    steps = (
+        (count + 1) / max(count - 1, 1) * np.array([rows.power(each - repeated) for each in errors])
+    )
     known = steps.mean(axis=0)
     if rows.counts @ rows.power(residuals) < _LEAST_POWER * (rows.counts @ rows.power(errors.T)):
         raise EstimationError(
@@ -135,12 +136,15 @@ def measured_chain(
         return _autoregressions(times, of_one, units, power)
 
     # Where something disturbs a loop it hunts otherwise, which is in what was found. Again, beside
-    # twins that are disturbed as much, and half the way: the more is found, the more they hunt.
+    # twins that are disturbed as much, and half the way of each logarithm: the more is found, the
+    # more they hunt.
     for _ in range(_REFINEMENTS if chain.position_step else 0):
         mean = variances.mean(axis=0)
         if not (listed := disturbances(mean)):
             break
         disturbed = _of_twins(power_of, data, physical, replace(chain, disturbances=listed))
+        if not disturbed.any():  # none can be simulated
+            break
         hunting = np.maximum(disturbed.mean(axis=0) - mean @ units, 0.0)
         beside = backgrounds * (hunting / (known + _LEAST * power.max()))
         again = likeliest_variances(power, units, beside, rows.counts)

@@ -318,7 +318,7 @@ class Identification(HasRecords, ByMethod, Uncached, Presentable, Exact):
         }
         return {
             "start": start,
-            "local": tuple(layout.local),
+            "local": layout.declared_local,
             "known": known,
             "gain": "declared" if layout.gain is None else "identified",
         }

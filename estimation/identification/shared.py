@@ -10,7 +10,14 @@ import numpy as np
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.choices import ROW_LOSSES, check_among, listed
 from axisid.estimation.methods import METHODS, bound_record, scale_of
-from axisid.estimation.parameters import JointForm, KnownValue, known_of, layout_of, prefilters_of
+from axisid.estimation.parameters import (
+    JointForm,
+    KnownValue,
+    declared_names,
+    known_of,
+    layout_of,
+    prefilters_of,
+)
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.regression_problem import Problem, check_time_known
 from axisid.estimation.signals import (
@@ -246,7 +253,7 @@ def shared_records(
         axis=axis,
         own_layout=layout,
         records=tuple(records[i] for i in used),
-        local=own,
+        local=declared_names(axis, own),
         known=known,
         commanded=commanded,
         set_aside=aside,

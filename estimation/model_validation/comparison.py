@@ -26,7 +26,7 @@ from axisid.estimation.identification import (
     records_of,
     shared_records,
 )
-from axisid.estimation.parameters import KnownValue, KnownValues
+from axisid.estimation.parameters import KnownValue, KnownValues, declared_names
 from axisid.estimation.records import Record
 from axisid.estimation.regression_problem import Problem
 from axisid.estimation.signals import Prefilter
@@ -179,7 +179,11 @@ def compare(
     suited = Prefilter.given(prefilter).at_rate_of(records[0].period)
     # Parameters that are each record's own are those of a candidate that has them all.
     own_names = ({local} if isinstance(local, str) else {*local}) - {""}
-    able = (a for a in named.values() if own_names <= {p.name for p in a.declared.parameters})
+    able = (
+        axis
+        for axis in named.values()
+        if {*declared_names(axis, own_names)} <= {p.name for p in axis.declared.parameters}
+    )
     owner = next(able, first) if own_names else first
     shared = shared_records(owner, records, suited, local, known, gain, skip_bad=skip_bad)
     problem = shared.problem(first, suited)

@@ -80,7 +80,13 @@ def recommend(results: Sequence[Identification]) -> tuple[float | None, str]:
     agreeing = [result for result in results if _agrees(result)]
     steps = (
         (
-            [result for result in agreeing if _is_unbiased(result["idm-iv"])],
+            [
+                result
+                for result in agreeing
+                for iv in [result["idm-iv"]]
+                if iv.filter_bias is not None
+                and all(value.shift <= _MAX_FILTER_BIAS for value in iv.parameters.values())
+            ],
             "where the deviations are smallest among the cut-offs at which least squares and "
             "instruments agree and the bias of filter and noise is below a deviation",
         ),
@@ -176,12 +182,6 @@ def _is_strong(iv: Estimate | None) -> bool:
         and not isinstance(tests, Missing)
         and _has_rows(iv)
         and tests.weakest >= MIN_FIRST_STAGE_F.value
-    )
-
-
-def _is_unbiased(iv: Estimate) -> bool:
-    return iv.filter_bias is not None and all(
-        value.shift <= _MAX_FILTER_BIAS for value in iv.parameters.values()
     )
 
 

@@ -8,6 +8,7 @@ and `Unknowns` of a search. Knows nothing of estimates, outputs and how a search
 from .joint_parameters import (
     GAIN as GAIN,
     JointForm as JointForm,
+    declared_names as declared_names,
     layout_of as layout_of,
     perturbed_layouts as perturbed_layouts,
 )

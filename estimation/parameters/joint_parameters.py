@@ -71,7 +71,10 @@ class JointForm(Exact, InverseForm):
     members : tuple of Member
         By record.
     local : mapping of str to tuple of str
-        Names among `parameters`, by record, of each declared parameter that is local.
+        Names among `parameters`, by record, of each declared parameter that is local by itself or
+        leads a sum; empty of a record that has none.
+    declared_local : tuple of str
+        Every declared parameter that is local, in products as well.
     known : tuple of KnownValues
     gain : float or None
         The declared drive gain where a known force tells another; None where it is believed.
@@ -81,6 +84,7 @@ class JointForm(Exact, InverseForm):
     expressions: tuple[str, ...] = field(kw_only=True)
     members: tuple[Member, ...] = field(kw_only=True)
     local: Mapping[str, tuple[str, ...]] = field(kw_only=True)
+    declared_local: tuple[str, ...] = field(kw_only=True)
     known: tuple[KnownValues, ...] = field(kw_only=True)
     gain: float | None = field(kw_only=True)
 
@@ -173,8 +177,7 @@ def layout_of(
     records : int
     known : sequence of KnownValues
     local : iterable of str
-        Declared parameters that each record has for itself; of a base parameter the first of those
-        that it is made of.
+        What each record has for itself, see `declared_names`.
     commanded : bool
         Whether the force of all records is what the drive makes of the control, and its gain may
         be identified.
@@ -186,11 +189,7 @@ def layout_of(
     ModelError
         A parameter that is not known of the records enters nonlinearly.
     """
-    leads = {
-        base.name: next(p.name for p in axis.declared.parameters if p.symbol in said.free_symbols)
-        for base, said in axis.base.combined
-    }
-    names = tuple(dict.fromkeys(leads.get(name, name) for name in local))
+    names = declared_names(axis, local)
     _check(axis, records, known, names)
     axes = _axes(axis, records, known)
     terms = [_terms(own, i, known, names) for i, own in enumerate(axes)]
@@ -217,9 +216,25 @@ def layout_of(
         expressions=(*(said for *_, said in found), *([""] * tells)),
         members=members,
         local=local_names,
+        declared_local=names,
         known=tuple(known),
         gain=drive.gain if tells else None,
     )
+
+
+def declared_names(axis: GeneratedAxis, names: Iterable[str]) -> tuple[str, ...]:
+    """Names of declared parameters; of a base parameter the one that its sum begins with."""
+    declared, base = axis.declared.parameters, axis.base
+    leads = {
+        q.name: next(
+            p.name
+            for weight, powers in zip(weights, base.exponents, strict=True)
+            for p, power in zip(declared, powers, strict=True)
+            if weight and power
+        )
+        for q, weights in zip(base.axis.parameters, base.weights, strict=True)
+    }
+    return tuple(dict.fromkeys(leads.get(name, name) for name in names))
 
 
 def perturbed_layouts(axis: GeneratedAxis, layout: JointForm | None) -> Iterator[JointForm]:
@@ -234,7 +249,7 @@ def perturbed_layouts(axis: GeneratedAxis, layout: JointForm | None) -> Iterator
         pairs = zip(known.values, known.deviations, strict=True)
         other = replace(known, values=tuple(v + sd * ((v, sd) == told) for v, sd in pairs))
         every = [other if each is known else each for each in layout.known]
-        yield layout_of(axis, records, every, layout.local, commanded=commanded)
+        yield layout_of(axis, records, every, layout.declared_local, commanded=commanded)
 
 
 def _check(

@@ -40,7 +40,11 @@ def with_direction(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
         The force jumps with the velocity in another way.
     """
     rewritten = force.replace(
-        lambda node: _decides(node, velocity), lambda node: directed(node, velocity)
+        lambda node: (
+            isinstance(node, (sympy.sign, sympy.Heaviside, sympy.Piecewise))
+            and not {velocity, DIRECTION}.isdisjoint(node.free_symbols)
+        ),
+        lambda node: directed(node, velocity),
     ).replace(
         _is_curved,
         lambda node: _affine(*(node.xreplace({DIRECTION: sympy.Integer(s)}) for s in (1, -1))),
@@ -71,13 +75,6 @@ def directed(node: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
         return node
     sign = sympy.sign(factor) * DIRECTION
     return sign if isinstance(node, sympy.sign) else (1 + sign) / 2
-
-
-def _decides(node: sympy.Basic, velocity: sympy.Symbol) -> bool:
-    return isinstance(node, (sympy.sign, sympy.Heaviside, sympy.Piecewise)) and not {
-        velocity,
-        DIRECTION,
-    }.isdisjoint(node.free_symbols)
 
 
 def _directed_choice(node: sympy.Piecewise, velocity: sympy.Symbol) -> sympy.Expr:

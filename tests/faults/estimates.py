@@ -310,10 +310,6 @@ def _other(axis: Callable[[], GeneratedAxis]) -> Callable[[], object]:
     return lambda: simulate(axis(), [6.0, 14.0, 7.0], _REFERENCE, 1e-3)
 
 
-def _hanging(folder: Path) -> list[object]:
-    return ["show", *_twin(folder, resistance='"m*G"')[1:2]]
-
-
 def _sags(folder: Path, _: str) -> None:
     """A motion of 1 um is followed, by an axis that gives way to its weight by 1 mm."""
     loop = simulate(load_axis(folder / "carriage.toml"), [6.0, 14.0, 7.0], 1e-5 * _REFERENCE, 1e-3)
@@ -342,7 +338,7 @@ FAULTS += (
     ),
     Fault(
         name="a reference far smaller than the sag of the load",
-        make=_hanging,
+        make=lambda folder: ["show", *_twin(folder, resistance='"m*G"')[1:2]],
         code=0,
         says="carriage",
         after=_sags,

@@ -193,10 +193,6 @@ def written(file: Path, twin: Record, factor: float = 1.0) -> Path:
     return file
 
 
-def digest(file: Path) -> str:
-    return hashlib.sha256(file.read_bytes()).hexdigest()
-
-
 def longer(file: Path, _: Path) -> None:
     with file.open("ab") as stream:
         stream.write(b"\n")
@@ -208,7 +204,7 @@ def test_hash_of_a_whole_log_is_of_the_bytes_that_were_used(
 ) -> None:
     file = written(tmp_path / f"log{ending}", twin)
     record = read_record(file)
-    assert record.provenance.sha256 == digest(file)
+    assert record.provenance.sha256 == hashlib.sha256(file.read_bytes()).hexdigest()
     whole = Path.read_bytes
 
     def appended(self: Path) -> bytes:

@@ -71,9 +71,7 @@ def compared_with_law(
         limited[start : stop + LAW_SETTLING] = True
     limited[:settle] = True
     ticks, memory = noisy_ticks(axis, law, record)
-    made = law_along(axis, ticks, memory)
-    if record.added_control is not None:  # as late as the law
-        made = made + as_logged(axis, ticks.added_at_samples(law.delay))
+    made = law_along(axis, ticks, memory) + as_logged(axis, ticks.added_at_samples(law.delay))
     limited |= at_limit(control, made, axis.axis.drive.limit)
     if not law.takes_velocity:
         return control, made, ~limited, limited

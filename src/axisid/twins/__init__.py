@@ -4,7 +4,7 @@ In: an axis, what its twins are. Out: logs that are read back as they are, a man
 the truth. Knows nothing of how a log is identified, and of the command line.
 """
 
-from .log_writer import (
+from .twin_machines import (
     TwinMachines as TwinMachines,
     twin_files as twin_files,
     write_twin as write_twin,

@@ -16,13 +16,14 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.elements import CONTROL, DRIVE_GAIN, formula_drive, voltage_drive
 from axisid.estimation.model_validation import validate_fit
 from axisid.estimation.parameters import ExtendedForm
-from axisid.estimation.parameters.joint_parameters import layout_of
+from axisid.estimation.parameters.joint_parameters import layout_of, perturbed_layouts
 from axisid.estimation.parameters.known import known_of, prefilters_of, read_known
 from axisid.estimation.prediction_errors import LoopPredictions
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.signals.prefilter import Prefilter
 from axisid.modeling.quantities import Constant
 from axisid.support.arrays import Array
+from tests.axes.bodies import rod
 from tests.axes.leaning import leaning
 from tests.axes.stage import generated, stage
 from tests.estimation.output_error.fits import TRUTH, looped, off
@@ -242,6 +243,21 @@ def test_each_record_has_a_sum_of_its_own_by_any_that_is_in_it(name: str) -> Non
     said = dict(zip((p.name for p in layout.parameters), layout.expressions, strict=True))
     assert [{"M", "m_add"} <= {*re.findall(r"\w+", said[each])} for each in own] == [True, True]
     assert len(layout.parameters) == len(generated().axis.parameters) + 1
+
+
+def test_a_sum_is_each_records_own_without_what_else_its_parts_are_in() -> None:
+    axis = build(rod())
+    named = [p.name for p in axis.axis.parameters if p.name.startswith("J_plus")]
+    layouts = [layout_of(axis, 2, (), local, commanded=False) for local in (named, ["J"])]
+    assert layouts[0].parameters == layouts[1].parameters
+    assert len(layouts[0].parameters) == len(axis.axis.parameters) + 1
+
+
+def test_a_value_known_with_a_deviation_leaves_local_what_is_so_in_products_alone() -> None:
+    axis, known = build(rod()), known_of({"J": [0.02, (0.03, 0.001)]}, 2)
+    layout = layout_of(axis, 2, known, ["m"], commanded=False)
+    (perturbed,) = perturbed_layouts(axis, layout)
+    assert [p.name for p in perturbed.parameters] == [p.name for p in layout.parameters]
 
 
 def test_each_record_has_a_start_of_its_own(emps2015: GeneratedAxis, twin: Record) -> None:

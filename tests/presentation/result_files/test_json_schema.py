@@ -30,7 +30,7 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
-from axisid.estimation.control_law_search import LawSearch, find_law
+from axisid.estimation.control_law_search import find_law
 from axisid.presentation.result_files import plain, schema_of
 from axisid.presentation.result_files.identification import WrittenIdentification
 from axisid.presentation.result_files.output_fit import WrittenOutputFit
@@ -117,10 +117,6 @@ def _places(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]
             yield from _places(value[key], (*path, key))
 
 
-def _windowed(axis: GeneratedAxis, record: Record) -> LawSearch:
-    return find_law(axis, record.windowed((0.0, 1.0)))
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "made",
@@ -128,7 +124,7 @@ def _windowed(axis: GeneratedAxis, record: Record) -> LawSearch:
         lambda axis, record: identify(axis, record).to_dict(draws=20),
         lambda axis, record: identify(axis, record, methods="ddm-iv").to_dict(),
         lambda axis, record: sweep(axis, record, (30.0, 90.0)).to_dict(),
-        lambda axis, record: _windowed(axis, record).to_dict(),
+        lambda axis, record: find_law(axis, record.windowed((0.0, 1.0))).to_dict(),
         lambda axis, record: compare(friction_ladder(axis.declared), record).to_dict(),
         lambda axis, record: fit(axis, record, bootstrap=8, starts=2).to_dict(),
         lambda axis, record: fit(

@@ -108,13 +108,9 @@ def pair(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     result = identify(axis, twin_record(axis), methods=methods, covariance=chosen)
     file = folder / "result.json"
     file.write_text(json.dumps(result.to_dict(20)), encoding="utf-8")
-    given = None if request.param == "emps2015" else _given(axis, request.param)
+    # What `leave_out` left out the file says.
+    given = {"emps2015": None, "left out": _uncertain_gain()}.get(request.param, axis)
     return Pair(axis=axis, result=result, file=file, saved=load_result(file, given))
-
-
-def _given(axis: Axis, name: str) -> Axis:
-    """What `leave_out` left out the file says."""
-    return _uncertain_gain() if name == "left out" else axis
 
 
 @pytest.mark.slow

@@ -23,7 +23,7 @@ from axisid.support.presentable import Presentable
 from .estimate import WrittenValue
 from .file import read_identification
 from .identification import SavedIdentification, WrittenIdentification, written_identification
-from .json_objects import JsonObject, WrittenKnown, about, plain
+from .json_objects import JsonObject, about, plain
 
 
 class WrittenDifference(JsonObject, frozen=True, kw_only=True):
@@ -263,8 +263,10 @@ def _settings(result: WrittenIdentification) -> dict[str, Any]:
     several = {
         "records": ", ".join(member.record.source for member in members),
         "known": "; ".join(
-            f"{name} = {', '.join(_told(m.known[name]) for m in members)}"
+            f"{name} = "
+            + ", ".join(f"{k.value:g}" + f" +- {k.sd or 0:g}" * bool(k.sd) for k in known)
             for name in (members[0].known if members else ())
+            for known in [[member.known[name] for member in members]]
         )
         or None,
         "local": ", ".join(result.local or ()) or None,
@@ -286,10 +288,6 @@ def _settings(result: WrittenIdentification) -> dict[str, Any]:
         **plain(result.prefilter),
         **(plain(result.levels) if result.levels else {}),
     }
-
-
-def _told(known: WrittenKnown) -> str:
-    return f"{known.value:g}" + (f" +- {known.sd:g}" if known.sd else "")
 
 
 def _source(name: str, result: WrittenIdentification) -> str:
