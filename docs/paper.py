@@ -2,7 +2,7 @@
 # # The paper, table by table
 #
 # Brunot et al., *Physical parameter identification of a one-degree-of-freedom electromechanical system
-# operating in closed loop* (SYSID 2015, [Brunot2015](references)), identify a ball-screw stage under two
+# operating in closed loop* (SYSID 2015, [Brunot2015](references.md)), identify a ball-screw stage under two
 # filters: an appropriate one (60 Hz, 1 of 10) and an inappropriate one (180 Hz, 1 of 3), which lets noise
 # through. The record is not public. What follows is a *twin*: the paper's axis with the paper's
 # parameters, gains and noise, simulated; the motion and the velocity sensor are ours. The twin's figures

@@ -9,7 +9,7 @@
 # beside what judges by it, with the reason.
 #
 # The unit is 1 for a ratio or a share; what it is a share of is said beside it. The *source* says how much a
-# number is worth: a key of the [references](references); *derived*, where it follows from what is judged;
+# number is worth: a key of the [references](references.md); *derived*, where it follows from what is judged;
 # *measured*; *convention*, where others use the same; *chosen*, where nothing more is known, with the reason
 # if there is one. What only sets how a computation goes, such as numbers of iterations, steps of differences or
 # sizes of windows, is no judgement and not listed.

@@ -178,9 +178,9 @@ result.plot("friction")
 # %% [markdown]
 # ## Where to go from here
 #
-# - [Declare your own axis](howto/new_axis): gravity, springs, gears, other friction laws, energies.
-# - [Declare your drive's control law](howto/control_law), which instruments need.
-# - [Choose the filter](howto/choosing_a_filter): the one setting that matters.
-# - [Read the diagnostics](howto/reading_the_diagnostics): what a wrong unit, sign or delay looks like.
-# - [Recorded signals in the model](howto/recorded_signals).
-# - [Which estimator when](howto/which_estimator).
+# - [Declare your own axis](howto/new_axis.py): gravity, springs, gears, other friction laws, energies.
+# - [Declare your drive's control law](howto/control_law.py), which instruments need.
+# - [Choose the filter](howto/choosing_a_filter.py): the one setting that matters.
+# - [Read the diagnostics](howto/reading_the_diagnostics.py): what a wrong unit, sign or delay looks like.
+# - [Recorded signals in the model](howto/recorded_signals.py).
+# - [Which estimator when](howto/which_estimator.py).

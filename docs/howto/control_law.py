@@ -18,7 +18,7 @@
 # | `state_feedback(k_position, k_velocity, period)` | with a gain of the reference and an integral |
 # | `dynamixel_position(p, i, d, ff1, ff2, period)` | by the registers of a Dynamixel X, a PWM out |
 #
-# All are in `axisid.control`; [each says](../api/modelling) its equation, its units and by which factors the
+# All are in `axisid.control`; [each says](../api/modelling.md) its equation, its units and by which factors the
 # gains of makers become those. In TOML:
 #
 # ```toml
@@ -151,4 +151,4 @@ print(found.best.toml)
 # and 243.45.
 #
 # The check is part of every result with a law and a reference. If it fails, believe no instruments before
-# it is mended; see [Read the diagnostics](reading_the_diagnostics).
+# it is mended; see [Read the diagnostics](reading_the_diagnostics.py).

@@ -128,5 +128,5 @@ print(axisid.identify(axisid.leave_out(richer, "Fs"), record)["idm-iv"])
 # |  | method | IDM-IV less the bias of filter and noise and DIDIM differ by more than chance (Hausman, all differences at once, 1 %), half a deviation and 1 % of the value, beyond the interval of either; or the steps of a logged position that no control answers to move least squares by half a deviation and 1 %. A note where less, and for what noise does to least squares | the sentence says which to believe: DIDIM where the control law passes its check, else the instruments; lower the cut-off, or log the position as finely as the drive measures it |
 # |  | inverse against direct | without instruments, the two forms of least squares differ by as much | a fit of the position under the recorded control |
 #
-# `--json` has the figure, the threshold and its source of each; see [Results as JSON](../results).
-# [The DFKI pendulum](../dfki_pendulum) shows what they are worth on a difficult real record.
+# `--json` has the figure, the threshold and its source of each; see [Results as JSON](../results.md).
+# [The DFKI pendulum](../dfki_pendulum.md) shows what they are worth on a difficult real record.

@@ -65,7 +65,7 @@ print(wrong["idm-ls"].parameters.listed())
 
 # %% [markdown]
 # `volts` is the voltage for a control of 1: the supply for a duty from -1 to 1, `supply/255` of an 8-bit PWM. A supply
-# that varies and is recorded is `scaled_by=supply/12`, see [Recorded signals](recorded_signals). In TOML:
+# that varies and is recorded is `scaled_by=supply/12`, see [Recorded signals](recorded_signals.py). In TOML:
 #
 # ```toml
 # drive = { kind = "voltage_drive", kt = 7.05e-3, ke = 7.05e-3, resistance = 5.22, ratio = 353.5, efficiency = 0.72, volts = 0.01356, unit = "1", limit = 885 }
@@ -103,4 +103,4 @@ print(told["idm-iv"].parameters.listed())
 # | either, behind a worm or a high gear | the same with `efficiency=` |
 # | something else | `formula_drive(force, inverse)` |
 #
-# [Drives](../drives) has the equations, what was measured of each, and what no record tells.
+# [Drives](../drives.md) has the equations, what was measured of each, and what no record tells.

@@ -15,14 +15,20 @@ from numpy.typing import NDArray
 from axisid.estimation.diagnostic_checks import Check, first_case, status_of
 from axisid.estimation.estimates import Estimate, Value, physical_parameters
 from axisid.estimation.parameters import GAIN
-from axisid.estimation.regression import InverseForm
+from axisid.estimation.regression import Form, InverseForm
 from axisid.estimation.regression_problem import (
     ParameterAtBound,
     Problem,
     SignalRanges,
     typical_magnitudes,
 )
-from axisid.estimation.signals import Signals, dependence, one_direction, one_speed
+from axisid.estimation.signals import (
+    FilteredRecord,
+    Signals,
+    dependence,
+    one_direction,
+    one_speed,
+)
 from axisid.estimation.thresholds import (
     CHECK_LEVEL,
     MAX_RELATIVE_DEVIATION,
@@ -38,7 +44,7 @@ from axisid.support.arrays import Array, MaybeInfinite
 from axisid.support.errors import Missing
 
 _MIN_REPETITION_WEIGHT = 0.3  # of the largest, from which another column in a repetition is named
-_MIN_ACCELERATION_SHARE = 0.05  # of the force; a term that takes acceleration and has less says so
+_MIN_ACCELERATION_SHARE = 0.05  # of the force; an axis with less hardly accelerates
 # of a column by the position; with less the axis hardly leaves its place
 _MIN_POSITION_VARIATION = 0.1
 _NEGLIGIBLE_SIZE = 0.1  # of a vague parameter, in what force and motion make of its unit
@@ -139,6 +145,10 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
         for signal in of_records[0]
     }
     X, weights = equations.regressor, problem.stacked(lambda data: data.sampling.weights)
+    hardly = [
+        _inertial_share(form, i, data, theta) < _MIN_ACCELERATION_SHARE
+        for i, data in enumerate(problem.data)
+    ]
     size = np.linalg.norm(X, axis=0)
     unit = X / np.where(size > 0, size, 1.0)
     shares = np.abs(theta) * size / np.linalg.norm(equations.left)
@@ -146,8 +156,8 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
     for j, name in enumerate(names):
         inflation, partners, rows = _repetition(unit, j)
         lacking = [
-            _lacking(data.signals, X / weights[:, None], shares, needs, [j, *partners])
-            for data in problem.data
+            _lacking(data.signals, X / weights[:, None], slow, needs, [j, *partners])
+            for data, slow in zip(problem.data, hardly, strict=True)
         ]
         found.append(
             Excitation(
@@ -181,21 +191,33 @@ def _repetition(unit: Array, j: int) -> tuple[float, list[int], float]:
     return inflation, [i for i, w in zip(others, weights, strict=True) if abs(w) > most], rows
 
 
+def _inertial_share(form: Form, record: int, data: FilteredRecord, theta: Array) -> float:
+    """Norm of the force that accelerates, known terms too, over that of the record's force."""
+    coasting = replace(data.signals, acceleration=np.zeros_like(data.signals.acceleration))
+    moving, steady = (
+        intercept + columns @ theta
+        for each in (data.signals, coasting)
+        for own in [form.of_record(record).equations(each)]
+        for intercept, columns in [form.placed(record, own.intercept, own.regressor)]
+    )
+    kept = data.sampling.kept
+    return float(np.linalg.norm((moving - steady)[kept]) / np.linalg.norm(moving[kept]))
+
+
 def _lacking(
     signals: Signals,
     X: Array,
-    shares: Array,
+    slow: bool,
     needs: dict[str, NDArray[np.bool_]],
     columns: Sequence[int],
 ) -> tuple[str, ...]:
     needed = {signal for signal, of in needs.items() if of[[*columns]].any()}
-    slow = any(needs["acceleration"][j] and shares[j] < _MIN_ACCELERATION_SHARE for j in columns)
     placed = [X[:, j] for j in columns if needs["position"][j] and not needs["acceleration"][j]]
     still = any(np.ptp(x) < _MIN_POSITION_VARIATION * np.abs(x).max() for x in placed)
     facts = (
         ({"velocity", "direction"} & needed, one_direction(signals)),
         ("velocity" in needed, one_speed(signals)),
-        (slow, "the axis hardly accelerates"),
+        (slow and "acceleration" in needed, "the axis hardly accelerates"),
         (still, "the axis hardly leaves its place"),
     )
     return tuple(fact for holds, fact in facts if holds and fact)

@@ -70,6 +70,23 @@ def test_rich_motion_lacks_nothing_and_its_figures_are_those_of_the_columns() ->
     assert [each.inflation for each in shown] == pytest.approx(expected.tolist(), rel=1e-6)
 
 
+def test_a_mass_that_is_none_beside_a_known_one_is_no_lack_of_acceleration() -> None:
+    added = Parameter("m_add", "kg", nominal=1.0)
+    truth = {**TRUTH, "m_add": 0.0}
+    axis = stage(
+        *(offset(f), spring(k, x), added * x.acceleration),
+        parameters=(f, k, added),
+        drive=STAGE.drive,
+        control=STAGE.control,
+        experiment=Experiment(moves=ALL, truth=truth, position_noise=1e-7),
+    )
+    records = [twin_record(build(axis), seed=seed) for seed in (1, 2)]
+    result = identify(axis, records, methods="idm-iv", known={"m": [truth["m"]] * 2})
+    assert not any(each.lacking for each in result.diagnosis.excitation)
+    assert precision(result).status == "pass"
+    assert "m_add cannot be told from zero" in precision(result).meaning
+
+
 FORWARD = (Move(0.1, 0.1, 2.0), Move(0.2, 0.2, 2.0), Move(-0.004, 0.05, 4.0))
 
 

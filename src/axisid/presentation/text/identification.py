@@ -154,7 +154,7 @@ def judged_table(result: SavedIdentification) -> Table:
             *([f"{beside[name].value:.{digits}f}" if name in beside else ""] * bool(beside)),
             ", ".join(
                 [
-                    *([f"declared {float(result.drive.gain):g}"] * (name == GAIN)),
+                    *([f"declared {result.declared_gain:g}"] if name == GAIN else []),
                     *([f"{value.value:.{digits}f} with bias"] * value.is_shifted),
                     *(
                         [f"{range_text(*bands[name].interval, ' to ')} over moves"]
