@@ -13,6 +13,7 @@ from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked, 
 from axisid.estimation.diagnostics import Case, Diagnosis, diagnose
 from axisid.estimation.estimates import (
     Estimate,
+    NamedValues,
     Physical,
     PhysicalByMethod,
     Value,
@@ -115,11 +116,18 @@ class DriveTime:
         )
 
 
+class _HasParameters(Protocol):
+    @property
+    def parameters(self) -> NamedValues: ...
+
+
 class _HasEstimates(Protocol[Estimated_co]):
     @property
     def estimates(self) -> Mapping[str, Estimated_co]: ...
     @property
     def diagnosis(self) -> Diagnosis: ...
+    @property
+    def local_names(self) -> Mapping[str, tuple[str, ...]]: ...
 
 
 class ByMethod(Checked):
@@ -133,6 +141,15 @@ class ByMethod(Checked):
         return self.diagnosis.verdict
 
     verdict = checks
+
+    @property
+    def local(self: _HasEstimates[_HasParameters]) -> dict[str, tuple[Value | None, ...]]:
+        """Of each parameter that records have for themselves, its value in each, as judged.
+
+        None in a record that does not have the parameter.
+        """
+        values = self.estimates[self.diagnosis.preferred].parameters
+        return {name: tuple(map(values.get, own)) for name, own in self.local_names.items()}
 
     def __getitem__(self: _HasEstimates[Estimated_co], method: str) -> Estimated_co:
         name = str(method).lower()
@@ -327,12 +344,6 @@ class Identification(HasRecords, ByMethod, Uncached, Presentable, Exact):
     def declared_gain(self) -> float | None:
         """The declared drive gain where it is identified; None where it is believed."""
         return None if self.problem.layout is None else self.problem.layout.gain
-
-    @property
-    def local(self) -> dict[str, tuple[Value, ...]]:
-        """Of each parameter that records have for themselves, its value in each, as judged."""
-        values = self.preferred.parameters
-        return {name: tuple(values[each] for each in own) for name, own in self.local_names.items()}
 
     def __repr__(self) -> str:
         return (

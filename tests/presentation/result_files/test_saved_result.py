@@ -42,11 +42,15 @@ from axisid import (
 )
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.elements import Drive
-from axisid.estimation import validate_fit
+from axisid.estimation import OutputFit, validate_fit
 from axisid.modeling.declaration import Axis
 from axisid.presentation.formulas.axis_page import FORMATS, axis_page
 from axisid.presentation.plots.result import record_plot
-from axisid.presentation.result_files import SavedFitValidation, SavedIdentification
+from axisid.presentation.result_files import (
+    SavedFitValidation,
+    SavedIdentification,
+    SavedOutputFit,
+)
 from axisid.presentation.result_files.file import refuse_differences
 from axisid.presentation.result_files.record import WrittenDriveTime, WrittenResponse
 from benchmarks.random_axes import random_axis
@@ -306,10 +310,26 @@ def test_what_is_saved_is_loaded_and_saved_again_the_same(
     assert read.save(tmp_path / "again.json").read_bytes() == file.read_bytes()
 
 
-def test_a_validation_of_a_fit_is_printed_saved_and_loaded(
-    emps2015: GeneratedAxis, twin: Record, tmp_path: Path
+@pytest.fixture(scope="module")
+def fitted(emps2015: GeneratedAxis, twin: Record) -> OutputFit:
+    return fit(emps2015, twin, bootstrap=0)
+
+
+def test_a_fit_read_from_its_file_says_what_the_law_moves(
+    fitted: OutputFit, tmp_path: Path
 ) -> None:
-    fitted = fit(emps2015, twin, bootstrap=0)
+    read = load_result(fitted.save(tmp_path / "fit.json"))
+    assert isinstance(read, SavedOutputFit)
+    assert fitted.law_move is not None
+    assert read.law_move == pytest.approx(fitted.law_move, rel=1e-12)
+    assert {name: [*moves] for name, moves in read.law_moves.items()} == {
+        name: pytest.approx(moves, rel=1e-12) for name, moves in fitted.law_moves.items()
+    }
+
+
+def test_a_validation_of_a_fit_is_printed_saved_and_loaded(
+    emps2015: GeneratedAxis, fitted: OutputFit, tmp_path: Path
+) -> None:
     found = validate_fit(fitted, twin_record(emps2015, seed=2))
     read = load_result(found.save(tmp_path / "held.json"))
     assert isinstance(read, SavedFitValidation)

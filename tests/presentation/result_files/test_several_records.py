@@ -93,7 +93,12 @@ def test_one_of_several_records_is_exported_with_its_own_parameters(
     file.write_text(json.dumps(live.to_dict()))
     saved = load_result(file)
     mass = live.preferred.parameters["M"].corrected
+    assert [v and v.value for v in saved.local["Fc"]] == [v and v.value for v in live.local["Fc"]]
+    assert [each.preferred["Fc"].value for each in saved.parts] == [
+        each.preferred["Fc"].value for each in live.parts
+    ]
     for number, own in enumerate(live.local["Fc"], 1):
+        assert own is not None
         from_file = export(saved, "python", record=number)
         for text in (export(live, "python", record=number), from_file):
             assert f"Fc = {own.corrected!r}  #" in text

@@ -584,6 +584,11 @@ class SavedIdentification(ByMethod, Presentable, Exact):
             diagnosis=replace(self.diagnosis, instruments=None, differences={}),
         )
 
+    @property
+    def parts(self) -> "tuple[SavedIdentification, ...]":
+        """The result as each record has it; one record is its own part."""
+        return tuple(self.part(i + 1) for i in range(max(len(self.of_records), 1)))
+
     def validate(self, record: Record, *, like: int | None = None) -> Validation:
         """Hold every estimate, frozen, against another record of the axis, as `validate` does."""
         return validate(self, record, like=like)

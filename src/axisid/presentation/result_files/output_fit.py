@@ -329,6 +329,23 @@ class SavedOutputFit(Checked, Presentable, Exact):
         ).derived(function, "fit again with bootstrap=")
 
     @property
+    def local(self) -> Mapping[str, tuple[str, ...]]:
+        """Names of each parameter that records have for themselves, by record."""
+        return self.document.local or {}
+
+    @property
+    def law_moves(self) -> dict[str, Array]:
+        """See `OutputFit.law_moves`."""
+        own = [v.law_percent for v in self.document.parameters.values()]
+        return {term: np.array([each[term] for each in own]) for term in own[0]}
+
+    @property
+    def law_move(self) -> Array | None:
+        """See `OutputFit.law_move`."""
+        moves = [v.law_move for v in self.document.parameters.values()]
+        return None if None in moves else np.array(moves, dtype=float)
+
+    @property
     def physical(self) -> Array:
         """The parameters, (P,)."""
         return np.array([v.value for v in self.parameters.values()])
