@@ -10,13 +10,13 @@ import numpy as np
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
 from axisid.estimation.signals import Signals, acting_along, drive_force, through_path
-from axisid.support.arrays import Array, Exact
+from axisid.support.arrays import Array
 
 from .inputs import LoopInputs, axis_of, law_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Simulation(Exact):
+class Simulation(Signals):
     """A simulated closed loop, at the reference's samples, (N,) each, SI.
 
     Force, acceleration and friction direction are those just after the control was updated at the
@@ -24,33 +24,27 @@ class Simulation(Exact):
 
     Attributes
     ----------
-    time, position, velocity, acceleration, force : array
+    position, velocity, acceleration, force, direction : array
+        As of `Signals`; the direction is +1 or -1 while sliding, between them while stuck.
+    recorded : tuple of array
+        The recorded signals that the axis declares, in its order.
+    time : array
     control : array
         In the drive's unit.
-    direction : array
-        Friction direction: +1 or -1 while sliding, between them while stuck.
     direction_before : array
-        The same just before the sample, under what was held until then.
+        The direction just before the sample, under what was held until then.
     measured_position : array
         With the noise and the encoder resolution that were given.
     held : array or None
         Force just before each sample, where the law runs at a clock of its own; None where it is
         that of the sample before.
-    recorded : tuple of array
-        The recorded signals that the axis declares, in its order.
     """
 
     time: Array
-    position: Array
-    velocity: Array
-    acceleration: Array
-    force: Array
     control: Array
-    direction: Array
     direction_before: Array
     measured_position: Array
     held: Array | None = None
-    recorded: tuple[Array, ...] = ()
 
     @property
     def mode(self) -> Array:
@@ -61,14 +55,7 @@ class Simulation(Exact):
     @property
     def signals(self) -> Signals:
         """What a regressor is made of, just after each sample."""
-        return Signals(
-            position=self.position,
-            velocity=self.velocity,
-            acceleration=self.acceleration,
-            force=self.force,
-            direction=self.direction,
-            recorded=self.recorded,
-        )
+        return self
 
 
 def measured_positions(
