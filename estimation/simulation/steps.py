@@ -307,8 +307,6 @@ def steps_by_rate(
     by_wave = passing * period / PASSED
     wanted = np.maximum(by_rate, by_wave)
     wanted = wanted * (1 - _SLACK)  # so that rounding does not decide for round numbers
-    if (wanted <= 1).all():
-        return np.ones(wanted.shape, dtype=np.int64)
     powers = np.ceil(np.log2(np.clip(wanted, 1, MOST_SUBSTEPS)))
     beyond = (by_rate > MAX_STIFFNESS_RATIO.value * MOST_SUBSTEPS) | (
         by_wave > MAX_WAVE_RATIO.value * MOST_SUBSTEPS
