@@ -224,12 +224,10 @@ class Sampling:
     @cached_property
     def _clean(self) -> NDArray[np.bool_]:
         """Which rows no filter brings a masked sample into."""
-        clean = np.ones(len(self._all_rows), dtype=bool)
-        for start, stop in self.masked:
-            reach = self.filter.memory * self.filter.settings.decimate
-            first, last = np.searchsorted(self._all_rows, (start - reach, stop + reach))
-            clean[first:last] = False
-        return clean
+        reach = self.filter.memory * self.filter.settings.decimate
+        ends = ((start - reach, stop + reach) for start, stop in self.masked)
+        reached = (np.searchsorted(self._all_rows, each).tolist() for each in ends)
+        return ~mask_of(reached, len(self._all_rows))
 
     @cached_property
     def _selected(self) -> NDArray[np.bool_]:
