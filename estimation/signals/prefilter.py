@@ -199,6 +199,7 @@ Span = tuple[int, int]
 
 _RIPPLE_DB = 0.05
 _DECIMATION_ORDER = 8
+_PADDING = 3  # samples for each order of a filter, by which a stretch is extended at both ends
 
 
 @dataclass(frozen=True, slots=True)
@@ -257,7 +258,7 @@ class SampledFilter:
         """Samples that a stretch needs to give a row."""
         decimate = self.settings.decimate
         order = max(self.settings.order, _DECIMATION_ORDER if decimate > 1 else 0)
-        return max(_padding(order), 2 * decimate) + sum(self.dropped) + 1
+        return max(_PADDING * order, 2 * decimate) + sum(self.dropped) + 1
 
     def check(self, samples: int, what: str = "the record") -> None:
         """Refuse a record, or its longest segment, that the settings cannot serve.
@@ -396,10 +397,6 @@ class Sections:
     padding: int
 
 
-def _padding(order: int) -> int:
-    return 3 * order
-
-
 # Designing a filter takes as long as applying it to a record; the designs are pure functions.
 @lru_cache(maxsize=64)
 def _designed(order: int, edge: float, ripple: float = 0.0) -> Sections:
@@ -409,4 +406,4 @@ def _designed(order: int, edge: float, ripple: float = 0.0) -> Sections:
     design = (
         cheby1(order, ripple, edge, output="sos") if ripple else butter(order, edge, output="sos")
     )
-    return Sections(frozen(design), frozen(sosfilt_zi(design)), _padding(order))
+    return Sections(frozen(design), frozen(sosfilt_zi(design)), _PADDING * order)
