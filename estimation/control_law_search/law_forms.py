@@ -29,40 +29,50 @@ _TRACKING = (0.3, 1.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LawForm:
+class ReadyLaw:
+    """A ready law, whatever its gains.
+
+    Attributes
+    ----------
+    function : str
+        Its name in `axisid.control`, as in `LAWS`.
+    words : mapping of str to str
+        The arguments of that function that are no numbers.
+    same : str
+        What else gives the same control, in words.
+    """
+
+    function: str
+    words: Mapping[str, str] = field(default_factory=dict)
+    same: str = ""
+
+    @property
+    def title(self) -> str:
+        """The law and its words: ``cascade_p_pi, velocity averaged``."""
+        return ", ".join([self.function, *(f"{k} {v}" for k, v in self.words.items())])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LawForm(ReadyLaw):
     """A ready law with its words, whose gains are sought.
 
     Attributes
     ----------
-    law : str
-        Its name in `LAWS`.
-    words : mapping of str to str
-        Its arguments that are no numbers.
     columns : tuple of str
         Signals of which the control is a sum, by which the search starts; see `signals`.
     gains : callable
         Gains by name from the coefficients of the columns.
     extra : str
         A gain that is no coefficient: ``velocity_filter``, ``pll_bandwidth``, ``filter_time``.
-    same : str
-        What else gives the same control, in words.
     """
 
-    law: str
     columns: tuple[str, ...]
     gains: Callable[[Coefficients], dict[str, float]]
-    words: Mapping[str, str] = field(default_factory=dict)
     extra: str = ""
-    same: str = ""
-
-    @property
-    def title(self) -> str:
-        """Its name and words: ``cascade_p_pi, velocity averaged``."""
-        return ", ".join([self.law, *(f"{k} {v}" for k, v in self.words.items())])
 
     def made(self, gains: Mapping[str, float], period: float, delay: int) -> ControlLaw:
         """The law with gains."""
-        return replace(LAWS[self.law](**gains, **self.words, period=period), delay=delay)
+        return replace(LAWS[self.function](**gains, **self.words, period=period), delay=delay)
 
     def wound_gains(self, gains: Mapping[str, float]) -> Iterator[Mapping[str, float]]:
         """Gains to begin with: back-calculation may have a time of its own, or the integral's."""
@@ -108,9 +118,9 @@ class LawForm:
 
     def _velocity(self, ticks: LawInputs, period: float, extra: float | None) -> Array:
         how, position = self.words.get("velocity", "difference"), ticks.position
-        if how == "ideal" or self.law == "cascade_pd":
+        if how == "ideal" or self.function == "cascade_pd":
             return ticks.velocity
-        if how == "averaged" or self.law == "cascade_pd_averaged":
+        if how == "averaged" or self.function == "cascade_pd_averaged":
             before = np.concatenate([position[:1], position[:1], position[:-2]])
             return np.asarray((position - before) / (2 * period))
         filtered = extra if self.extra == "velocity_filter" else None
@@ -164,7 +174,7 @@ _PID = ("error", "derivative", "sum of error", "constant")
 
 def _p_pi(velocity: str, *columns: str, extra: str = "") -> LawForm:
     return LawForm(
-        law="cascade_p_pi",
+        function="cascade_p_pi",
         columns=columns,
         gains=_cascade,
         words={"velocity": velocity},
@@ -175,15 +185,15 @@ def _p_pi(velocity: str, *columns: str, extra: str = "") -> LawForm:
 #: The forms that are tried, those of few gains first.
 FORMS: tuple[LawForm, ...] = (
     LawForm(
-        law="cascade_pd_difference",
+        function="cascade_pd_difference",
         columns=_PD,
         gains=_cascade,
         same="state_feedback with k_position = kp kv and k_velocity = kv",
     ),
-    LawForm(law="cascade_pd_averaged", columns=_PD, gains=_cascade),
-    LawForm(law="cascade_pd", columns=_PD, gains=_cascade),
+    LawForm(function="cascade_pd_averaged", columns=_PD, gains=_cascade),
+    LawForm(function="cascade_pd", columns=_PD, gains=_cascade),
     LawForm(
-        law="impedance",
+        function="impedance",
         columns=("error", "derivative"),
         gains=_pid,
         same="pid with ki = 0",
@@ -191,14 +201,14 @@ FORMS: tuple[LawForm, ...] = (
     *(_p_pi(how, *_PI) for how in ("difference", "averaged")),
     *(_p_pi(how, *_PD, "rate") for how in ("difference", "averaged")),
     LawForm(
-        law="pid",
+        function="pid",
         columns=_PID,
         gains=_pid,
         same="pid_ideal with k = kp, ti = kp / ki, td = kd / kp, and dynamixel_position with its "
         "registers times their factors",
     ),
     LawForm(
-        law="pid",
+        function="pid",
         columns=("error", "velocity", "sum of error", "constant"),
         gains=_pid,
         words={"derivative_of": "position"},
@@ -207,7 +217,7 @@ FORMS: tuple[LawForm, ...] = (
     *(_p_pi(how, *_PI, *_AHEAD) for how in ("difference", "averaged")),
     *(_p_pi(how, *_PI, *_AHEAD, "acceleration") for how in ("difference", "averaged")),
     LawForm(
-        law="pid",
+        function="pid",
         columns=_PID,
         gains=_pid,
         extra="filter_time",
@@ -221,17 +231,13 @@ FORMS: tuple[LawForm, ...] = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ExplainedLaw:
+class ExplainedLaw(ReadyLaw):
     """A ready law with the gains that explain a control best.
 
     Attributes
     ----------
     law : ControlLaw
         With these gains and the delay.
-    function : str
-        Its name in `axisid.control`.
-    words : mapping of str to str
-        The arguments of that function that are no numbers.
     deviations : mapping of str to float
         Standard deviation of each gain, for autocorrelated residuals; of those that the record
         tells apart from the others.
@@ -239,27 +245,17 @@ class ExplainedLaw:
         What it leaves of the control on rows that the gains were not found from, percent of it.
     fitted_percent : float
         The same on the rows that they were found from.
-    same : str
-        What else gives the same control, in words.
     """
 
     law: ControlLaw
-    function: str
-    words: Mapping[str, str]
     deviations: Mapping[str, float]
     held_out_percent: float
     fitted_percent: float
-    same: str
-
-    @property
-    def title(self) -> str:
-        """The law and its words: ``cascade_p_pi, velocity averaged``."""
-        return ", ".join([self.function, *(f"{k} {v}" for k, v in self.words.items())])
 
     @property
     def toml(self) -> str:
         """How a TOML declaration has it."""
-        return f"control = {{ law = {_quoted(self.function)}, {self._arguments(' = ')} }}"
+        return f'control = {{ law = "{self.function}", {self._arguments(" = ")} }}'
 
     @property
     def python(self) -> str:
@@ -270,7 +266,7 @@ class ExplainedLaw:
 
     def _arguments(self, between: str) -> str:
         given = {name: f"{value:.6g}" for name, value in self.law.gains.items()}
-        given |= {name: _quoted(word) for name, word in self.words.items()}
+        given |= {name: f'"{word}"' for name, word in self.words.items()}
         given["period"] = f"{self.law.period:.10g}"
         if self.law.delay and between != "=":
             given["delay"] = str(self.law.delay)
@@ -323,7 +319,3 @@ class LawSearch(Checked, Presentable):
         ) * (not self.explained)
         held = f"{best} leaves {left:.3g} % of the control"
         return (Check.unless("control law", fault, held, left, MAX_LAW_RESIDUAL.value),)
-
-
-def _quoted(word: str) -> str:
-    return f'"{word}"'

@@ -215,7 +215,7 @@ class _AlongRecord:
         deviations = zip(steps, np.sqrt(np.diag(covariance)), strict=True)
         return ExplainedLaw(
             law=replace(law, gains=gains),
-            function=form.law,
+            function=form.function,
             words=dict(form.words),
             deviations={name: float(abs(gains[name]) * sd) for name, sd in deviations},
             held_out_percent=left[0],
