@@ -24,7 +24,7 @@ from axisid.estimation.law_replay import (
     START_SAMPLES,
     at_rest_misses,
     below_limit,
-    first_velocities,
+    first_velocity,
     law_memory,
     loop_starts,
 )
@@ -306,7 +306,7 @@ class Block:
         otherwise are the others.
         """
         axis, lanes, law = self.axis, self.lanes, self.axis.axis.control
-        velocity = first_velocities(lanes.position, lanes.period)
+        velocity = np.array([first_velocity(lane, lanes.period) for lane in lanes.position.T])
         start = LoopStart(position=lanes.position[0].copy(), velocity=velocity, memory=None)
         if law is None or not law_memory(axis):
             return start, np.ones(len(lanes), dtype=bool)

@@ -320,13 +320,8 @@ def first_velocity(position: Array, period: float) -> float:
     On twins of the library, cut where they move, it is right to 0.03 to 0.9 % of the greatest speed
     (root mean square); none of 540 starts at rest was taken for a motion.
     """
-    return _begun(position - position[0], degree=_DEGREE, power=1) / period
-
-
-def first_velocities(position: Array, period: float) -> Array:
-    """The same of lanes side by side, (L,), of positions (N, L)."""
-    some = position[: max(_COUNTS[-1], _NOISE)] - position[0]
-    return np.array([_begun(lane, degree=_DEGREE, power=1) for lane in some.T.copy()]) / period
+    some = position[: max(_COUNTS[-1], _NOISE)]
+    return _begun(some - some[0], degree=_DEGREE, power=1) / period
 
 
 def _begun(values: Array, *, degree: int, power: int) -> float:
