@@ -406,19 +406,22 @@ def run_law(
     columns = [np.append(values, np.full(rest, values[-1])) for values in read]
     columns += [] if gains is None else [np.tile(gains, count + rest)]
     states, output = np.empty((count + rest, len(start))), np.empty(count + rest)
-    along = _along(step, len(output) // _BLOCK, get_ident())
-    along((start, *columns), (states, output))
+    buffer, run = _along(step, len(output) // _BLOCK, get_ident())
+    given = [np.ascontiguousarray(values, dtype=np.float64) for values in (start, *columns)]
+    for i, values in enumerate(given):
+        buffer.set_arg(i, values.data)
+    for i, values in enumerate((states, output)):
+        buffer.set_res(i, values.data)
+    run()
     return states[:count], output[:count]
 
 
 # One law runs along one record many times; to make such a function takes as long as a run.
 @lru_cache(maxsize=16)
-def _along(
-    step: Any, blocks: int, _thread: int
-) -> Callable[[Sequence[Array], Sequence[Array]], None]:
-    """Runs a law over so many blocks of evaluations: from arguments into results.
+def _along(step: Any, blocks: int, _thread: int) -> tuple[Any, Callable[[], None]]:
+    """Places of arguments and results, and what runs a law over so many blocks of evaluations.
 
-    One for each thread, by its number: places of arguments and results are set before a run.
+    One for each thread, by its number: the places are set before a run.
     """
     last = step.n_in() - 1
     state = step.name_out().index("next_state")
@@ -426,16 +429,7 @@ def _along(
     function = one.mapaccum(_BLOCK).expand().mapaccum(blocks)
     # To make CasADi's matrices of arrays takes much longer than a run.
     buffer, run = function.buffer()
-
-    def along(arguments: Sequence[Array], results: Sequence[Array]) -> None:
-        read = [np.ascontiguousarray(values, dtype=np.float64) for values in arguments]
-        for i, values in enumerate(read):
-            buffer.set_arg(i, values.data)
-        for i, values in enumerate(results):
-            buffer.set_res(i, values.data)
-        run()
-
-    return along
+    return buffer, run
 
 
 def least_step(columns: Array, off: Array, least: float) -> tuple[Array, int]:
