@@ -74,7 +74,7 @@ def bound_records(
     fastest = max(float(np.abs(data.motion[1]).max()) for data in moving)
     reversals = asked.reversals
     if reversals is None and axes[0].has_direction and not searches_friction(axes[0]):
-        turned = [data.without_turns(fastest) for data in moving]
+        turned = [data.without(data.sampling.turns(data.motion[1], fastest)) for data in moving]
         reversals = "keep" if show_too_little(turned, into) else "leave-out"
     return tuple(bound_record(a, r, replace(f, reversals=reversals), fastest) for a, r, f in every)
 

@@ -92,13 +92,9 @@ class FilteredRecord(Exact, Uncached):
         kept._check_filter()
         if prefilter.reversals == "keep" or not (prefilter.reversals or axis.has_direction):
             return kept
-        without_turns = kept.without_turns(fastest)
+        without_turns = kept.without(kept.sampling.turns(kept.motion[1], fastest))
         asked = prefilter.reversals is None and not searches_friction(axis)
         return kept if asked and show_too_little([without_turns]) else without_turns
-
-    def without_turns(self, fastest: float) -> "FilteredRecord":
-        """The record without the samples near its reversals and rests, with a largest speed."""
-        return self.without(self.sampling.turns(self.motion[1], fastest))
 
     def turning_as(self, position: Array, *, also: bool = False) -> "FilteredRecord":
         """Without the samples near the reversals and rests of another motion, (N,).
