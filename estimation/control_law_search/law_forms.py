@@ -10,8 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from axisid.estimation.diagnostic_checks import Check
-from axisid.estimation.diagnostics import Checked
+from axisid.estimation.diagnostic_checks import Check, Checked
 from axisid.estimation.law_replay import LawInputs
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds import MAX_LAW_RESIDUAL

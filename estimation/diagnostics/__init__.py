@@ -4,14 +4,6 @@ In: estimates and what they were made from. Out: `Diagnosis` with what rooms bel
 Knows nothing of how it is shown.
 """
 
-from axisid.estimation.diagnostic_checks import (
-    Belief as Belief,
-    Checked as Checked,
-    belief as belief,
-    by_weight as by_weight,
-    conclusion as conclusion,
-)
-
 from .alignment import (
     Alignment as Alignment,
     estimate_delay as estimate_delay,

@@ -16,8 +16,7 @@ from axisid.estimation.choices import (
     comparison_methods,
     is_output_error,
 )
-from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Levels, first_case
-from axisid.estimation.diagnostics import Checked
+from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked, Levels, first_case
 from axisid.estimation.diagnostics.control_law import LawCheck, first_failing
 from axisid.estimation.identification import (
     HasRecords,

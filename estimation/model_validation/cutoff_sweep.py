@@ -26,8 +26,8 @@ import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.estimation.choices import INSTRUMENT_STARTS, same_estimates
-from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check
-from axisid.estimation.diagnostics import Checked, tests_of_instruments
+from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked
+from axisid.estimation.diagnostics import tests_of_instruments
 from axisid.estimation.diagnostics.control_law import LawCheck, first_failing
 from axisid.estimation.estimates import Estimate, hausman, significant_differences
 from axisid.estimation.identification import Identification, identify, records_of

@@ -17,13 +17,8 @@ from numpy.typing import NDArray
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.bootstrap import DEFAULT_COUNT
 from axisid.estimation.choices import OPEN_LOOP, check_among, is_output_error
-from axisid.estimation.diagnostic_checks import Check, Levels
-from axisid.estimation.diagnostics import (
-    Checked,
-    EstimateDifference,
-    RecordRegressor,
-    common_samples,
-)
+from axisid.estimation.diagnostic_checks import Check, Checked, Levels
+from axisid.estimation.diagnostics import EstimateDifference, RecordRegressor, common_samples
 from axisid.estimation.diagnostics.control_law import LawCheck, check_law
 from axisid.estimation.estimates import Estimate, SamplingDistribution
 from axisid.estimation.identification import Identification, RecordInfo

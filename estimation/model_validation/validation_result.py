@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 from axisid.estimation.choices import check_among
-from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Levels
-from axisid.estimation.diagnostics import Checked, EstimateDifference
+from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked, Levels
+from axisid.estimation.diagnostics import EstimateDifference
 from axisid.estimation.diagnostics.control_law import LawCheck, law_check
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds import MIN_COMMON_SAMPLES

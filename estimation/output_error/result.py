@@ -13,11 +13,11 @@ from axisid.estimation.choices import OPEN_LOOP
 from axisid.estimation.diagnostic_checks import (
     DEFAULT_LEVELS,
     Check,
+    Checked,
     Levels,
     told_or,
     unless_faulty,
 )
-from axisid.estimation.diagnostics import Checked
 from axisid.estimation.diagnostics.control_law import (
     EstimatedGains,
     LawCheck,

@@ -9,8 +9,7 @@ from typing import Annotated, Any, BinaryIO, Literal
 
 import msgspec
 
-from axisid.estimation.diagnostic_checks import Check
-from axisid.estimation.diagnostics import Belief, Checked, by_weight
+from axisid.estimation.diagnostic_checks import Belief, Check, Checked, by_weight
 from axisid.estimation.estimates import Value
 from axisid.estimation.identification import Identification
 from axisid.presentation.result_files import JsonObject, Matrix, about

@@ -14,8 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from axisid.estimation.data_tables import UNITS_ENTRY, npz_bytes, parquet_bytes, split_labels
-from axisid.estimation.diagnostic_checks import Check
-from axisid.estimation.diagnostics import Belief, Checked
+from axisid.estimation.diagnostic_checks import Belief, Check, Checked
 from axisid.presentation.documents import (
     Block,
     Cell,

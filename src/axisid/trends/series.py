@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.diagnostic_checks import Check
-from axisid.estimation.diagnostics import Checked
+from axisid.estimation.diagnostic_checks import Check, Checked
 from axisid.estimation.thresholds import TREND_LEVEL
 from axisid.fleets import FleetRow
 from axisid.robust_statistics import Drift, Step, alike_points, change_in, limit_of_a_new_point

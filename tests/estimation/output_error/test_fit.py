@@ -15,7 +15,7 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.diagnostics import conclusion
+from axisid.estimation.diagnostic_checks import conclusion
 from axisid.estimation.output_error import OutputFit
 from tests.axes.cascaded import cascaded
 from tests.axes.unseen import with_bump, with_bump_somewhere

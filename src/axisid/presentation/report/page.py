@@ -14,8 +14,7 @@ from pathlib import Path
 from string import Template
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.diagnostic_checks import Check
-from axisid.estimation.diagnostics import by_weight, conclusion
+from axisid.estimation.diagnostic_checks import Check, by_weight, conclusion
 from axisid.estimation.identification import Identification
 from axisid.estimation.model_validation import Sweep, Validation, default_cutoffs, sweep
 from axisid.estimation.monte_carlo import MonteCarlo

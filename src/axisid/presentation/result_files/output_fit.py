@@ -9,8 +9,7 @@ import numpy as np
 from msgspec import UNSET, UnsetType
 
 from axisid.codegen.generated_axes import Quantity
-from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Levels
-from axisid.estimation.diagnostics import Checked
+from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.estimation.estimates import (
     NamedValues,
     SamplingDistribution,

@@ -5,8 +5,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from axisid.codegen.generated_axes import Quantity
-from axisid.estimation.diagnostic_checks import KINDS, Check, lines_of
-from axisid.estimation.diagnostics import Diagnosis, by_weight, conclusion
+from axisid.estimation.diagnostic_checks import KINDS, Check, by_weight, conclusion, lines_of
+from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import CORRECTED, COVARIANCES, Value
 from axisid.estimation.lack_of_fit import JackknifeInterval
 from axisid.estimation.parameters import GAIN
