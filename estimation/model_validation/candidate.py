@@ -197,9 +197,12 @@ def _checked(
     """A parameter of an estimate against zero, and against the model without it."""
     name = rows.names[column]
     if name in rows.nonlinear or name == GAIN:
-        why = "it enters nonlinearly, so that a model without it is none with it at zero"
-        drive = "it is the drive's, and no term of the model"
-        return ParameterCheck(name=name, not_tested=drive if name == GAIN else why)
+        return ParameterCheck(
+            name=name,
+            not_tested="it is the drive's, and no term of the model"
+            if name == GAIN
+            else "it enters nonlinearly, so that a model without it is none with it at zero",
+        )
     poorer = _without(column, problem, estimate, rows)
     without, excess, deviation = None, math.inf, 0.0
     if poorer.names:
@@ -309,8 +312,9 @@ def _tested(a: str, b: str, models: Mapping[str, Regression], how: Embedding) ->
     n, k = models[b].regressor.shape
     pair = NestedTest(smaller=a, larger=b, restrictions=k - len(models[a].names), dof=n - k)
     if free := [name for name in models[b].nonlinear if name not in models[a].nonlinear]:
-        why = f"{b} estimates {' and '.join(free)}, of no meaning where {a} holds"
-        return replace(pair, not_tested=why)
+        return replace(
+            pair, not_tested=f"{b} estimates {' and '.join(free)}, of no meaning where {a} holds"
+        )
     # By the covariance of least squares the Wald statistic is the classical F.
     f, f_p = wald_test(models[b].solved(by_instruments=False), how, Classical())
     # A restriction of what the fit took, widened for few scores: of right ones on 1.5 to 3 s it
@@ -324,8 +328,7 @@ def nesting(small: Regression, large: Regression) -> Embedding | None:
     """How the larger model's parameters give the smaller model; None if they cannot."""
     size = np.linalg.norm(large.regressor, axis=0)
     basis, triangle = np.linalg.qr(large.regressor / size)
-    offset = large.left - small.left
-    wanted = np.column_stack([small.regressor, offset])
+    wanted = np.column_stack([small.regressor, large.left - small.left])
     shares = basis.T @ wanted
     missed = np.linalg.norm(wanted - basis @ shares, axis=0)
     allowed = _MAX_NESTING_REMAINDER * np.linalg.norm(wanted, axis=0)
@@ -357,5 +360,6 @@ def wald_test(larger: Solution, how: Embedding, covariance: Covariance) -> tuple
     departure = across @ ((larger.theta - start) / size)
     square, restrictions = wald(departure, across @ (spread / np.outer(size, size)) @ across.T)
     dof = float(np.min(covariance.applied(larger).freedom))
-    p_value = joint_p(square, restrictions, dof, one_variance=covariance.has_one_variance)
-    return square / restrictions, p_value
+    return square / restrictions, joint_p(
+        square, restrictions, dof, one_variance=covariance.has_one_variance
+    )

@@ -97,9 +97,8 @@ class Comparison(HasRecords, Checked, Presentable, Exact):
     @property
     def checks(self) -> tuple[Check, ...]:
         """Of the recommended candidate; without one, why there is none."""
-        if self.result is not None:
-            return self.result.checks
-        return (Check.unless("recommendation", self.reason),)
+        none = (Check.unless("recommendation", self.reason),)
+        return none if self.result is None else self.result.checks
 
     def with_set_aside(self, unread: Mapping[str, str]) -> "Comparison":
         """The same with records that could not even be read."""
@@ -163,11 +162,10 @@ def compare(
         The record identifies none of the candidates.
     """
     if not is_among(method, names := comparison_methods()):
-        why = ""
-        if is_output_error(str(method)):
-            why = ", whose loop is simulated with all rows, so that none is held out of it"
+        why = ", whose loop is simulated with all rows, so that none is held out of it"
         raise UsageError(
-            f"there is no comparison by {quoted(method)}{why}; choose {' or '.join(names)}.",
+            f"there is no comparison by {quoted(method)}{why * is_output_error(str(method))}; "
+            f"choose {' or '.join(names)}.",
             code="comparison",
         )
     levels, records = Levels(level=level, least_share=least_share), records_of(record)

@@ -110,9 +110,11 @@ def recommend(results: Sequence[Identification]) -> tuple[float | None, str]:
 
 def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
     """Without instruments: the cut-off beside which least squares hardly moves."""
-    why = "there are no instruments to compare with"
-    if any("idm-iv" in result.estimates for result in results):
-        why = "the instruments are weak"
+    why = (
+        "the instruments are weak"
+        if any("idm-iv" in result.estimates for result in results)
+        else "there are no instruments to compare with"
+    )
     judged = [
         (result, estimate)
         for result in results
@@ -148,11 +150,10 @@ def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
         )
     predicted = ""
     if math.isfinite(motion[chosen]):
-        unit = result.axis.axis.coordinate.unit
         left = f"{strays.sum()} of {len(strays)} cut-offs are left out, where it is twice the least"
         predicted = (
             f" (half a second ahead they predict the position to {motion[chosen]:.2g} "
-            f"{unit}{f'; {left}' * bool(strays.any())})"
+            f"{result.axis.axis.coordinate.unit}{f'; {left}' * bool(strays.any())})"
         )
     at_end = "; it is at the end of the range, so sweep further"
     return cutoff, (
@@ -269,9 +270,8 @@ class Sweep(Checked, Presentable, Exact):
     @property
     def recommendation(self) -> str:
         """The recommended cut-off with why that one, or why there is none."""
-        if self.recommended is None:
-            return self.reason
-        return f"{self.recommended:g} Hz, {self.reason}"
+        at = "" if self.recommended is None else f"{self.recommended:g} Hz, "
+        return f"{at}{self.reason}"
 
     @property
     def checks(self) -> tuple[Check, ...]:

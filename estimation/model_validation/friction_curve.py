@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.diagnostic_checks import first_case
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification
 from axisid.estimation.regression import InverseForm
@@ -78,8 +79,7 @@ def friction_curve(result: "Identification", estimate: "Estimate") -> FrictionCu
 
 def _force(axis: GeneratedAxis, physical: Array, signals: Signals) -> Array:
     """Force of the model with an estimate along a motion, (N,)."""
-    rows = InverseForm(axis).at(physical).equations(signals)
-    return rows.regressor @ physical + rows.intercept
+    return InverseForm(axis).at(physical).equations(signals).predicted(physical)
 
 
 def _still(signals: Signals) -> Signals:
@@ -116,14 +116,15 @@ def _inseparable(axis: GeneratedAxis, physical: Array, signals: Signals) -> str:
     size = float(np.max(np.abs(parts)))
     if not np.isfinite(size):
         return "the model's force is not finite at the estimate"
-    if size == 0:
-        return "no term of the equation of motion depends on the velocity"
-    if float(np.max(np.ptp(parts, axis=0))) > _MAX_INSEPARABLE_FORCE * size:
-        return (
+    return first_case(
+        (size == 0, "no term of the equation of motion depends on the velocity"),
+        (
+            float(np.max(np.ptp(parts, axis=0))) > _MAX_INSEPARABLE_FORCE * size,
             "the part of the force that depends on the velocity depends on the position or the "
-            "acceleration too, so that it is no curve over the velocity"
-        )
-    return ""
+            "acceleration too, so that it is no curve over the velocity",
+        ),
+        (True, ""),
+    )
 
 
 def _binned(velocity: Array, force: Array) -> Array:

@@ -58,22 +58,22 @@ class Regression:
 
     def at(self, rows: NDArray[np.intp]) -> "Regression":
         """Some of the rows."""
-        chosen = None if self.instruments is None else self.instruments[rows]
         return replace(
             self,
             left=self.left[rows],
             regressor=self.regressor[rows],
-            instruments=chosen,
+            instruments=None if self.instruments is None else self.instruments[rows],
             neighbours=self.neighbours[rows],
         )
 
     def without(self, *columns: int) -> "Regression":
         """Without some parameters."""
-        chosen = None if self.instruments is None else np.delete(self.instruments, columns, axis=1)
         return replace(
             self,
             regressor=np.delete(self.regressor, columns, axis=1),
-            instruments=chosen,
+            instruments=None
+            if self.instruments is None
+            else np.delete(self.instruments, columns, axis=1),
             names=tuple(name for i, name in enumerate(self.names) if i not in columns),
         )
 
@@ -183,13 +183,13 @@ def held_out_equation(
     EstimationError
         Without some block the parameters cannot be told apart.
     """
-    squares, estimates = [], []
-    for block in blocks:
-        theta = rows.at(block.training).solved().theta
-        test = rows.at(block.held_out)
-        squares.append(float(np.sum((test.left - test.regressor @ theta) ** 2)))
-        estimates.append(theta)
-    return HeldOut(squares=np.array(squares), signal=signal), tuple(estimates)
+    estimates = tuple(rows.at(block.training).solved().theta for block in blocks)
+    tests = (rows.at(block.held_out) for block in blocks)
+    squares = [
+        float(np.sum((test.left - test.regressor @ theta) ** 2))
+        for test, theta in zip(tests, estimates, strict=True)
+    ]
+    return HeldOut(squares=np.array(squares), signal=signal), estimates
 
 
 def held_out_simulation(

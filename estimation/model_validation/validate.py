@@ -99,8 +99,9 @@ def validate(
     result = whole if like is None else whole.part(like)
     with np.errstate(all="ignore"):
         requested = result.requested or result.prefilter  # what was left open suits each record
-        rescaled = requested.at_period(result.record.period, record.period)
-        data = bound_record(result.axis, record, rescaled)
+        data = bound_record(
+            result.axis, record, requested.at_period(result.record.period, record.period)
+        )
         own_data = result.problem.data if isinstance(result, Identification) else ()
         law = check_law(result.axis, record)
         anew = _estimated_anew(data, [*result.estimates], law)
@@ -171,19 +172,18 @@ def reestimated(
     with np.errstate(invalid="ignore"):
         freedom = variances.sum(axis=0) ** 2 / (variances**2 / dof).sum(axis=0)
     by_physical = own.X @ np.linalg.inv(own.jacobian)
-    record = RecordRegressor(
-        names=tuple(q.name for q in own.quantities),
-        units=tuple(q.unit for q in own.quantities),
-        values=before,
-        slopes=np.zeros_like(own.jacobian),
-        span=slice(0, len(own.y)),
-        columns=by_physical,
-        instruments=by_physical,
-        size=float(np.linalg.norm(own.y)),
-    )
     return EstimateDifference(
         number=0,
-        of=record,
+        of=RecordRegressor(
+            names=tuple(q.name for q in own.quantities),
+            units=tuple(q.unit for q in own.quantities),
+            values=before,
+            slopes=np.zeros_like(own.jacobian),
+            span=slice(0, len(own.y)),
+            columns=by_physical,
+            instruments=by_physical,
+            size=float(np.linalg.norm(own.y)),
+        ),
         difference=after - before,
         covariances=(covariances[0] + covariances[1], covariances[1], covariances[0]),
         freedom=float(np.nanmin(freedom)),
@@ -316,7 +316,6 @@ def _positions(data: FilteredRecord, loops: Sequence[Simulation]) -> tuple[Array
 
 
 _OTHER_PERIOD = 1e-3  # relative difference of sample periods: clocks agree to less
-_NO_LAW = "an open loop is followed without any law"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -464,18 +463,29 @@ def _checks(
 ) -> Iterator[Check]:
     """Whether the fit holds, and what says that a record is of another axis, or drive."""
     periods = [each.period for each in result.records]
-    same = any(math.isclose(record.period, each, rel_tol=_OTHER_PERIOD) for each in periods)
-    said = (
-        f"the record is sampled every {record.period:.6g} s, and what was fitted every "
-        f"{periods[0]:.6g} s: see whether it is of the same axis and drive"
+    yield Check.unless(
+        "sample period",
+        None
+        if any(math.isclose(record.period, each, rel_tol=_OTHER_PERIOD) for each in periods)
+        else f"the record is sampled every {record.period:.6g} s, and what was fitted every "
+        f"{periods[0]:.6g} s: see whether it is of the same axis and drive",
+        "its sample period is that of the fit",
+        matters=False,
     )
-    held = "its sample period is that of the fit"
-    yield Check.unless("sample period", None if same else said, held, matters=False)
-    law = Missing(_NO_LAW) if result.outputs == (OPEN_LOOP,) else check_law(axis, record)
-    yield checked_law(law, "the record's control is not the law's of the fit's axis: ")
+    yield checked_law(
+        Missing("an open loop is followed without any law")
+        if result.outputs == (OPEN_LOOP,)
+        else check_law(axis, record),
+        "the record's control is not the law's of the fit's axis: ",
+    )
     own = max(each.percent for each in result.of_records if each.output == output)
     told = f"the simulated {output} is {percent:.3g} % from the recorded one, and {own:.3g} %"
-    lost = f"{told} in the fit's own records: see whether axis and load are the same"
-    near = is_as_small(percent, own, MAX_VALIDATION_ERROR)
-    held = f"{told} at most in the fit's own"
-    yield Check.unless("simulation", None if near else lost, held, percent, MAX_VALIDATION_ERROR)
+    yield Check.unless(
+        "simulation",
+        None
+        if is_as_small(percent, own, MAX_VALIDATION_ERROR)
+        else f"{told} in the fit's own records: see whether axis and load are the same",
+        f"{told} at most in the fit's own",
+        percent,
+        MAX_VALIDATION_ERROR,
+    )

@@ -158,8 +158,11 @@ class Validation(Checked, Presentable, Exact):
         """What the record says of the estimates, as a verdict: its law, force and parameters."""
         found, known, most = list[Check](), self.known_share, _MAX_KNOWN_SHARE
         if self.time_base:
-            said = f"believe nothing before this is mended: {self.time_base}"
-            found.append(Check.unless("time base", said))
+            found.append(
+                Check.unless(
+                    "time base", f"believe nothing before this is mended: {self.time_base}"
+                )
+            )
         if known > most:
             said = (
                 "this is the record that the estimates were made from, so it says nothing new; "
@@ -204,30 +207,29 @@ class Validation(Checked, Presentable, Exact):
         """
         failed = [check for check in self.checks if check.status == "fail"]
         against = [check.line for check in failed if check.name != _REPEATED]
-        said = f"the estimates do not hold on it, see there: {', '.join(against)}"
-        found = Check.unless("validation", said if against else None, self._held())
         if failed and not against:
-            return replace(found, status="note", meaning=failed[0].meaning)
-        return found
+            return Check(name="validation", status="note", meaning=failed[0].meaning)
+        said = f"the estimates do not hold on it, see there: {', '.join(against)}"
+        return Check.unless("validation", said if against else None, self._held())
 
     def _held(self) -> str:
         held = ", ".join(check.meaning for check in self.checks if check.status == "pass")
         if any(v.reestimate for v in self):
             return f"the estimates hold: {held}"
-        left = "they were not estimated anew, so that less may have changed"
-        return f"nothing speaks against the estimates: {held}; {left}"
+        return (
+            f"nothing speaks against the estimates: {held}; they were not estimated anew, so that "
+            "less may have changed"
+        )
 
     def _force(self) -> Check:
         times, most = _MAX_VALIDATION_ERROR_RATIO, MAX_VALIDATION_ERROR
         failing = ", ".join(v.method for v in self if not v.fits)
-        said = (
-            f"{failing}: does not hold on this "
-            f"record (more than {most:g} % and than {times:g} times the error on its own); "
-            "check that it is the same axis, its units and its signs"
-        )
         return Check.unless(
             "equation error",
-            said if failing else None,
+            failing
+            and f"{failing}: does not hold on this "
+            f"record (more than {most:g} % and than {times:g} times the error on its own); "
+            "check that it is the same axis, its units and its signs",
             "no equation error, less what chance may make of it in so short a record, is both "
             f"beyond {most:g} % and beyond {times:g} times the one on their own record",
             max(v.least_equation_error_percent for v in self),
@@ -239,19 +241,21 @@ class Validation(Checked, Presentable, Exact):
         lost = [v for v in self if v.fits and not v.follows]
         shown = lost or [v for v in self if v.tracking_error_percent is not None]
         if not (self.has_declared_law and shown):
-            why = "the loop of this record is another one, or has no position"
-            said = next((v.reason for v in self if v.reason), why)
+            other = "the loop of this record is another one, or has no position"
+            said = next((v.reason for v in self if v.reason), other)
             return Check.not_evaluated("simulation", Missing(said))
         worst = max(v.tracking_error_percent or 0.0 for v in shown)
-        said = (
+        return Check.unless(
+            "simulation",
             f"{', '.join(v.method for v in lost)}: does not hold on this record: the "
             "simulated loop is far further from it than from its own (its position by "
             f"{worst:.3g} % of the tracking error); check the gains and the period of the "
             "drive, and name a test signal that was added, with columns injected=NAME and "
             "injected_at in run.toml"
-        )
-        return Check.unless(
-            "simulation", said if lost else None, "the simulated loops follow it", worst
+            if lost
+            else None,
+            "the simulated loops follow it",
+            worst,
         )
 
     def _parameters(self) -> Check:
