@@ -45,7 +45,7 @@ class MethodRow:
 _METHODS = "axisid.estimation.methods"
 _LEAST_SQUARES = f"{_METHODS}.method:LeastSquares"
 _INSTRUMENTS = f"{_METHODS}.instrumental:Instruments"
-_DIDIM = f"{_METHODS}.didim:Didim"
+
 INVERSE, DIRECT = (f"axisid.estimation.regression:{side}Form" for side in ("Inverse", "Direct"))
 #: In the order in which they are run, and of help and messages.
 METHOD_ROWS = (
@@ -53,7 +53,7 @@ METHOD_ROWS = (
     MethodRow(name="ddm-ls", method=_LEAST_SQUARES, form=DIRECT),
     MethodRow(name="idm-iv", method=_INSTRUMENTS, form=INVERSE, compares=True),
     MethodRow(name="ddm-iv", method=_INSTRUMENTS, form=DIRECT, same_as="idm-iv"),
-    MethodRow(name="didim", method=_DIDIM, form=INVERSE, output_error=True),
+    MethodRow(name="didim", method=f"{_METHODS}.didim:Didim", form=INVERSE, output_error=True),
 )
 
 LEAST_SQUARES_START, NOMINAL_START = "least-squares", "nominal"

@@ -15,6 +15,7 @@ from msgspec import Meta
 from axisid.estimation.thresholds import CHECK_LEVEL, LEAST_SHARE
 from axisid.support.errors import (
     AxisidError,
+    Found,
     Missing,
     UsageError,
     asks_for_tracebacks,
@@ -27,7 +28,7 @@ from axisid.support.errors import (
 Belief = Literal["believed", "with care", "not believed"]
 Status = Literal["pass", "note", "fail", "not evaluated"]
 
-Found = TypeVar("Found")
+
 Else = TypeVar("Else")
 WORST_FIRST: tuple[Status, ...] = ("fail", "note", "pass")
 
