@@ -45,8 +45,6 @@ from .control_residuals import (
 )
 from .gain_sensitivities import LawByGains, said_of_gains
 from .law_faults import (
-    TEST_SIGNAL,
-    WHICH_LAW,
     is_near,
     late_note,
     lean_text,
@@ -108,12 +106,13 @@ class LawCheck:
     def is_told_by_factors(self) -> bool:
         """Whether the control is the law's but for its factors, which are all there is to mend."""
         left = self.fitted_residual_percent
-        explained = (
+        return (
             left is not None
             and left < MAX_LAW_RESIDUAL.value
             and not (self.delay or self.found_apart)
+            and bool(self.factors)
+            and min(self.factors.values()) > 0
         )
-        return explained and bool(self.factors) and min(self.factors.values()) > 0
 
 
 def first_failing(laws: Sequence[LawCheck | Missing]) -> LawCheck | Missing:
@@ -140,9 +139,12 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
         if isinstance(found, Missing):
             continue
         if found.passed:
-            as_it_is = f"it is {first.residual_percent:.2g} % off as the record has them"
-            meaning = f"{found.meaning}, {said}; {as_it_is}"
-            return replace(found, meaning=meaning, advice=advice)
+            return replace(
+                found,
+                meaning=f"{found.meaning}, {said}; it is {first.residual_percent:.2g} % off as the "
+                "record has them",
+                advice=advice,
+            )
         checks.append((found, said, read))
     best, said, nearest = min(checks, key=lambda each: each[0].fitted_residual_percent or 0.0)
     off, least = best.residual_percent or 0.0, best.fitted_residual_percent or 0.0
@@ -187,23 +189,25 @@ def _compared(
             f"{left_open:.2g} % of the declared law's control open"
         )
     declared, factors = by_gains.percent, by_gains.factors
-    between = f"; what it reads between the samples leaves {left_open:.2g} % open"
     check = LawCheck(
         factors={name: value for name, (value, _) in factors.items()},
         deviations={name: deviation for name, (_, deviation) in factors.items()},
         residual_percent=declared,
-        fitted_residual_percent=by_gains.fitted_percent,
+        fitted_residual_percent=relative_error_percent(by_gains.gain_steps[2], by_gains.control),
         delay=shift,
         passed=not (by_gains.off or by_gains.lean or declared >= MAX_LAW_RESIDUAL.value or shift),
-        meaning=f"the declared law reproduces the recorded control to {declared:.2g} % of "
-        f"its norm{between * by_gains.between}",
+        meaning=f"the declared law reproduces the recorded control to {declared:.2g} % of its norm"
+        + f"; what it reads between the samples leaves {left_open:.2g} % open" * by_gains.between,
     )
     if check.passed or not advises:
         return check
     explained, fault = _fault(axis, record, check, by_gains)
     if explained and (repair := repair_of(axis, law, record, explained, shift)):
-        start = f"the recorded control is not the declared law's ({off_text(declared)}), but "
-        return replace(check, meaning=start + repair)
+        return replace(
+            check,
+            meaning=f"the recorded control is not the declared law's ({off_text(declared)}), but "
+            f"{repair}",
+        )
     if shift:
         late, advice = late_note(shift, None if law.continuous else law.delay)
         return replace(check, meaning=late, advice=advice)
@@ -221,23 +225,32 @@ def _fault(
     by_constant = CONSTANT in by_gains.lean and besides < MAX_LAW_RESIDUAL.value
     if by_constant if large else not by_gains.off:
         return declared, replace(check, meaning=lean_text(axis.axis.drive.unit, by_gains.lean))
-    start = "the recorded control is the declared law's but for its factors: "
-    if large:
-        start = f"the recorded control is not the declared law's ({off_text(declared)}): "
+    start = (
+        f"the recorded control is not the declared law's ({off_text(declared)}): "
+        if large
+        else "the recorded control is the declared law's but for its factors: "
+    )
     far = [name for name, value in check.factors.items() if not is_near(value, 1.0)]
     only_size = (far or by_gains.off) == [INJECTED]
-    said, change = "", None
-    if by_gains.gains_off or not only_size:  # a gain may be a little off beside it
-        said, change = said_of_gains(by_gains)
+    # A gain may be a little off beside it.
+    is_of_gains = by_gains.gains_off or not only_size
+    said, change = said_of_gains(by_gains) if is_of_gains else ("", None)
     if only_size and change is None:
         return declared, replace(check, meaning=f"{start}{_SIZE_OF_INJECTED}")
     if not said:
         said = (
             "no change of its gains explains it; check how it forms the velocity, its "
-            "feed-forward, filters, limits and anti-windup, the period and the noise; "
-            f"{WHICH_LAW}"
+            "feed-forward, filters, limits and anti-windup, the period and the noise; axisid law "
+            "(estimation.find_law) finds which ready law it is of, if of another kind"
         )
-        check = replace(check, advice=TEST_SIGNAL * (large and record.injected is None))
+        check = replace(
+            check,
+            advice=(
+                "; or name a test signal that was added to the control or to the reference, with "
+                "columns injected=NAME and injected_at in run.toml"
+            )
+            * (large and record.injected is None),
+        )
     check = replace(check, meaning=start + said)
     if change is None:
         scaled = by_gains.scale
@@ -374,12 +387,15 @@ def check_found_law(
         return first
     flipped = by_gains.of_control(-1.0).best(names)
     if flipped.percent < MAX_LAW_RESIDUAL.value:
-        said = (
-            "the recorded control is not the law's by any gains: its sign is opposite to the "
-            f"law's, with which it would be by {_listed(flipped.gains, names)}; check the sign of "
-            "the control or of the positions"
+        return replace(
+            there,
+            factors={},
+            deviations={},
+            meaning="the recorded control is not the law's by any gains: its sign is opposite to "
+            f"the law's, with which it would be by {_listed(flipped.gains, names)}; check the sign "
+            "of the control or of the positions",
+            advice="",
         )
-        return replace(there, factors={}, deviations={}, meaning=said, advice="")
     listed, held = " and ".join(names), [name for name in law.gains if name not in names]
     asked = by_gains.best([*law.gains]).gains if held else {}
     whole = check_law(axis.with_gains(asked), record) if held else there
@@ -408,8 +424,11 @@ def _beside_found(
     large = bool(np.any(np.abs(asked - was) > MAX_SCALE_ERROR.value * np.abs(was)))
     listed = _listed(best.gains, found.names)
     if not (large and apart > MIN_DISTANCE_FROM_NOISE.value):
-        from_fit = f"{apart:.2g} joint deviations from what the fit finds"
-        return replace(there, meaning=f"{there.meaning} by {listed}, {from_fit}")
+        return replace(
+            there,
+            meaning=f"{there.meaning} by {listed}, {apart:.2g} joint deviations from what the fit "
+            "finds",
+        )
     return replace(
         there,
         passed=False,

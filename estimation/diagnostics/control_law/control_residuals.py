@@ -52,7 +52,6 @@ _MIN_UNEVEN = 1e-6
 # what a law leaves, by what noise between samples with jitter makes, up to which it cannot be
 # judged; 1.0 where that noise is all
 _MAX_OPEN_RATIO = 2.0
-_STAMPS = ": where its stamps jitter and not the sampling, leave resample out"
 
 
 def compared_with_law(
@@ -162,7 +161,11 @@ def other_readings(record: Record) -> Iterator[tuple[str, Record, str]]:
     """
     raw = (record.sampled or record).longest()
     if record.sampled is not None:
-        yield "in the rows as they were sampled", raw, _STAMPS
+        yield (
+            "in the rows as they were sampled",
+            raw,
+            ": where its stamps jitter and not the sampling, leave resample out",
+        )
     elif np.max(np.abs(raw.time - _even_times(raw))) <= _MIN_UNEVEN * record.period:
         return
     roles = [each for each in ("position", "reference", "injected") if each in raw.channels()]

@@ -285,11 +285,6 @@ class LawByGains:
         return [name for name in self.off if name in self.along.law.gains]
 
     @property
-    def fitted_percent(self) -> float:
-        """What is left of the control, to first order, with every gain as it asks for, percent."""
-        return relative_error_percent(self.gain_steps[2], self.control)
-
-    @property
     def factors(self) -> dict[str, tuple[float, float]]:
         """How many times itself each term of the law should be, to first order; its deviation.
 
@@ -315,9 +310,11 @@ class LawByGains:
     def powers(self) -> dict[str, dict[str, float]]:
         """Powers of the gains, and of what was added, in each term of the law, by name."""
         law, alone = self.along.law, {name: {name: 1.0} for name in self.added}
-        products = [product for product, _ in law.terms if product.free_symbols]
-        if not law.is_polynomial:
-            products = [gain(name) for name in law.gains]
+        products = (
+            [product for product, _ in law.terms if product.free_symbols]
+            if law.is_polynomial
+            else [gain(name) for name in law.gains]
+        )
         return {
             str(each): {
                 str(g): float(n) for g, n in each.as_powers_dict().items() if g.free_symbols

@@ -37,8 +37,7 @@ MAX_FACTOR_ERROR = 0.05
 # of the declared law's residual, below which a change of columns is told
 _MAX_REPAIRED_RESIDUAL = 0.5
 
-#: What tells a wrong kind of law.
-WHICH_LAW = "axisid law (estimation.find_law) finds which ready law it is of, if of another kind"
+
 _COLUMN_FAULTS = {
     -1.0: "its sign",
     1e-3: "its unit, such as millimetres for metres",
@@ -57,13 +56,6 @@ _STEP = 1e-3  # of the reference's range
 def off_text(percent: float) -> str:
     """How far a control is from the law's, and of what that is a share."""
     return f"off by {percent:.3g} % of the control" if percent < 100 else "off by more than it is"
-
-
-#: How to name a test signal, where nothing else explains what the law leaves.
-TEST_SIGNAL = (
-    "; or name a test signal that was added to the control or to the reference, with "
-    "columns injected=NAME and injected_at in run.toml"
-)
 
 
 def lean_text(unit: str, lean: Mapping[str, float]) -> str:
@@ -156,11 +148,13 @@ def repair_of(
 
 def _other_laws(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
     for name, variant in velocity_variants(law).items():
-        note = (
+        yield (
             f"it is that of the law {name} with the same gains, which forms the velocity in "
-            "another way: declare that"
+            "another way: declare that",
+            build(replace(axis.axis, control=variant), native=False),
+            variant,
+            record,
         )
-        yield note, build(replace(axis.axis, control=variant), native=False), variant, record
 
 
 def _moved_zero(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
@@ -187,11 +181,13 @@ def _moved_zero(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterato
             "law does not declare",
         ),
     )
-    note = (
+    yield (
         f"it is with the position {away:+.3g} {unit} away from its zero beside the "
-        f"reference (a constant tracking error of as much){said}"
+        f"reference (a constant tracking error of as much){said}",
+        axis,
+        law,
+        replace(record, position=record.position - away),
     )
-    yield note, axis, law, replace(record, position=record.position - away)
 
 
 def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
@@ -206,23 +202,27 @@ def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_
     control, made, *_ = compared_with_law(limited, law, record)
     cut = int(at_limit(control, made, limit).sum())
     if cut >= MIN_SAMPLES_PER_FACTOR.value:
-        note = (
+        yield (
             f"it is with a drive that is at its limit of {limit:.6g} {drive.unit} in {cut} "
-            "samples: declare that limit"
+            "samples: declare that limit",
+            limited,
+            law,
+            record,
         )
-        yield note, limited, law, record
 
 
 def _moved_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
     for samples in (1, -1, 2, -2):
         for role in ("reference", "position", *sorted(map(str, law.signals))):
             way = "later" if samples > 0 else "earlier"
-            note = (
+            yield (
                 f"it is with the {role} {abs(samples)} sample{'s' * (abs(samples) > 1)} {way}: "
                 f"where the log wrote it at another time, move it with shift.{role} = {samples} in "
-                "run.toml"
+                "run.toml",
+                axis,
+                law,
+                record.shifted(**{role: samples}),
             )
-            yield note, axis, law, record.shifted(**{role: samples})
 
 
 def _changed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
