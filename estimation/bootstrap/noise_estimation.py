@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import compress
 
 import numpy as np
@@ -132,9 +133,7 @@ def measured_chain(
     surely = _likelihood(variances, *seen) > _likelihood(0 * variances, *seen) + _SURELY
     variances = variances * surely[:, None]
 
-    def disturbances(of_one: Array) -> Autoregressions:
-        return _autoregressions(times, of_one, units, power)
-
+    disturbances = partial(_autoregressions, times, units, power)
     # Where something disturbs a loop it hunts otherwise, which is in what was found. Again, beside
     # twins that are disturbed as much, and half the way of each logarithm: the more is found, the
     # more they hunt.
@@ -201,27 +200,25 @@ def _control_noise(
     reads_log = chain.is_measured_by_law and not (law.takes_velocity or law.continuous)
     if record.control is None or record.force is not None or not (is_logged and reads_log):
         return ()
-    segments = (law_residual(data.axis, record, span) for span in record.spans)
-    noise = np.concatenate([residual for residual, _ in segments])
+    noise = np.concatenate([law_residual(data.axis, record, span)[0] for span in record.spans])
     if np.linalg.norm(noise) <= _ROUNDING * np.linalg.norm(record.control):
         return ()
     in_rows = moving.reduce(moving.force_by(noise))
     power = np.clip(rows.power(residuals, in_rows), 0.0, rows.power(in_rows))
-    powers = power, units, units[0] * chain.control_step**2 / 12, rows.counts
-    variances = likeliest_variances(*powers)
+    steps = units[0] * chain.control_step**2 / 12
+    variances = likeliest_variances(power, units, steps, rows.counts)
     # Without it the rows are surely likelier.
     before, after = rows.power(residuals), rows.power(residuals - in_rows)
     gained = float(rows.counts @ np.log(before / (after + _LEAST * before.max())))
-    return _autoregressions(times, variances, units, power) if gained > _SURELY else ()
+    return _autoregressions(times, units, power, variances) if gained > _SURELY else ()
 
 
 def _autoregressions(
-    times: Sequence[float], variances: Array, units: Array, power: Array
+    times: Sequence[float], units: Array, power: Array, variances: Array
 ) -> Autoregressions:
     """Those of variances (m,) that make more than a thousandth of the power of a band."""
     counts = np.any(variances[:, None] * units > _SMALLEST * power, axis=1)
-    every = zip(times, map(float, np.sqrt(variances)), strict=True)
-    return tuple(compress(every, counts))
+    return tuple(compress(zip(times, map(float, np.sqrt(variances)), strict=True), counts))
 
 
 def control_step(record: Record) -> float:
@@ -347,8 +344,6 @@ class _RowBands:
     ----------
     places : (n,) array of int
         Of the rows, among those that no rest and no gap leaves out.
-    count : int
-        Of these.
     basis : (n, r) array
         Orthonormal, of the columns.
     bands : (b + 1,) array of int
@@ -358,7 +353,6 @@ class _RowBands:
     """
 
     places: NDArray[np.int64]
-    count: int
     basis: Array
     bands: NDArray[np.int64]
     counts: Array
@@ -380,7 +374,6 @@ class _RowBands:
         bands = np.unique(np.geomspace(1.0, _HIGHEST * count / 2, _BANDS + 1).astype(np.int64))
         rows = cls(
             places=places,
-            count=count,
             basis=_basis(data, quiet),
             bands=bands,
             counts=np.ones(len(bands) - 1),
@@ -404,10 +397,10 @@ class _RowBands:
         return np.asarray(np.add.reduceat(values, self.bands)[:-1], dtype=float)
 
     def _transform(self, rows: Array) -> NDArray[np.complex128]:
-        """Of rows (n,) or columns (n, m), (count // 2 + 1, m)."""
-        placed = np.zeros((self.count, *rows.shape[1:]))
+        """Of rows (n,) or columns (n, m), by frequency, (f, m)."""
+        placed = np.zeros((self.places[-1] + 1, *rows.shape[1:]))
         placed[self.places] = rows
-        return np.asarray(np.fft.rfft(placed.reshape(self.count, -1), axis=0))
+        return np.asarray(np.fft.rfft(placed.reshape(len(placed), -1), axis=0))
 
     def power_of_disturbances(self, data: FilteredRecord, times: Sequence[float]) -> Array:
         """Power by band of disturbances of deviation 1 and correlation times, (m, b).
@@ -418,9 +411,8 @@ class _RowBands:
         first, every = round(float(data.sampling.rows[0])), data.prefilter.decimate
         places = (np.round(whole.sampling.rows).astype(np.int64) - first) // every
         white = np.zeros((int(places[-1] - places[0]) + 1, _DRAWS))
-        for draw in range(_DRAWS):
-            noise = rng.standard_normal(len(data))
-            white[places - places[0], draw] = whole.reduce(whole.force_by(noise))
+        forces = (whole.force_by(rng.standard_normal(len(data))) for _ in range(_DRAWS))
+        white[places - places[0]] = np.column_stack([*map(whole.reduce, forces)])
         here = self.places - places[0]
         weights = data.sampling.weights / whole.sampling.weights.max()
         transformed = np.fft.rfft(white, axis=0)
@@ -436,12 +428,12 @@ def _basis(data: FilteredRecord, quiet: FilteredRecord) -> Array:
     """Orthonormal columns of the model and what it may lack, with what changes each, (n, r)."""
     signals = quiet.signals
     time = np.linspace(-1.0, 1.0, len(data))
-    speed = np.abs(signals.velocity)
-    lacking = [np.ones_like(time), signals.position, signals.velocity, signals.direction]
-    lacking += [np.abs(signals.force), np.gradient(signals.force)]
+    ones, speed = np.ones_like(time), np.abs(signals.velocity)
+    lacking = [ones, signals.position, signals.velocity, signals.direction]
+    forces = np.abs(signals.force), np.gradient(signals.force)
     declared = InverseForm(data.axis).equations(signals).regressor
-    columns = np.column_stack([declared, *lacking])
-    changing = [np.ones_like(time), time, np.sign(time), signals.position, speed, signals.direction]
+    columns = np.column_stack([declared, *lacking, *forces])
+    changing = [ones, time, np.sign(time), signals.position, speed, signals.direction]
     most = max(len(data.sampling.rows) // (_ROWS_A_COLUMN * columns.shape[1]), 1)
     every = data.reduce(np.hstack([columns * each[:, None] for each in changing[:most]]))
     norms = np.linalg.norm(every, axis=0)

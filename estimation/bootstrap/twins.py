@@ -19,7 +19,7 @@ from axisid.estimation.regression import (
     recorded_loops,
 )
 from axisid.estimation.regression_problem import Problem, Solver, noise_free_record
-from axisid.estimation.signals import FilteredRecord
+from axisid.estimation.signals import FilteredRecord, Signals
 from axisid.estimation.simulation import measured_positions
 from axisid.support.arrays import Array, in_few_digits
 from axisid.support.errors import DataError, EstimationError, UsageError, is_whole, quoted
@@ -107,18 +107,18 @@ class Twins:
     def _drawn(self, forms: Sequence[Form]) -> Iterator[list[Equations]]:
         data = self.problem.data
         physical = [self.form.own(self.at, place) for place in range(len(data))]
+
+        def twins(run: int) -> list[Signals]:
+            return [
+                twin_of(each, theta, chain, _draws(each.record, run)).signals
+                for each, theta, chain in zip(data, physical, self.chains, strict=True)
+            ]
+
         for runs in _paired(self.count):
-            pair = []
-            try:
-                for run in runs:
-                    twins = [
-                        twin_of(each, theta, chain, _draws(each.record, run)).signals
-                        for each, theta, chain in zip(data, physical, self.chains, strict=True)
-                    ]
-                    pair.append([self.problem.reduced(form, twins) for form in forms])
-            except (DataError, EstimationError):
-                continue  # one alone would not cancel
-            yield from pair
+            with suppress(DataError, EstimationError):  # one alone would not cancel
+                yield from [
+                    [self.problem.reduced(form, own) for form in forms] for own in map(twins, runs)
+                ]
 
 
 def _draws(record: Record, run: int) -> Draws:
@@ -222,12 +222,11 @@ class BootstrapCorrection:
         The twins' physical parameters, less those of their loops.
     theta_error : (R, k) array
         The same of the regression's own parameters.
-    scale : (p,) array
-        What deviations are to be multiplied by.
-    theta_scale : (k,) array
+    scaled : (p,) array, (p, p) array
+        What deviations are to be multiplied by, and the correlation as the twins scatter; of the
+        covariance where they are too few to tell it.
+    theta_scaled : (k,) array, (k, k) array
         The same of the regression's own parameters.
-    correlation, own_correlation : (p, p), (k, k) arrays
-        Of either, as the twins scatter; of the covariance where they are too few to tell it.
     residuals : (n, R) array
         What the estimator leaves of the twins.
     """
@@ -235,10 +234,8 @@ class BootstrapCorrection:
     twins: Twins
     off: Array
     theta_error: Array
-    scale: Array
-    theta_scale: Array
-    correlation: Array
-    own_correlation: Array
+    scaled: tuple[Array, Array]
+    theta_scaled: tuple[Array, Array]
     residuals: Array
 
     @property
@@ -294,16 +291,12 @@ def bootstrap_correction(
     # Of the records, and then of each twin.
     own_covariances = [covariance.matrix(each) for each in (solution, *solved)]
     covariances = [delta_method(each, jacobian) for each in own_covariances]
-    scale, correlations = _pivot(off, covariances, twins.at)
-    theta_scale, own_correlations = _pivot(theta_error, own_covariances, regressed)
     return BootstrapCorrection(
         twins=twins,
         off=off,
         theta_error=theta_error,
-        scale=scale,
-        theta_scale=theta_scale,
-        correlation=correlations,
-        own_correlation=own_correlations,
+        scaled=_pivot(off, covariances, twins.at),
+        theta_scaled=_pivot(theta_error, own_covariances, regressed),
         residuals=np.column_stack([each.residuals for each in solved]),
     )
 

@@ -214,12 +214,12 @@ def _inference(
         else:
             known = np.zeros_like(own[_PIVOT]) if known is None else known
             by_known = delta_method(known, jacobian)
-            own[_PIVOT] = _scaled(own[_PIVOT], known, told.theta_scale, told.own_correlation)
-            mapped[_PIVOT] = _scaled(mapped[_PIVOT], by_known, told.scale, told.correlation)
+            own[_PIVOT] = _scaled(own[_PIVOT], known, *told.theta_scaled)
+            mapped[_PIVOT] = _scaled(mapped[_PIVOT], by_known, *told.scaled)
             names[_PIVOT] += _noise(problem.axis.axis, told)
             left = _own_rows(told.residuals, problem.row_weights)
             if told.count > 1:
-                freedom[_PIVOT] = np.full(len(told.theta_scale), float(told.freedom))
+                freedom[_PIVOT] = np.full(len(solution.theta), float(told.freedom))
             chains, bias, off = told.twins.chains, told.bias, told.theta_error
             quiet = None if quiet is None else left.mean(axis=1)
         direct = isinstance(form, DirectForm)

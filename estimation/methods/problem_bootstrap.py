@@ -99,7 +99,7 @@ class Bootstrap:
                 return TOO_FEW
             before, at = at, fit.physical - correction.bias
             change = np.abs(form.regressed(at) - form.regressed(before))
-            tolerance = correction.theta_scale * standard_errors + _CLOSE * np.abs(
+            tolerance = correction.theta_scaled[0] * standard_errors + _CLOSE * np.abs(
                 form.regressed(at)
             )
             if np.all(change <= tolerance):
