@@ -93,18 +93,17 @@ def _calibrations_of(
 
 def calibrated_runs(numbers: BlockNumbers, calibrations: Calibrations, judged: int) -> BlockNumbers:
     """The numbers of runs, calibrated from the first that has no twins of its own on."""
-    changed, is_uncalibrated = numbers.numbers.copy(), numbers.runs >= judged
+    changed, first = numbers.numbers.copy(), int(np.searchsorted(numbers.runs, judged))
     for place, estimand in enumerate(numbers.estimands):
         if estimand in calibrations:
             bias, scale, width = calibrations[estimand]
-            numbers_of_one = changed[is_uncalibrated, place]
+            numbers_of_one = changed[first:, place]
             numbers_of_one[:, 1] = numbers_of_one[:, 0] - bias
             numbers_of_one[:, 3::3] -= bias
             numbers_of_one[:, 4::3] -= bias
             numbers_of_one[:, _OF_HAC] *= scale
             ends = numbers_of_one[:, _OF_HAC + 1 : _OF_HAC + 3]
             ends[:] = numbers_of_one[:, 1:2] + (ends - numbers_of_one[:, 1:2]) * width
-            changed[is_uncalibrated, place] = numbers_of_one
     return replace(numbers, numbers=changed)
 
 

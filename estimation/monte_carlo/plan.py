@@ -78,12 +78,11 @@ class MonteCarloPlan:
     levels: Levels = DEFAULT_LEVELS
 
     def __post_init__(self) -> None:
-        counts = (
+        for what, value, least in (
             ("runs are", self.runs, 1),
             ("seed is", self.seed, 0),
             ("checks are", self.checks, 0),
-        )
-        for what, value, least in counts:
+        ):
             if not (is_whole(value) and value >= least) or self.runs > _MOST_RUNS:
                 raise UsageError(
                     f"the {what} {quoted(value)}; give a study a whole number of {least} or "
@@ -252,12 +251,11 @@ def twin_of(axis: GeneratedAxis, truth: object, moves: object) -> GeneratedAxis:
     before = declared.experiment
     if moves is None and (before is None or not truth):
         return axis  # which without an experiment is refused as a twin
-    changed: dict[str, Any] = {"truth": by_name(truth, "true values")}
+    known = {} if before is None else before.truth
+    changed: dict[str, Any] = {"truth": {**known, **by_name(truth, "true values")}}
     changed |= {} if moves is None else {"moves": moves}
     try:
         given = Experiment(**changed) if before is None else replace(before, **changed)
-        if before is not None:
-            given = replace(given, truth={**before.truth, **given.truth})
         declared = replace(declared, experiment=given)
     except ModelError as error:
         raise UsageError(str(error), code=error.code) from error

@@ -215,21 +215,19 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
         failing = self._statuses_judged == STATUSES.index("fail")
         return Share.of_truths(np.asarray(failing.any(axis=1)))
 
-    def normalised(self, place: int, of: str = "") -> Array:
-        """Errors of an estimand in stated deviations, of the runs that have both, (r,).
+    def normalised(self, place: int) -> Array:
+        """Errors of an estimand in the deviations that its method states, (r,).
 
-        A deviation is taken so that a normal distribution of it has the 95 % interval that is
-        stated, however many degrees of freedom that has.
+        Of the runs that have both. A deviation is taken so that a normal distribution of it has the
+        95 % interval that is stated, however many degrees of freedom that has.
 
         Parameters
         ----------
         place : int
             Among the estimands.
-        of : str, optional
-            Of `INTERVALS`; by default what the method states.
         """
-        stated_of = of or stated_by(self.estimands[place].method, self.chosen)
-        low, high = self.intervals(stated_of)[:, place].T
+        of = stated_by(self.estimands[place].method, self.chosen)
+        low, high = self.intervals(of)[:, place].T
         stated = (high - low) / 2 / float(ndtri((1 + INTERVAL_LEVEL.value) / 2))
         errors = self.corrected[:, place] - self.truths[place]
         there = np.isfinite(errors) & (stated > 0)
@@ -269,8 +267,8 @@ def _estimand_columns(result: MonteCarlo) -> Iterator[tuple[str, str, Array]]:
         yield from ((name, unit, of_one[0]), (f"{name}.corrected", unit, of_one[1]))
         for of, stated in zip(INTERVALS, of_one[2:].reshape(len(INTERVALS), 3, -1), strict=True):
             if np.isfinite(stated[0]).any():
-                ends = zip(("sd", "low", "high"), stated, strict=True)
-                yield from ((f"{name}.{of}.{end}", unit, column) for end, column in ends)
+                for end, column in zip(("sd", "low", "high"), stated, strict=True):
+                    yield f"{name}.{of}.{end}", unit, column
 
 
 def column_name(estimand: Estimand) -> str:

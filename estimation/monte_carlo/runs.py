@@ -173,8 +173,7 @@ def _lane_runs(plan: MonteCarloPlan, runs: range, threads: int | None) -> Iterat
     (method,) = plan.methods
     drawn = [DrawnChain(chain=plan.noise, seed=plan.seed, run=run) for run in runs]
     lanes, unsimulated = twin_lanes(plan.twin, drawn, threads)
-    lags = plan.settings["lags"]
-    found = identify_lanes(plan.axis, lanes, method, plan.prefilter, lags=lags)
+    found = identify_lanes(plan.axis, lanes, method, plan.prefilter, lags=plan.settings["lags"])
     for lane, number in enumerate(runs):
         run = _Run(number)
         if lane in unsimulated:
@@ -183,10 +182,11 @@ def _lane_runs(plan: MonteCarloPlan, runs: range, threads: int | None) -> Iterat
             run.lost(method, found.errors[lane])
         else:
             for i, quantity in enumerate(plan.axis.parameters):
-                value, intervals = float(found.values[lane, i]), dict[str, Interval]()
-                for of in COVARIANCES:
-                    sd, freedom = found.deviations[of][lane, i], found.freedom[of][lane, i]
-                    intervals[of] = float(sd), student_interval(value, float(sd), float(freedom))
+                value = float(found.values[lane, i])
+                intervals = {
+                    of: _stated(value, found.deviations[of][lane, i], found.freedom[of][lane, i])
+                    for of in COVARIANCES
+                }
                 estimand = Estimand(method, quantity.name, PARAMETER, quantity.unit)
                 run.values[estimand] = _row(value, value, intervals)
         yield run
@@ -220,8 +220,7 @@ def _fit_values(method: str, found: OutputFit) -> Iterator[tuple[Estimand, Array
             continue
         intervals = {COLOURED: (value.deviation, value.interval)}
         if name not in found.at_bound:  # there the interval is to one side
-            sd = value.deviations[IID]
-            intervals[IID] = sd, student_interval(value.value, sd, math.inf)
+            intervals[IID] = _stated(value.value, value.deviations[IID], math.inf)
         yield (
             Estimand(method, name, PARAMETER, value.unit),
             _row(value.value, value.corrected, intervals),
@@ -279,9 +278,12 @@ def _numbers(value: Value, freedom: Mapping[str, float]) -> Array:
         if of == value.chosen:
             intervals[of] = value.deviations[of], value.interval
         elif of in freedom:
-            sd = value.deviations[of]
-            intervals[of] = sd, student_interval(value.corrected, sd, freedom[of])
+            intervals[of] = _stated(value.corrected, value.deviations[of], freedom[of])
     return _row(value.value, value.corrected, intervals)
+
+
+def _stated(value: float, deviation: float, freedom: float) -> Interval:
+    return float(deviation), student_interval(value, float(deviation), float(freedom))
 
 
 def _row(value: float, corrected: float, intervals: Mapping[str, Interval]) -> Array:
@@ -295,8 +297,12 @@ def _row(value: float, corrected: float, intervals: Mapping[str, Interval]) -> A
 
 def lost_block(block: range, reason: str) -> BlockNumbers:
     """Runs that nobody knows the numbers of, since whoever worked on them was killed."""
-    lost = (FailedRun(run=run, of=SIMULATION, reason=reason) for run in block)
-    return joined([_Run(failed.run, failures=[failed]).numbers() for failed in lost])
+    return joined(
+        [
+            _Run(n, failures=[FailedRun(run=n, of=SIMULATION, reason=reason)]).numbers()
+            for n in block
+        ]
+    )
 
 
 def joined(blocks: Sequence[BlockNumbers]) -> BlockNumbers:
