@@ -14,5 +14,4 @@ from .trust_region import (
     WeightedLoss as WeightedLoss,
     best_of as best_of,
     cost_of as cost_of,
-    robust_deviation as robust_deviation,
 )

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from axisid.estimation.choices import HUBER, SOFT_L1, SQUARES
 from axisid.estimation.parameters import Unknowns
 from axisid.estimation.prediction_errors import ErrorsAndJacobian, PredictionErrors, jacobian_at
-from axisid.estimation.thresholds import MAX_FAR, MEDIAN_OF_NORMAL, MIN_FAR
+from axisid.estimation.thresholds import MAX_FAR, MIN_FAR
 from axisid.support.arrays import Array
 from axisid.support.progress import Progress
 
@@ -59,19 +59,17 @@ class WeightedLoss:
     loss : callable
     tuning : float
         Of the loss, in noise.
-    shares : (n,) array or None
-        By which each row counts for less beside what was known, its weight by the root; None for 1.
+    shares : (n,) array
+        By which each row counts for less beside what was known, its weight by the root.
     """
 
     weights: Array
     loss: Loss
     tuning: float
-    shares: Array | None = None
+    shares: Array
 
     def counted(self, z: Array) -> Array:
         """Loss of squares (n,) with its slopes and curvatures, (3, n)."""
-        if self.shares is None:
-            return self.loss(z)
         # An error is as large a one as it was, and counts by its share.
         value, first, second = self.loss(z / self.shares)
         return np.array([self.shares * value, first, second / self.shares])
@@ -243,7 +241,7 @@ class Search:
             return np.where(u.free, np.clip(there, u.lower, u.upper), at)
 
         def loss(z: Any) -> Any:
-            found = np.array([z, np.ones_like(z), np.zeros_like(z)])
+            found = _squares(z)
             found[:, :rows] = self._weighing.counted(z[:rows])
             return found
 
@@ -266,8 +264,7 @@ class Search:
     def _residuals(self, at: Array) -> Array:
         """Weighted errors, then those of what was known before; large ones for a lost loop."""
         if np.array_equal(self._at, at) or not self._largest:
-            errors = self._slopes_at(at).errors
-            return weighed_rows(at, errors, self._unknowns, self._weighing)
+            return weighed_rows(at, self._slopes_at(at).errors, self._unknowns, self._weighing)
         lanes = self._predictions(at[None, :])
         if lanes.failures:
             self._lost, self._why = self._lost + 1, next(iter(lanes.failures.values()))
@@ -348,8 +345,3 @@ def _huber(z: Array) -> Array:
 
 
 LOSSES: Mapping[str, Loss] = MappingProxyType({SQUARES: _squares, SOFT_L1: _soft_l1, HUBER: _huber})
-
-
-def robust_deviation(errors: Array) -> float:
-    """Standard deviation of normal errors, from the median of their distances from the median."""
-    return float(np.median(np.abs(errors - np.median(errors)))) / MEDIAN_OF_NORMAL.value

@@ -20,6 +20,7 @@ from axisid.estimation.choices import (
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.diagnostics.control_law import LawCheck, check_law, first_failing
 from axisid.estimation.identification import at_time, bound_records, records_of, shared_records
+from axisid.estimation.methods import scale_of
 from axisid.estimation.nonlinear_least_squares import (
     LOSSES as LOSS_FUNCTIONS,
     Search,
@@ -27,7 +28,6 @@ from axisid.estimation.nonlinear_least_squares import (
     WeightedLoss,
     best_of,
     cost_of,
-    robust_deviation,
 )
 from axisid.estimation.parameters import (
     End,
@@ -599,12 +599,12 @@ class _FitRun:
                 residuals = errors[of_one][weights[of_one] > 0]
                 noise = float(np.sqrt(np.mean(residuals**2))) if len(residuals) else 0.0
                 if self.loss != SQUARES:
-                    noise = robust_deviation(residuals) or noise
+                    noise = scale_of(residuals - float(np.median(residuals))) or noise
                 weights[of_one] *= 1 / (noise or 1.0) if np.isnan(given) else given
             shares[record_rows(spans)] = 1.0 if effects is None else 1 / effects[r]
         self.weighing = WeightedLoss(
             weights=weights * np.sqrt(shares),
             loss=LOSS_FUNCTIONS[self.loss],
             tuning=1.0 if self.loss == SQUARES else HUBER_TUNING.value,
-            shares=None if effects is None else shares,
+            shares=shares,
         )

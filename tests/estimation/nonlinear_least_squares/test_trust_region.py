@@ -12,7 +12,6 @@ from axisid.estimation.nonlinear_least_squares import (
     Search,
     SearchResult,
     WeightedLoss,
-    robust_deviation,
 )
 from axisid.estimation.parameters import Unknowns
 from axisid.estimation.thresholds import HUBER_TUNING
@@ -57,6 +56,7 @@ def _found(
 ) -> SearchResult:
     weighing = WeightedLoss(
         weights=np.full(len(TIME), weight),
+        shares=np.ones(len(TIME)),
         loss=LOSSES[loss],
         tuning=1.0 if loss == SQUARES else HUBER_TUNING.value,
     )
@@ -144,9 +144,3 @@ def test_losses_have_the_derivatives_that_they_say(loss: str) -> None:
     np.testing.assert_allclose((more[0] - less[0]) / (2 * h), first, rtol=1e-6)
     np.testing.assert_allclose((more[1] - less[1]) / (2 * h), second, rtol=1e-5, atol=1e-9)
     np.testing.assert_allclose(value[0], z[0], rtol=1e-3)
-
-
-def test_the_median_tells_the_deviation_past_outliers(rng: np.random.Generator) -> None:
-    e = 0.2 * rng.standard_normal(100_000)
-    e[::20] = 50.0
-    assert robust_deviation(e) == pytest.approx(0.2, rel=0.1)
