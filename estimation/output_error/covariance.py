@@ -33,7 +33,7 @@ from axisid.estimation.regression import (
     sum_covariances,
 )
 from axisid.estimation.thresholds import MIN_SHOWN
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, column_sizes
 
 # of the largest change of the outputs along a direction that they do not show; a parameter with
 # as much is named
@@ -80,8 +80,10 @@ def unseen_in_words(
     sentences = []
     for move, part in zip(moves, parts, strict=True):
         named = [names[int(j)] for j in np.flatnonzero(part)]
-        shares = zip(move[part] / move[part][0], named, strict=True)
-        listed = ", ".join(f"{share:+.3g} of {name}" for share, name in shares)
+        listed = ", ".join(
+            f"{share:+.3g} of {name}"
+            for share, name in zip(move[part] / move[part][0], named, strict=True)
+        )
         several = f"{' and '.join(named)} apart ({listed} together change nothing)"
         sentences.append(f"{named[0]} at all" if len(named) == 1 else several)
     return tuple(sentences)
@@ -141,8 +143,7 @@ class Sandwich:
         would else be in those of every other parameter.
         """
         rows = np.vstack([np.sqrt(self.curvature)[:, None] * self.jacobian, self.known])
-        size = np.linalg.norm(rows, axis=0)
-        size = np.where(size > 0, size, 1.0)
+        size = column_sizes(rows)
         triangle = np.linalg.qr(rows / size, mode="r")
         factor = np.linalg.pinv(triangle, rcond=_NOTHING) / size[:, None]
         return np.asarray(factor @ factor.T)

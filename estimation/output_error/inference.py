@@ -25,7 +25,7 @@ from axisid.estimation.records import Record
 from axisid.estimation.regression import CovarianceEstimate, widened
 from axisid.estimation.regression_problem import ParameterAtBound
 from axisid.estimation.thresholds import INTERVAL_LEVEL
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, column_sizes
 from axisid.support.errors import EstimationError, Missing
 
 from .covariance import Sandwich, moved_by_start, sandwich_of, unseen_directions
@@ -100,8 +100,9 @@ class FitSearch:
 
     def sandwich(self, chosen: NDArray[np.bool_]) -> Sandwich:
         """Of the chosen parameters, (P,), where the best search ended."""
-        asked = self.weighing, self.unknowns, self.predictions, self.records
-        return sandwich_of(self.best, *asked, chosen)
+        return sandwich_of(
+            self.best, self.weighing, self.unknowns, self.predictions, self.records, chosen
+        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -221,8 +222,7 @@ def _slopes_by_start(of: FitSearch) -> list[tuple[slice, Array]]:
     with np.errstate(all="ignore"):
         for rows, slopes in of.predictions.jacobian_by_start(of.best.physical):
             weighed = of.weighing.weights[rows, None] * slopes
-            size = np.linalg.norm(weighed, axis=0)
-            found.append((rows, weighed / np.where(size > 0, size, 1.0)))
+            found.append((rows, weighed / column_sizes(weighed)))
     return found
 
 
@@ -237,9 +237,16 @@ def _noise(of: FitSearch, loops: Sequence[RecordLoops | Missing]) -> Array | Mis
         return None
     if of.loss != SQUARES:
         return Missing("errors count by their size, and outliers are no noise of a loop")
-    there, count, disturbed = (of.best.physical, of.predictions), of.bootstrap, of.horizon is None
     noise = unless_faulty(
-        lambda: outputs_by_noise(loops, *there, count, disturbed=disturbed, paired=True)
+        partial(
+            outputs_by_noise,
+            loops,
+            of.best.physical,
+            of.predictions,
+            of.bootstrap,
+            disturbed=of.horizon is None,
+            paired=True,
+        )
     )
     if isinstance(noise, Missing) or noise.any():
         return noise

@@ -28,7 +28,7 @@ from axisid.estimation.regression import Form, InverseForm
 from axisid.modeling.declaration import leave_out
 from axisid.modeling.derivation import CommonParameter, common_parameters
 from axisid.modeling.quantities import Parameter, fresh_name
-from axisid.support.arrays import Array, Exact
+from axisid.support.arrays import Array, Exact, column_sizes
 from axisid.support.errors import ModelError, UsageError
 
 from .known import KnownValues
@@ -91,8 +91,10 @@ class JointForm(Exact, InverseForm):
     @property
     def quantities(self) -> tuple[Quantity, ...]:
         """The parameters; with the gain scaled by it, and its inverse in the declared one's."""
-        pairs = zip(self.parameters, self.expressions, strict=True)
-        return tuple(Quantity(name=p.name, unit=p.unit, expression=said) for p, said in pairs)
+        return tuple(
+            Quantity(name=p.name, unit=p.unit, expression=said)
+            for p, said in zip(self.parameters, self.expressions, strict=True)
+        )
 
     physical_quantities = quantities
 
@@ -260,8 +262,10 @@ def _check(
     bounded = [(declared[each.name], each) for each in known if each.name in declared]
     fixed, named = axis.base.known, {each.name for each in known}
     values = [f"{p.known}+-{p.known_sd}" if p.known_sd else f"{p.known}" for p in fixed]
-    pairs = zip(fixed, values, strict=True)
-    settings = [f"known {p.name}={','.join([value] * records)}" for p, value in pairs]
+    settings = [
+        f"known {p.name}={','.join([value] * records)}"
+        for p, value in zip(fixed, values, strict=True)
+    ]
     faults = [
         *(
             f"there is no {each.name!r} to be known of each record; axis {axis.axis.name!r} "
@@ -301,8 +305,9 @@ def _axes(axis: GeneratedAxis, records: int, known: Sequence[KnownValues]) -> li
     """The axis of each record; records of which the same is known share one."""
     law = axis.declared.control
     gains = {*law.gains} if law is not None else set[str]()
-    pairs = zip(axis.axis.parameters, axis.nonlinear, strict=True)
-    bent = {p.name for p, nonlinear in pairs if nonlinear}
+    bent = {
+        p.name for p, is_bent in zip(axis.axis.parameters, axis.nonlinear, strict=True) if is_bent
+    }
     if unknown := sorted(bent - {each.name for each in known}):
         raise ModelError(
             f"{', '.join(unknown)} of axis {axis.axis.name!r} enters nonlinearly, and parameters "
@@ -400,8 +405,7 @@ def _tells_gain(members: Sequence[Member]) -> bool:
     """Whether the known forces are no multiple of what parameters make, record by record."""
     into = np.concatenate([member.into for member in members])
     offset = np.concatenate([member.offset for member in members])
-    size = np.linalg.norm(into, axis=0)
-    columns = into / np.where(size > 0, size, 1.0)
+    columns = into / column_sizes(into)
     left = offset - columns @ np.linalg.lstsq(columns, offset, rcond=None)[0]
     return bool(np.linalg.norm(left) > _SAME * np.linalg.norm(offset))
 

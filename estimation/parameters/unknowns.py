@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from axisid.codegen.generated_axes import Quantity
 from axisid.estimation.choices import by_name
 from axisid.estimation.thresholds import LARGEST_VALUE
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, column_sizes
 from axisid.support.errors import DataError, ModelError, UsageError, is_real, quoted
 
 from .nuisance import ExtendedForm
@@ -117,8 +117,7 @@ def bounded_quadratic_minimum(
     """
     from scipy.optimize import lsq_linear
 
-    size = np.linalg.norm(rows, axis=0)
-    size = np.where(size > 0, size, 1.0)
+    size = column_sizes(rows)
     triangle = np.asarray(np.linalg.qr(rows / size, mode="r"))
     low, high = ((end - at) * size for end in (lower, upper))
     found = lsq_linear(

@@ -43,6 +43,12 @@ def relative_error_percent(error: Array, signal: Array) -> float:
         return 100.0 * float(np.linalg.norm(error) / np.linalg.norm(signal))
 
 
+def column_sizes(columns: Array) -> Array:
+    """Norms of columns, over which they are of one size; 1 for one that is 0."""
+    sizes = np.linalg.norm(columns, axis=0)
+    return np.where(sizes > 0, sizes, 1.0)
+
+
 def finite_or_none(value: float) -> float | None:
     """A number for JSON: None for what is not finite."""
     return float(value) if math.isfinite(value) else None
