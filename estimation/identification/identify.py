@@ -355,8 +355,11 @@ def _at_bounds(axis: GeneratedAxis, estimate: Estimate) -> dict[str, float]:
     scale = np.sqrt(np.diag(covariance))
     rows = np.linalg.pinv(covariance_root(covariance) / scale[:, None]) / scale
     _, sides = bounded_quadratic_minimum(lower, upper, free, rows, np.zeros(len(free)))
-    active = zip(declared, sides, strict=True)
-    return {p.name: p.lower if side < 0 else p.upper for p, side in active if p and side}
+    return {
+        p.name: p.lower if side < 0 else p.upper
+        for p, side in zip(declared, sides, strict=True)
+        if p and side
+    }
 
 
 def _held(estimate: Estimate, axis: GeneratedAxis, name: str, bound: float) -> ParameterAtBound:

@@ -330,13 +330,10 @@ class Identification(HasRecords, ByMethod, Uncached, Presentable, Exact):
         layout = self.problem.layout
         if layout is None:
             return {"start": start}
-        known = {
-            each.name: [*zip(each.values, each.deviations, strict=True)] for each in layout.known
-        }
         return {
             "start": start,
             "local": layout.declared_local,
-            "known": known,
+            "known": {k.name: [*zip(k.values, k.deviations, strict=True)] for k in layout.known},
             "gain": "declared" if layout.gain is None else "identified",
         }
 

@@ -67,10 +67,9 @@ from .starting import (
     checked_horizon,
     checked_outputs,
     checked_weights,
-    searched_form,
+    form_with,
     split_free,
     starts_from,
-    with_free,
 )
 
 _MOST_STARTS = 1000
@@ -308,18 +307,18 @@ def _searched(
     Weights are NaN where they are found.
     """
     shared = shared_records(generated, records, None, local, known, gain, skip_bad=False)
-    records, asked = shared.records, (free, outputs, known, shared.records)
-    form = with_free(searched_form(shared, shared.own_layout), *asked)
+    records, form = shared.records, form_with(free, outputs, shared, shared.own_layout)
     form = form if time is None else replace(form, time=(time,))
     unknowns = unknowns_of(form, bounds, prior, fixed)
     begins, why = starts_from(start, shared, form, gain)
     first_at = begins[0].physical
     predictions = _predictions(form, records, outputs, first_at, horizon)
     horizon = predictions.horizon
-    doubts = list[tuple[ExtendedForm, PredictionErrors]]()
-    for layout in perturbed_layouts(generated, shared.own_layout):
-        other = with_free(searched_form(shared, layout), *asked)
-        doubts.append((other, _predictions(other, records, outputs, first_at, horizon)))
+    perturbed = [
+        form_with(free, outputs, shared, layout)
+        for layout in perturbed_layouts(generated, shared.own_layout)
+    ]
+    doubts = [(f, _predictions(f, records, outputs, first_at, horizon)) for f in perturbed]
     check_enough(predictions.counted, predictions.spans, unknowns)
     check_remembered(generated.axis.states, unknowns, begins)
     if time is not None:
@@ -404,11 +403,12 @@ def _rests(form: ExtendedForm, records: Sequence[Record]) -> dict[int, FilteredR
                 served.append(i)
     if not served:
         return {}
-    axes, of_all = (
+    data = bound_records(
         [form.axes[i] for i in served],
+        [records[i] for i in served],
+        Prefilter(),
         [form.of_model.record_jacobian(i) for i in served],
     )
-    data = bound_records(axes, [records[i] for i in served], Prefilter(), of_all)
     return dict(zip(served, data, strict=True))
 
 
@@ -581,8 +581,9 @@ class _FitRun:
         """By how much each record's errors, as they are coloured, tell less of what was known."""
         if not unknowns.has_prior.any():
             return None
-        asked = self.weighing, unknowns, self.predictions, self.records
-        return sandwich_of(found, *asked, unknowns.free).effects()
+        return sandwich_of(
+            found, self.weighing, unknowns, self.predictions, self.records, unknowns.free
+        ).effects()
 
     def _weigh(self, errors: Array, effects: Array | None = None) -> None:
         """Weigh the rows of each output of each record by the inverse of what is left of them.

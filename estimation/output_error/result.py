@@ -201,10 +201,17 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         """What is left of each record, and in each of every output."""
         # A chain takes for forces what the model lacks, so that noise is that of the position.
         weights, outputs, errors = self.weighing.weights, self.outputs, []
-        by_noise = partial(outputs_by_noise, self.loops, disturbed=False, paired=False)
         twins = told_or(
             np.zeros((len(weights), 1)),
-            lambda: by_noise(self.best.physical, self.predictions, _OF_POSITION),
+            partial(
+                outputs_by_noise,
+                self.loops,
+                self.best.physical,
+                self.predictions,
+                _OF_POSITION,
+                disturbed=False,
+                paired=False,
+            ),
         )
         models = self.judged_sandwich.autoregressions
         for spans, model in zip(self.predictions.spans, models, strict=True):

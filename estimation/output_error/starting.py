@@ -68,11 +68,6 @@ class FitStart:
     named: str
 
 
-def searched_form(shared: JointRecords, layout: JointForm | None) -> ExtendedForm:
-    """The parameters of an axis that records share by a layout."""
-    return ExtendedForm.of(layout or InverseForm(shared.axis), shared.axes(shared.axis, layout))
-
-
 def split_free(
     free: str | Sequence[str],
     axis: GeneratedAxis,
@@ -117,14 +112,10 @@ def split_free(
     return [n for n in names if n != name], replace(parameter, name=name, nominal=value)
 
 
-def with_free(
-    form: ExtendedForm,
-    names: Sequence[str],
-    outputs: Sequence[str],
-    known: Mapping[str, object],
-    records: Sequence[Record],
+def form_with(
+    names: Sequence[str], outputs: Sequence[str], shared: JointRecords, layout: JointForm | None
 ) -> ExtendedForm:
-    """The same with the gains of drive and law that are free, and with the starts of the loops.
+    """Parameters that records share by a layout, and what of drive, law and starts is free.
 
     Raises
     ------
@@ -134,10 +125,12 @@ def with_free(
         They are none of the law's gains, or known of the records; or the output is one without a
         law, or of a force column.
     """
+    model, axes = layout or InverseForm(shared.axis), shared.axes(shared.axis, layout)
+    form = ExtendedForm(shared.axis, of_model=model, axes=tuple(axes))
     law = form.axes[0].axis.control
     of_law = () if law is None else tuple(law.gains)
     if {_GAIN, GAIN} & {*names} - {*of_law}:
-        by_force = OPEN_LOOP in outputs and any(r.control is None for r in records)
+        by_force = OPEN_LOOP in outputs and any(r.control is None for r in shared.records)
         if FORCE in outputs or by_force:
             raise UsageError(
                 "the drive gain cannot be free where a fit follows, or is driven by, a force "
@@ -153,7 +146,7 @@ def with_free(
             "its own in each window; follow the control or the position.",
             code="free",
         )
-    if both := [name for name in names if name in known]:
+    if both := [name for name in names if name in shared.known]:
         raise UsageError(
             f"the gain {both[0]} is known of each record and free as well; leave one of the two "
             "out.",
@@ -169,7 +162,7 @@ def with_free(
             code="free",
         )
     form = form.with_gains(gains) if gains else form
-    return form.with_starts(records, starts) if starts else form
+    return form.with_starts(shared.records, starts) if starts else form
 
 
 def check_remembered(
@@ -231,7 +224,7 @@ def starts_from(
         )
     if shared.axis.states:
         return [nominal], ["the friction remembers, so that nothing estimates a start"]
-    found, why = [], []
+    why: list[str] = []
     for name in FIT_STARTS[FIT_STARTS.index(asked) : -1]:
         try:
             with np.errstate(all="ignore"):
@@ -243,11 +236,10 @@ def starts_from(
                     known=shared.known or None,
                     gain=gain,
                 )
-            found.append(_of_estimate(result[_METHODS[name]], names, name, *others))
-            break
+            return [_of_estimate(result[_METHODS[name]], names, name, *others), nominal], why
         except AxisidError as error:
             why.append(str(error))
-    return [*found, nominal], why
+    return [nominal], why
 
 
 def _of_estimate(

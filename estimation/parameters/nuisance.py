@@ -70,11 +70,6 @@ class ExtendedForm(InverseForm):
     start_sizes: tuple[float, ...] = field(default=(), kw_only=True)
     time: tuple[Parameter, ...] = field(default=(), kw_only=True)
 
-    @classmethod
-    def of(cls, form: Form, axes: Sequence[GeneratedAxis]) -> "ExtendedForm":
-        """A form with nothing behind it yet, by the axes of the records."""
-        return cls(form.axis, of_model=form, axes=tuple(axes))
-
     @property
     def more(self) -> tuple[Parameter, ...]:
         """What is behind the parameters of the model."""
@@ -182,12 +177,16 @@ class ExtendedForm(InverseForm):
         for number, (i, segment, start) in enumerate(stretches, 1):
             after = f"_{number}" if len(stretches) > 1 else ""
             position = records[i].position[slice(*records[i].spans[segment])]
-            units, values = (q.unit, q.velocity_unit), (start.position, start.velocity)
-            least = start_sizes(position, records[i].period)
-            every = zip(START_PARAMETERS, map(str, units), map(float, values), least, strict=True)
+            every = zip(
+                START_PARAMETERS,
+                (q.unit, q.velocity_unit),
+                (start.position, start.velocity),
+                start_sizes(position, records[i].period),
+                strict=True,
+            )
             chosen = [each for each in every if each[0] in names]
             found[i, segment] = {
-                name: Parameter(fresh_name(name + after, taken), unit, nominal=value)
+                name: Parameter(fresh_name(name + after, taken), str(unit), nominal=float(value))
                 for name, unit, value, _ in chosen
             }
             sizes += [size for *_, size in chosen]

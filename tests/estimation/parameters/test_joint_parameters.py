@@ -145,7 +145,9 @@ def test_a_loop_by_another_gain_is_that_of_the_drive_declared_so(name: str, outp
     declared = build(AXES[name]())
     other, record = _off(declared.axis), twin_record(declared)
     truth = np.array([*record.provenance.truth.values()])
-    form = ExtendedForm.of(InverseForm(declared), [declared]).with_drive_gain()
+    form = ExtendedForm(
+        declared, of_model=InverseForm(declared), axes=(declared,)
+    ).with_drive_gain()
     by_gain = LoopPredictions(form, [declared], [record], output)
     alone = LoopPredictions(InverseForm(other), [other], [record], output)
     found = by_gain(np.append(truth, other.axis.drive.gain)[None, :]).errors

@@ -143,7 +143,7 @@ def test_errors_are_a_straight_line_of_the_time(
         return LoopPredictions(form, [axis], [record], output)
 
     time = (Parameter(name, "s", lower=0.0),)
-    searched = replace(ExtendedForm.of(form, [emps2015]), time=time)
+    searched = ExtendedForm(emps2015, of_model=form, axes=(emps2015,), time=time)
     timed, other, here = of(0.0, searched), of(LATER), of(0.0)
     timed.follow_time(of(STEP, searched), np.append(THETA, 4e-4), 4e-4, STEP)
     for each in (other, here):
