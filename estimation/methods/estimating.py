@@ -152,8 +152,9 @@ def _remarks(problem: Problem, fit: Fit, loss: str) -> Iterator[str]:
     if few := few_rows(*fit.measured.regressor.shape):
         yield f"{few}; record longer, or decimate less"
     if math.inf > fit.simulation_error_percent > NO_RELATION.value:
-        cause = "check the control law, the reference and the signs and units of the columns"
-        cause = rests_first(problem.rest) or cause
+        cause = rests_first(problem.rest) or (
+            "check the control law, the reference and the signs and units of the columns"
+        )
         yield f"the simulated loop does not follow the record; {cause}"
     yield from loss_remarks(loss, fit.solution)
     yield from fit.remarks

@@ -61,8 +61,7 @@ class Bootstrap:
         why = _FOLLOWS_NOT
         for method in ("didim", "idm-iv", "idm-ls"):
             try:
-                fit = METHODS[method].fitted(self.problem)
-                fit = with_loops(self.problem, fit)
+                fit = with_loops(self.problem, METHODS[method].fitted(self.problem))
                 if fit.follows or self.has_laws():
                     twins = self._less_bias(fit)
                     if fit.follows or isinstance(twins, str) or self._leave_as_much(twins, fit):

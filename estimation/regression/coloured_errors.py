@@ -340,6 +340,5 @@ def _products_by_transform(scores: Array, lags: int) -> Array:
     length = next_fast_len(rows + lags, real=True)
     spectra, products = rfft(scores, length, axis=0), np.empty((lags + 1, k, k))
     for i, j in np.ndindex(k, k):
-        crossed = irfft(spectra[:, i] * spectra[:, j].conj(), length)
-        products[:, i, j] = crossed[: lags + 1]
+        products[:, i, j] = irfft(spectra[:, i] * spectra[:, j].conj(), length)[: lags + 1]
     return products
