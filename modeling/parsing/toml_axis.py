@@ -238,7 +238,7 @@ def _axis(root: Table) -> Axis | None:
     parameters = root.table("parameters").each(Parameter)
     signals = root.table("signals").each(Signal)
     unknown: Symbols = {name: sympy.Symbol(name, real=True) for name in parameters}
-    recorded: Symbols = {name: SignalSymbol(name) for name in signals}
+    recorded: Symbols = {name: SignalSymbol(name, real=True) for name in signals}
     constants = _constants(root.table("constants"), unknown, recorded, moving)
     states = root.table("states")
     own: Symbols = {name: sympy.Symbol(name, real=True) for name in states.values}

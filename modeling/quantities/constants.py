@@ -157,18 +157,9 @@ BETWEEN = ("linear", "held")
 
 
 class SignalSymbol(sympy.Symbol):  # type: ignore[misc]
-    """The symbol of a `Signal`, by which laws and drives know that it is recorded."""
+    """The real symbol of a `Signal`, by which laws and drives know that it is recorded."""
 
     __slots__ = ()
-
-    def __new__(cls, name: str) -> "SignalSymbol":
-        """Make a real symbol."""
-        symbol: SignalSymbol = sympy.Symbol.__xnew__(cls, name, real=True)
-        return symbol
-
-    def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]:
-        """For copies and pickles."""
-        return (self.name,), {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,7 +198,7 @@ class Signal(Symbolic):
     @property
     def symbol(self) -> sympy.Symbol:
         """The SymPy symbol."""
-        return SignalSymbol(self.name)
+        return SignalSymbol(self.name, real=True)
 
     @property
     def is_held(self) -> bool:
