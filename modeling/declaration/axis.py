@@ -112,7 +112,7 @@ class Axis:
             )
         self._check_response()  # first: what it refuses may be a line of any number of commands
         settle(self, columns=FrozenMapping(column_texts(self.columns)))
-        self._check_names()
+        check_distinct(self._names)
         self._check_signals()
         self._check_symbols()
         self._check_columns()
@@ -144,12 +144,27 @@ class Axis:
     @property
     def taken_names(self) -> set[str]:
         """Names, in lower case, that no further parameter may have."""
+        return {name.lower() for name, _ in self._names}
+
+    @property
+    def _names(self) -> list[tuple[str, str]]:
+        """Each name in the axis, and what carries it."""
         q = self.coordinate
-        names = {str(s) for s in (q.symbol, q.velocity, q.acceleration)}
-        names |= {p.name for p in self.parameters}
-        names |= set(self.control.names if self.control else ())
-        names |= {name for s in self.signals for name in (s.name, s.rate_name, "signals")}
-        return {name.lower() for name in names}
+        names = [(str(s), "the coordinate") for s in (q.symbol, q.velocity, q.acceleration)]
+        names += [(p.name, "parameter") for p in self.parameters]
+        if self.drive.estimated is not None:
+            time, parameter = self.drive.estimated
+            names.append((parameter.name, f"the drive's {time}"))
+        law = self.control.names if self.control else ()
+        names += [(name, "the control law's symbol") for name in law]
+        if self.signals:
+            names += [(signal.name, "signal") for signal in self.signals]
+            names += [(signal.rate_name, "the rate of a signal") for signal in self.signals]
+            names += [("signals", "what the program calls the signals")]
+        names += [(state.name, "state") for state in self.states]
+        drive = (*self.response.remembered, FORCE_TARGET) if self.response else ()
+        names += [(name, "what the program calls a force of the drive") for name in drive]
+        return names
 
     @property
     def states(self) -> tuple[State, ...]:
@@ -194,16 +209,14 @@ class Axis:
     @property
     def jumps(self) -> bool:
         """Whether the drive's force jumps at the samples, as that of a sampled law does."""
-        if self.control is None or self.control.continuous:
-            return False
-        return self.response is None or not (self.response.lag or self.response.share)
+        sampled = self.control is not None and not self.control.continuous
+        return sampled and not (self.response and (self.response.lag or self.response.share))
 
     @property
     def holds_force(self) -> bool:
         """Whether the drive's force changes at the samples alone, as that of a sampled law does."""
-        if self.control is None or self.control.continuous:
-            return False
-        return self.response is None or self.response.is_held
+        sampled = self.control is not None and not self.control.continuous
+        return sampled and (self.response is None or self.response.is_held)
 
     def _check_response(self) -> None:
         """Refuse what a drive makes of held commands where the law contradicts it."""
@@ -260,24 +273,6 @@ class Axis:
             )
         except ModelError as error:
             raise ModelError(f"axis {self.name!r}: {error}") from error
-
-    def _check_names(self) -> None:
-        q = self.coordinate
-        names = [(str(s), "the coordinate") for s in (q.symbol, q.velocity, q.acceleration)]
-        names += [(p.name, "parameter") for p in self.parameters]
-        if self.drive.estimated is not None:
-            time, parameter = self.drive.estimated
-            names.append((parameter.name, f"the drive's {time}"))
-        law = self.control.names if self.control else ()
-        names += [(name, "the control law's symbol") for name in law]
-        if self.signals:
-            names += [(signal.name, "signal") for signal in self.signals]
-            names += [(signal.rate_name, "the rate of a signal") for signal in self.signals]
-            names += [("signals", "what the program calls the signals")]
-        names += [(state.name, "state") for state in self.states]
-        drive = (*self.response.remembered, FORCE_TARGET) if self.response else ()
-        names += [(name, "what the program calls a force of the drive") for name in drive]
-        check_distinct(names)
 
     def _check_symbols(self) -> None:
         q = self.coordinate
