@@ -96,10 +96,13 @@ class ExpressionReader:
                 return _OPERATORS[type(op)](self._evaluated(operand, depth - 1, calls))
             case ast.BinOp(op=op) if type(op) in _OPERATORS:
                 return self._chain(node, depth, calls)
+            # Friction or a load, and no product of what is declared.
+            case ast.Call(func=ast.Name(id=name)) if (
+                name in self._elements and name not in self._symbols
+            ):
+                return self._element(node, name, depth, calls)
             case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
                 return self._call(node, name, arguments, depth, calls)
-            case ast.Call(func=ast.Name(id=name)) if self._is_element(name):
-                return self._element(node, name, depth, calls)
             case _:
                 piece = ast.unparse(node)
                 short = piece if len(piece) < _SHOWN else f"{piece[:_SHOWN]}..."
@@ -185,8 +188,6 @@ class ExpressionReader:
         self, node: ast.Call, name: str, arguments: list[ast.expr], depth: int, calls: int
     ) -> sympy.Expr:
         functions = self._grammar.functions
-        if self._is_element(name):
-            return self._element(node, name, depth, calls)
         if name not in functions:
             listed = ", ".join([*functions, *self._elements])
             if name in self._symbols:
@@ -213,10 +214,6 @@ class ExpressionReader:
         if function.symbolic is sympy.exp:
             self._check_logarithm(node, inner[0])
         return self._tried(node, function.symbolic, *inner)
-
-    def _is_element(self, name: str) -> bool:
-        """Whether a call is one of friction or a load, and no product of what is declared."""
-        return name in self._elements and name not in self._symbols
 
     def _element(self, node: ast.Call, name: str, depth: int, calls: int) -> sympy.Expr:
         """Friction or a load by its name, its arguments like any expression."""
