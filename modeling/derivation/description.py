@@ -233,8 +233,7 @@ def _remembering_sections(model: AxisModel) -> tuple[Section, ...]:
 def _of_state(state: StateEquation) -> Iterator[Formula | str]:
     yield Formula(name=sympy.Symbol(f"d{state.symbol}", real=True), value=state.rate)
     if state.limit is not None:
-        limit = Formula(name=sympy.Symbol(f"{state.symbol}_limit", real=True), value=state.limit)
-        yield limit
+        yield Formula(name=sympy.Symbol(f"{state.symbol}_limit", real=True), value=state.limit)
         yield f"{state.symbol} stays at its limit, on either side, while the motion drives it on"
     if not state.start.is_zero:
         yield Formula(name=sympy.Symbol(f"{state.symbol}_start", real=True), value=state.start)

@@ -6,7 +6,7 @@ recorded signal stay.
 """
 
 import math
-from collections.abc import Iterable, Sequence, Set as AbstractSet
+from collections.abc import Sequence, Set as AbstractSet
 from dataclasses import replace
 
 import sympy
@@ -125,13 +125,15 @@ def _laws(
     coulomb = _declared(axis, friction, sign) or _fresh("Fc", force, taken)
     constant = _declared(axis, friction, sympy.S.One) or _fresh("F0", force, taken)
     basic = [(viscous, speed), (coulomb, sign), (constant, sympy.S.One)]
+    # Of one direction a level has the constant force in it, of whatever sign.
+    level = replace(coulomb, lower=-math.inf, upper=math.inf)
     directional = [
         (_declared(axis, friction, factor) or _one_way(undirected, suffix, taken), factor)
         for undirected, suffix, factor in (
             (viscous, "p", speed * ahead),
             (viscous, "m", speed * back),
-            (_unbounded(coulomb), "p", ahead),
-            (_unbounded(coulomb), "m", -back),
+            (level, "p", ahead),
+            (level, "m", -back),
         )
     ]
     laws = {
@@ -163,7 +165,10 @@ def _is_law(axis: Axis, friction: list[sympy.Expr], law: list[_Term]) -> bool:
         return False
     own = [any(exponents[: len(symbols)]) for exponents in both.monomials]
     sides = [[j for j, mine in enumerate(own) if mine is side] for side in (True, False)]
-    ranks = {_rank(both, columns) for columns in (*sides, range(len(own)))}
+    ranks = {
+        len(reduced_rows([[row[j] for j in columns] for row in both.rows])[1])
+        for columns in (*sides, range(len(own)))
+    }
     return len(ranks) == 1
 
 
@@ -171,11 +176,6 @@ def _terms(axis: Axis, force: sympy.Expr, symbols: Sequence[sympy.Symbol]) -> Te
     """A force over functions of the motion, the same one however it is written."""
     velocity = axis.coordinate.velocity
     return force_terms(with_direction(with_numbers(force), velocity), velocity, symbols)
-
-
-def _rank(terms: Terms, columns: Iterable[int]) -> int:
-    chosen = tuple(columns)
-    return len(reduced_rows([[row[j] for j in chosen] for row in terms.rows])[1])
 
 
 def _rung(axis: Axis, kept: list[sympy.Expr], law: str, terms: list[_Term]) -> Axis:
@@ -207,13 +207,8 @@ def _one_way(parameter: Parameter, suffix: str, taken: set[str]) -> Parameter:
 
     A value known of the undirected one is a mean of the two, and says of neither how sure it is.
     """
-    fresh = _fresh(f"{parameter.name}{suffix}", parameter.unit, taken)
-    return replace(parameter, name=fresh.name, known=None, known_sd=0.0)
-
-
-def _unbounded(parameter: Parameter) -> Parameter:
-    """A level of friction as one direction has it: with the constant force, of whatever sign."""
-    return replace(parameter, lower=-math.inf, upper=math.inf)
+    name = fresh_name(f"{parameter.name}{suffix}", taken)
+    return replace(parameter, name=name, known=None, known_sd=0.0)
 
 
 def _fresh(name: str, unit: str, taken: set[str]) -> Parameter:

@@ -64,8 +64,6 @@ class AxisModel:
 
     def at_start(self, value: sympy.Expr) -> sympy.Expr:
         """An expression of the models where the states start."""
-        if not self.states:
-            return value
         return value.xreplace({state.symbol: state.start for state in self.states})
 
 

@@ -268,11 +268,15 @@ class MotorDrive(Drive):
         said = f"{self.gain_text(coordinate, digits)} times {control}"
         if self.reach != sympy.oo:
             reach = written(self.reach.xreplace(self.along(coordinate)), coordinate)
-            said += f", forwards at most {reach} {coordinate.force_unit}, backwards as much at "
-            said += f"-{coordinate.velocity}"
+            said += (
+                f", forwards at most {reach} {coordinate.force_unit}, backwards as much at "
+                f"-{coordinate.velocity}"
+            )
         if self.efficiency != 1:
-            said += f", of which a gear of efficiency {self.efficiency:g} takes its share, by the "
-            said += "direction of the power"
+            said += (
+                f", of which a gear of efficiency {self.efficiency:g} takes its share, by the "
+                "direction of the power"
+            )
         return said
 
     def check_on(self, coordinate: Coordinate, signals: Iterable[Signal]) -> None:

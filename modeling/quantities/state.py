@@ -199,14 +199,12 @@ def states_in(*values: sympy.Basic) -> tuple[State, ...]:
 
 def at_start(value: sympy.Expr) -> sympy.Expr:
     """An expression where its states start."""
-    states = value.atoms(StateSymbol)
-    return value.xreplace({s: s.state.first for s in states}) if states else value
+    return value.xreplace({s: s.state.first for s in value.atoms(StateSymbol)})
 
 
 def with_own_symbols(value: sympy.Expr) -> sympy.Expr:
     """An expression with each state's own symbol in it, which carries no equation."""
-    states = value.atoms(StateSymbol)
-    return value.xreplace({s: s.state.own for s in states}) if states else value
+    return value.xreplace({s: s.state.own for s in value.atoms(StateSymbol)})
 
 
 def replaced_in(value: sympy.Expr, new: Mapping[sympy.Symbol, sympy.Expr]) -> sympy.Expr:
