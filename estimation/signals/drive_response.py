@@ -82,7 +82,7 @@ def acting_control(
         Of the record, s.
     """
     drive = axis.axis.drive
-    if not drive.changes_logged:
+    if drive.path.is_plain or drive.logs_what_acts:  # what acts is what was recorded
         return control
     pieces = np.split(control, list(starts)[1:])
     return np.concatenate([through_path(drive.path, piece, period) for piece in pieces])

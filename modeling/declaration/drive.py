@@ -327,11 +327,6 @@ class Drive:
         """Whether the recorded control lies behind rate limit, quantisation and dead band."""
         return self.logged != LOGGED[0]
 
-    @property
-    def changes_logged(self) -> bool:
-        """Whether what acts, before a delay and a lag, is another than the recorded control."""
-        return not (self.path.is_plain or self.logs_what_acts)
-
     def behind_path(self) -> Self:
         """The drive of the controls that act, from where they act, or from where they are logged.
 
