@@ -160,12 +160,10 @@ class Builder:
         for operation in program.operations:
             if operation.name == "input":
                 here.append(bound[operation.symbol])
+            elif operation.operands:
+                here.append(self.apply(operation.name, *(here[i] for i in operation.operands)))
             else:
-                operands = tuple(here[i] for i in operation.operands)
-                if operands:
-                    here.append(self.apply(operation.name, *operands))
-                else:
-                    here.append(self._intern(operation))
+                here.append(self._intern(operation))
         return {
             port.name: tuple(here[i] for row in port.rows for i in row) for port in program.outputs
         }

@@ -157,8 +157,7 @@ def print_c_loop(
 
 def print_c_loop_header() -> str:
     """Return the text of the loop itself, which is of no axis: what native code includes."""
-    folder = resources.files(__package__) / "loop"
-    return "".join((folder / part).read_text() for part in _LOOP)
+    return _joined("loop", _LOOP)
 
 
 def with_c_loop(text: str) -> str:
@@ -256,16 +255,17 @@ def print_c_lanes(native: str, parameters: int) -> str:
     functions = re.sub(r"^#include .*\n", "", functions, flags=re.MULTILINE)
     known = int(has_known_part(native))
     sizes = f"#define WIDE 8\n#define PARAMETERS {parameters}\n#define KNOWN {known}\n"
-    return f"{_HEADERS}{sizes}\n{functions}\n{_joined(_PARTS)}"
+    return f"{_HEADERS}{sizes}\n{functions}\n{_joined('batched_rows', _PARTS)}"
 
 
 def print_c_filter() -> str:
     """Return the C text that filters columns, which is of no axis."""
-    return f"{_HEADERS}#define WIDE 4\n\n{_joined(_FILTER)}"
+    return f"{_HEADERS}#define WIDE 4\n\n{_joined('batched_rows', _FILTER)}"
 
 
-def _joined(parts: Iterable[str]) -> str:
-    folder = resources.files(__package__) / "batched_rows"
+def _joined(name: str, parts: Iterable[str]) -> str:
+    """The text of parts that lie in a folder of this name."""
+    folder = resources.files(__package__) / name
     return "".join((folder / part).read_text() for part in parts)
 
 

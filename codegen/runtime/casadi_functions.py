@@ -97,15 +97,11 @@ def checked_arguments(
             f"{shape.name} takes {len(shape.arguments)} arguments, not {len(arguments)}.",
             code="generated-code",
         )
-    arrays, own, samples = [], [], 0
-    for i, vector in enumerate(shape.vectors):
-        array = _floats(arguments[i], shape, i)
-        alone = array.ndim == 2 or not vector
-        arrays.append(array)
-        own.append(alone)
-        if alone and len(array) > samples:
-            samples = len(array)
-    samples = samples or int(not any(own))
+    arrays = [_floats(values, shape, i) for i, values in enumerate(arguments)]
+    # Which have values of each sample.
+    own = [a.ndim == 2 or not vector for a, vector in zip(arrays, shape.vectors, strict=True)]
+    most = max((len(array) for array, each in zip(arrays, own, strict=True) if each), default=0)
+    samples = most or int(not any(own))
     for i, array in enumerate(arrays):
         wanted = samples if own[i] else shape.lengths[i]
         if len(array) == wanted:
