@@ -142,8 +142,7 @@ class Hac(Covariance):
         products = partial(score_products, _scores(solution), solution.neighbours)
         applied = self.of_scores(products, solution.influence.shape)
         widens = self.lags is None if self.widened is None else self.widened
-        few = widens and float(applied.freedom.min()) < FEW_SCORES.value
-        if not few:
+        if not (widens and float(applied.freedom.min()) < FEW_SCORES.value):
             return applied
         other, variances = covariance_of_ar1(solution), np.diag(applied.matrix)
         least = np.diag(other.matrix)

@@ -71,9 +71,9 @@ class ParameterAtBound:
     @property
     def text(self) -> str:
         """All of it in words."""
-        ends = sorted((self.bound, self.reach))
         room = (
-            f"95 %, to one side: {range_text(ends[0], ends[1], ' to ')}"
+            "95 %, to one side: "
+            + range_text(min(self.bound, self.reach), max(self.bound, self.reach), " to ")
             if self.reach != self.bound
             else "which leaves no room beside the bound"
         )
@@ -227,11 +227,12 @@ class Problem(Uncached):
         self, form: Form, physical: Array, budget: StepBudget | None = None
     ) -> tuple[Simulation, ...]:
         """The loops simulated with an estimate, one for each segment of each record."""
-        own = [form.own(physical, i) for i in range(len(self.data))]
         return tuple(
             loop
-            for data, theta in zip(self.data, own, strict=True)
-            for loop in simulated_loops(data.axis, data.record, theta, budget=budget)
+            for i, data in enumerate(self.data)
+            for loop in simulated_loops(
+                data.axis, data.record, form.own(physical, i), budget=budget
+            )
         )
 
     def by_record(self, loops: tuple[Simulation, ...]) -> tuple[tuple[Simulation, ...], ...]:
