@@ -18,23 +18,36 @@ from .blocks import (
 from .cascades import CASCADES, cascade_p_pi
 from .single_loops import dynamixel_position, impedance, pid, pid_ideal, state_feedback
 
-_LAWS = (cascade_p_pi, pid, pid_ideal, impedance, state_feedback, dynamixel_position)
-_BLOCKS = (
-    difference,
-    low_pass,
-    notch,
-    pll_velocity,
-    rate_limit,
-    reference_velocity,
-    reference_acceleration,
-)
-
 #: The laws that ship, as TOML declarations know them.
 LAWS: Mapping[str, Callable[..., ControlLaw]] = MappingProxyType(
-    {**CASCADES, **{law.__name__: law for law in _LAWS}}
+    {
+        **CASCADES,
+        **{
+            law.__name__: law
+            for law in (
+                cascade_p_pi,
+                pid,
+                pid_ideal,
+                impedance,
+                state_feedback,
+                dynamixel_position,
+            )
+        },
+    }
 )
 
 #: The blocks that ship.
 BLOCKS: Mapping[str, Callable[..., Block]] = MappingProxyType(
-    {block.__name__: block for block in _BLOCKS}
+    {
+        block.__name__: block
+        for block in (
+            difference,
+            low_pass,
+            notch,
+            pll_velocity,
+            rate_limit,
+            reference_velocity,
+            reference_acceleration,
+        )
+    }
 )
