@@ -13,7 +13,7 @@ import hashlib
 import math
 import operator
 import random
-from collections.abc import Callable, Iterable, Iterator, Mapping, Set as AbstractSet
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set as AbstractSet
 from fractions import Fraction
 from itertools import combinations
 from typing import Any, TypeAlias
@@ -107,11 +107,10 @@ def depends(expression: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> bool:
 
 
 def dependences(
-    expression: sympy.Expr, groups: Iterable[AbstractSet[sympy.Symbol]]
+    expression: sympy.Expr, groups: Sequence[AbstractSet[sympy.Symbol]]
 ) -> list[AbstractSet[sympy.Symbol]]:
     """Those of several groups of symbols with which an expression changes."""
-    every = list(groups)
-    left = every
+    left = list(groups)
     try:
         points = Points(expression)
         with points.digits():
@@ -120,8 +119,8 @@ def dependences(
                 if not left:
                     break
     except CANNOT:
-        return every
-    return [group for group in every if group not in left]
+        return list(groups)
+    return [group for group in groups if group not in left]
 
 
 def _changes(

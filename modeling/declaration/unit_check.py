@@ -1,6 +1,6 @@
 """The equation of motion in its units: every term is a force, or a torque."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 
 import sympy
 
@@ -21,7 +21,7 @@ from axisid.support.errors import ModelError
 def checked_terms(
     force: sympy.Expr,
     coordinate: Coordinate,
-    parameters: Iterable[Parameter],
+    parameters: Collection[Parameter],
     signals: Iterable[Signal | State],
 ) -> tuple[str, ...]:
     """Check the unit of every term, and return the terms that could not be checked.
@@ -36,7 +36,6 @@ def checked_terms(
     ModelError
         A term has another unit than the drive's; the term and both units are named.
     """
-    parameters = tuple(parameters)
     units = unit_table(coordinate, (*parameters, *signals))
     unknown = {p.symbol for p in parameters}
     kind = "linear" if coordinate.unit == "m" else "rotary"
@@ -57,7 +56,7 @@ def checked_terms(
 
 
 def check_states(
-    states: Iterable[State], coordinate: Coordinate, parameters: Iterable[Parameter]
+    states: Collection[State], coordinate: Coordinate, parameters: Iterable[Parameter]
 ) -> None:
     """Refuse a state with a part, a rate, a limit or a start that is not in the unit of its place.
 
@@ -66,7 +65,6 @@ def check_states(
     ModelError
         One is not, a part as it was declared; both units are named.
     """
-    states = tuple(states)
     units = unit_table(coordinate, (*parameters, *states))
     units |= {state.own: parse_unit(state.unit) for state in states}
     for part in (part for state in states for part in state.parts):
