@@ -22,6 +22,7 @@ from .document import (
     Table as Table,
     paragraph as paragraph,
     text_columns as text_columns,
+    text_table as text_table,
 )
 from .plain import (
     PAGE_WIDTH as PAGE_WIDTH,

@@ -1,6 +1,6 @@
 """The blocks of a document: what is shown of a result, before it is known where."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -224,6 +224,19 @@ def text_columns(heads: Iterable[str]) -> tuple[Column, ...]:
         Column(head, align="right" if i else "left", kind=kinds.get(head, ""))
         for i, head in enumerate(heads)
     )
+
+
+def text_table(
+    heads: Iterable[str],
+    rows: Iterable[Sequence[Cell]],
+    *,
+    labels: int = 1,
+    title: str = "",
+    said: tuple[str, ...] = (),
+) -> Table:
+    """A table whose columns are told by their heads, see `text_columns`."""
+    cells = tuple(map(tuple, rows))
+    return Table(columns=text_columns(heads), rows=cells, labels=labels, title=title, said=said)
 
 
 def paragraph(*sentences: str | Sentence, title: str = "", filled: bool = True) -> Paragraph:

@@ -27,11 +27,11 @@ def raised(digits: str) -> str:
     return digits.translate(_RAISED)
 
 
-def decimals(deviation: float) -> int:
-    """Decimal places of a value that show two digits of its deviation."""
+def decimals(deviation: float, digits: int = 2, least: int = 0) -> int:
+    """Decimal places of a value that show so many digits of its deviation; 4 without one."""
     if not 0 < deviation < math.inf:
         return 4
-    return min(max(0, 1 - math.floor(math.log10(deviation))), 12)
+    return min(max(least, digits - 1 - math.floor(math.log10(deviation))), 12)
 
 
 def figure_text(value: float, digits: int = 3) -> str:

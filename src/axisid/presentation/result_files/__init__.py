@@ -30,7 +30,6 @@ from .monte_carlo import SavedMonteCarlo as SavedMonteCarlo, written_study as wr
 from .output_fit import (
     SavedFitValidation as SavedFitValidation,
     SavedOutputFit as SavedOutputFit,
-    WrittenFitted as WrittenFitted,
     written_fit_validation as written_fit_validation,
     written_output_fit as written_output_fit,
 )

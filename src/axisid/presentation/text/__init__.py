@@ -34,5 +34,4 @@ from .studies import (
     saved_fit_document as saved_fit_document,
     sweep_document as sweep_document,
     validation_document as validation_document,
-    validation_table as validation_table,
 )

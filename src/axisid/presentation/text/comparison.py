@@ -20,18 +20,14 @@ from axisid.presentation.documents import (
     Sentence,
     Table,
     paragraph,
-    text_columns,
+    text_table,
 )
+from axisid.presentation.formulas import decimals
 from axisid.support.errors import Missing, or_dash
 from axisid.support.mappings import grouped
 
 from .estimate import quantity
-from .record import (
-    force_told,
-    records_facts,
-    rows_text,
-    set_aside_facts,
-)
+from .record import force_told, records_facts, rows_text, set_aside_facts
 
 _ABREAST = 4  # candidates in one table
 _SMALLEST_P = 1e-16
@@ -60,9 +56,9 @@ def comparison_document(c: Comparison) -> Document:
     return (
         _heading(c),
         *(
-            Table(
-                columns=text_columns(["estimate +- sd [1]", "unit", *(e.name for e in abreast)]),
-                rows=tuple(
+            text_table(
+                ["estimate +- sd [1]", "unit", *(e.name for e in abreast)],
+                (
                     (name, unit, *(_short(e.estimate.parameters.get(name)) for e in abreast))
                     for name, unit in {
                         q.name: q.unit for e in abreast for q in e.estimate.quantities
@@ -104,9 +100,14 @@ def _heading(c: Comparison) -> Heading:
         {k.name: (k.values[i], k.deviations[i]) for k in c.known} for i in range(len(c.records))
     ]
     units = {p.name: p.unit for p in c.problem.axis.declared.parameters}
-    shown = records_facts(c.records, known, units)
-    facts = {"left out": _left_out(c.candidates), **shown, **set_aside_facts(c.set_aside)}
-    return Heading(facts=tuple({**facts, "columns": "", "method": method}.items()))
+    facts = {
+        "left out": _left_out(c.candidates),
+        **records_facts(c.records, known, units),
+        **set_aside_facts(c.set_aside),
+        "columns": "",
+        "method": method,
+    }
+    return Heading(facts=tuple(facts.items()))
 
 
 def _left_out(candidates: Sequence[Candidate]) -> str:
@@ -121,53 +122,55 @@ def _short(value: Value | None) -> Cell:
     """The digits that two digits of the deviation warrant."""
     if value is None:
         return "-"
-    number_text = quantity(value)
-    number, spread = float(number_text.value), float(number_text.deviation)
-    places = 4 if spread <= 0 else max(0, 1 - math.floor(math.log10(spread)))
+    shown = quantity(value)
+    number, spread = float(shown.value), float(shown.deviation)
+    places = decimals(spread)
     return Quantity(f"{number:.{places}f}", f"{spread:.{places}f}")
 
 
 def _errors(candidates: Sequence[Candidate]) -> Table:
-    heads = (
-        *("candidate", "k [2]", "equation %", "held out %", "simul. %", "held out %"),
-        *("dAIC [3]", "dBIC [3]", "dTIC [4]"),
-    )
     least = {
         name: min(getattr(c.criteria, name) for c in candidates) for name in ("aic", "bic", "tic")
     }
-    rows = tuple(
+    return text_table(
         (
-            c.name,
-            str(c.size),
-            or_dash(c.estimate.equation_error_percent, ".4f"),
-            or_dash(c.equation.error_percent, ".4f"),
-            or_dash(c.estimate.simulation_error_percent, ".4f"),
-            or_dash(None if c.simulation is None else c.simulation.error_percent, ".4f"),
-            *(
-                f"{above:.1f}" if math.isfinite(above) else "-"
-                for above in (getattr(c.criteria, name) - low for name, low in least.items())
-            ),
-        )
-        for c in candidates
+            *("candidate", "k [2]", "equation %", "held out %", "simul. %", "held out %"),
+            *("dAIC [3]", "dBIC [3]", "dTIC [4]"),
+        ),
+        (
+            (
+                c.name,
+                str(c.size),
+                or_dash(c.estimate.equation_error_percent, ".4f"),
+                or_dash(c.equation.error_percent, ".4f"),
+                or_dash(c.estimate.simulation_error_percent, ".4f"),
+                or_dash(None if c.simulation is None else c.simulation.error_percent, ".4f"),
+                *(
+                    f"{above:.1f}" if math.isfinite(above) else "-"
+                    for above in (getattr(c.criteria, name) - low for name, low in least.items())
+                ),
+            )
+            for c in candidates
+        ),
     )
-    return Table(columns=text_columns(heads), rows=rows)
 
 
 def _tests(c: Comparison) -> Table:
     """Every nested pair, classical and robust."""
-    rows = tuple(
+    return text_table(
+        ("nested model", "restrictions", "F [3]", "p", "Wald/q, HAC [4]", "p"),
         (
-            f"{t.smaller} in {t.larger}",
-            str(t.restrictions),
-            or_dash(t.f, ".4g"),
-            _p(t.f_p),
-            or_dash(t.wald, ".4g"),
-            _p(t.wald_p),
-        )
-        for t in c.tests
+            (
+                f"{t.smaller} in {t.larger}",
+                str(t.restrictions),
+                or_dash(t.f, ".4g"),
+                _p(t.f_p),
+                or_dash(t.wald, ".4g"),
+                _p(t.wald_p),
+            )
+            for t in c.tests
+        ),
     )
-    heads = ("nested model", "restrictions", "F [3]", "p", "Wald/q, HAC [4]", "p")
-    return Table(columns=text_columns(heads), rows=rows)
 
 
 def _p(value: float | None) -> str:
@@ -182,16 +185,13 @@ def _line(text: str) -> Sentence:
 
 def _uninformed(candidates: Sequence[Candidate]) -> list[Sentence]:
     """A sentence for each parameter that the record does not need."""
-    sentences = [
+    tested = "" if all(c.axis.is_linear for c in candidates) else "linear "
+    return [
         Sentence(text=f"{check.name} of {c.name} carries no information: {_why(check, c)} [5].")
         for c in candidates
         for check in c.checks
         if check.informed is False
-    ]
-    tested = "linear " if any(not c.axis.is_linear for c in candidates) else ""
-    return sentences or [
-        _line(f"Every {tested}parameter of every candidate carries information [5].")
-    ]
+    ] or [_line(f"Every {tested}parameter of every candidate carries information [5].")]
 
 
 def _untested(c: Comparison) -> list[Sentence]:
@@ -258,18 +258,16 @@ def _remarks(c: Comparison) -> list[Sentence]:
 
 def _faults(c: Comparison) -> list[Sentence]:
     """Parameters beyond their bounds, and a control law that is not the declared one."""
-    checks = (
-        (each.name, within_bounds(each.estimate, None if each.name in c.tied else _LACKING))
-        for each in c.candidates
-    )
     faults = [
-        f"{name}: {check.meaning}."
-        for name, check in checks
+        Sentence(text=f"{each.name}: {check.meaning}.")
+        for each in c.candidates
+        for check in [within_bounds(each.estimate, None if each.name in c.tied else _LACKING)]
         if isinstance(check, Check) and check.status == "fail"
     ]
     if not isinstance(c.law, Missing) and not c.law.passed:
-        faults.append(f"Believe nothing before this is mended: {c.law.sentence}.")
-    return [Sentence(text=fault) for fault in faults]
+        fault = f"Believe nothing before this is mended: {c.law.sentence}."
+        faults.append(Sentence(text=fault))
+    return faults
 
 
 def _notes(c: Comparison) -> list[str]:

@@ -1,7 +1,6 @@
 """An estimate as a document, notes on what its numbers rest on, and all that was measured of it."""
 
-import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from axisid.estimation.diagnostic_checks import Check
 from axisid.estimation.diagnostics import Alignment, ColumnComparison, Diagnosis, InstrumentTests
@@ -18,8 +17,9 @@ from axisid.presentation.documents import (
     Table,
     paragraph,
     text_columns,
+    text_table,
 )
-from axisid.presentation.formulas import figure_text
+from axisid.presentation.formulas import decimals, figure_text
 from axisid.presentation.result_files import SavedEstimate
 from axisid.support.errors import Missing, or_dash, range_text
 from axisid.support.mappings import grouped
@@ -37,23 +37,24 @@ def saved_estimate_document(estimate: SavedEstimate) -> Document:
         "equation error": None if estimate.by_output_error else estimate.equation_error_percent,
         "simulation error": estimate.simulation_error_percent,
     }
-    table = Table(
-        columns=(
-            *text_columns(["", "unit"]),
-            Column("value", parts=("sd", "rel. sd", "i.i.d.")),
-            Column("95 % interval"),
-        ),
-        rows=(
-            *(
-                (name, v.unit, quantity(v), range_text(*v.interval, " … ", digits=6))
-                for name, v in values.items()
+    return (
+        Table(
+            columns=(
+                *text_columns(["", "unit"]),
+                Column("value", parts=("sd", "rel. sd", "i.i.d.")),
+                Column("95 % interval"),
             ),
-            *((name, "%", or_dash(error, ".4g"), "") for name, error in errors.items()),
+            rows=(
+                *(
+                    (name, v.unit, quantity(v), range_text(*v.interval, " … ", digits=6))
+                    for name, v in values.items()
+                ),
+                *((name, "%", or_dash(error, ".4g"), "") for name, error in errors.items()),
+            ),
+            labels=2,
+            title=f"{estimate.method.upper()}; sd: {estimate.covariance_names[estimate.chosen]}",
         ),
-        labels=2,
-        title=f"{estimate.method.upper()}; sd: {estimate.covariance_names[estimate.chosen]}",
     )
-    return (table,)
 
 
 def iterations(estimate: SavedEstimate) -> str:
@@ -79,9 +80,7 @@ def quantity(value: Value) -> Quantity:
 
 def places(value: Value) -> int:
     """Decimal places that show four digits of the deviation, four at least."""
-    if not 0 < value.sd < math.inf:
-        return 4
-    return min(max(4, 3 - math.floor(math.log10(value.sd))), 12)
+    return decimals(value.sd, digits=4, least=4)
 
 
 def band_row(
@@ -123,10 +122,9 @@ def moves_notes(diagnosis: Diagnosis) -> list[str]:
 
 
 def _repeats(found: LackOfFit) -> str:
-    what = "Moves" if found.period is None else f"Every {found.period:.4g} s the reference"
-    again = "repeat" if found.period is None else "repeats"
+    every = "" if found.period is None else f"Every {found.period:.4g} s the reference repeats"
     return (
-        f"{what} {again}, up to {found.times} times ({found.rows} rows): "
+        f"{every or 'Moves repeat'}, up to {found.times} times ({found.rows} rows): "
         f"{100 * max(found.share, 0.0):.0f} +- {100 * found.deviation:.1g} % of what is left there "
         "is left again each time; the rest is noise."
     )
@@ -176,16 +174,15 @@ def details_document(estimates: Mapping[str, SavedEstimate], diagnosis: Diagnosi
     label, names = COVARIANCES[preferred.chosen].label, [q.name for q in preferred.quantities]
     return (
         _intervals(f"95 % intervals, {label}, less the bias of filter and noise", estimates),
-        _table(
-            f"Correlation, {preferred.method.upper()}, {label}",
+        text_table(
             ["", *names],
             (
                 [name, *(f"{r:.3f}" for r in row)]
                 for name, row in zip(names, preferred.correlation, strict=True)
             ),
+            title=f"Correlation, {preferred.method.upper()}, {label}",
         ),
-        _table(
-            "Excitation",
+        text_table(
             ("", "of the force", "variance inflation", "nearly repeats"),
             (
                 (
@@ -194,6 +191,7 @@ def details_document(estimates: Mapping[str, SavedEstimate], diagnosis: Diagnosi
                 )
                 for e in diagnosis.excitation
             ),
+            title="Excitation",
         ),
         *((_by_record(diagnosis),) if diagnosis.records else (_law(diagnosis.law),)),
         _instruments(preferred, diagnosis.instruments),
@@ -204,31 +202,23 @@ def details_document(estimates: Mapping[str, SavedEstimate], diagnosis: Diagnosi
     )
 
 
-def _table(
-    title: str,
-    heads: Sequence[str],
-    rows: Iterable[Sequence[str]],
-    labels: int = 1,
-    said: tuple[str, ...] = (),
-) -> Table:
-    texts = tuple(tuple(row) for row in rows)
-    return Table(columns=text_columns(heads), rows=texts, labels=labels, title=title, said=said)
-
-
 def _intervals(title: str, estimates: Mapping[str, SavedEstimate]) -> Table:
     first, *others = (model.label for model in COVARIANCES.values())
-    header = ["", "unit", "2.5 %", "97.5 %", f"sd {first}", *others, "gain", "bias"]
-    rows = (
-        [
-            *(f"{method.upper()} {name}", value.unit),
-            *(f"{end:.6g}" for end in value.interval),
-            *(f"{value.deviations[of]:.3g}" for of in COVARIANCES),
-            *(f"{value.sd_gain:.3g}", or_dash(value.filter_bias, "+.2g")),
-        ]
-        for method, estimate in estimates.items()
-        for name, value in (estimate.parameters | estimate.ddm_parameters).items()
+    return text_table(
+        ["", "unit", "2.5 %", "97.5 %", f"sd {first}", *others, "gain", "bias"],
+        (
+            [
+                *(f"{method.upper()} {name}", value.unit),
+                *(f"{end:.6g}" for end in value.interval),
+                *(f"{value.deviations[of]:.3g}" for of in COVARIANCES),
+                *(f"{value.sd_gain:.3g}", or_dash(value.filter_bias, "+.2g")),
+            ]
+            for method, estimate in estimates.items()
+            for name, value in (estimate.parameters | estimate.ddm_parameters).items()
+        ),
+        labels=2,
+        title=title,
     )
-    return _table(title, header, rows, labels=2)
 
 
 def _law(law: LawCheck | Missing) -> Table | Paragraph:
@@ -241,27 +231,29 @@ def _law(law: LawCheck | Missing) -> Table | Paragraph:
         ["delay [samples]", str(law.delay)],
         *([f"factor of {name}", f"{factor:.5g}"] for name, factor in law.factors.items()),
     ]
-    return _table(title, ["recorded control", ""], rows)
+    return text_table(["recorded control", ""], rows, title=title)
 
 
 def _by_record(diagnosis: Diagnosis) -> Table:
     """The control law and the delay of the force, record by record."""
-    rows = (
-        [
-            f"record {i}",
-            *(
-                ("-", "-")
-                if isinstance(each.law, Missing)
-                else (_percent(each.law.residual_percent), str(each.law.delay))
-            ),
-            "-"
-            if isinstance(each.alignment, Missing)
-            else f"{each.alignment.best:.3f} +- {each.alignment.deviation:.2g}",
-        ]
-        for i, each in enumerate(diagnosis.records, 1)
+    return text_table(
+        ("", "declared law leaves", "delay [samples]", "force fits best earlier by [samples]"),
+        (
+            [
+                f"record {i}",
+                *(
+                    ("-", "-")
+                    if isinstance(each.law, Missing)
+                    else (_percent(each.law.residual_percent), str(each.law.delay))
+                ),
+                "-"
+                if isinstance(each.alignment, Missing)
+                else f"{each.alignment.best:.3f} +- {each.alignment.deviation:.2g}",
+            ]
+            for i, each in enumerate(diagnosis.records, 1)
+        ),
+        title="By record",
     )
-    heads = ("", "declared law leaves", "delay [samples]", "force fits best earlier by [samples]")
-    return _table("By record", heads, rows)
 
 
 def _percent(value: float | None) -> str:
@@ -272,14 +264,16 @@ def _instruments(preferred: SavedEstimate, tests: InstrumentTests | None) -> Tab
     title = "Instruments"
     if tests is None:
         return paragraph("none", title=title)
-    names = [q.label for q in preferred.ddm_quantities or preferred.quantities]
-    rows = (
-        [name, f"{s.r_squared:.5f}", f"{s.shea:.5f}", f"{s.f:.4g}", f"{s.conditional_f:.4g}"]
-        for name, s in zip(names, tests.columns, strict=True)
+    regressed = preferred.ddm_quantities or preferred.quantities
+    return text_table(
+        ("first stage", "R^2", "Shea", "F", "conditional F"),
+        (
+            [q.label, f"{s.r_squared:.5f}", f"{s.shea:.5f}", f"{s.f:.4g}", f"{s.conditional_f:.4g}"]
+            for q, s in zip(regressed, tests.columns, strict=True)
+        ),
+        title=title,
+        said=(f"condition number of Z'X, unit columns: {tests.condition_number:.4g}",),
     )
-    said = f"condition number of Z'X, unit columns: {tests.condition_number:.4g}"
-    heads = ("first stage", "R^2", "Shea", "F", "conditional F")
-    return _table(title, heads, rows, said=(said,))
 
 
 def _differences(diagnosis: Diagnosis, units: Mapping[str, str]) -> Table | Paragraph:
@@ -288,21 +282,24 @@ def _differences(diagnosis: Diagnosis, units: Mapping[str, str]) -> Table | Para
         return paragraph(
             "not tested: no two are of the same rows, or instruments are weak", title=title
         )
-    heads = ("", "unit", "difference", "sd of it", "in sd of the other", "p", "p of all")
-    rows = (
+    return text_table(
+        ("", "unit", "difference", "sd of it", "in sd of the other", "p", "p of all"),
         (
-            f"{pair} {name}",
-            units[name],
-            f"{each.difference:+.3g}",
-            f"{each.deviation:.2g}",
-            f"{each.shift:.2g}",
-            f"{each.p_value:.2g}",
-            f"{each.joint_p_value:.2g}",
-        )
-        for pair, of_one in diagnosis.differences.items()
-        for name, each in of_one.items()
+            (
+                f"{pair} {name}",
+                units[name],
+                f"{each.difference:+.3g}",
+                f"{each.deviation:.2g}",
+                f"{each.shift:.2g}",
+                f"{each.p_value:.2g}",
+                f"{each.joint_p_value:.2g}",
+            )
+            for pair, of_one in diagnosis.differences.items()
+            for name, each in of_one.items()
+        ),
+        labels=2,
+        title=title,
     )
-    return _table(title, heads, rows, labels=2)
 
 
 def _alignment(preferred: SavedEstimate, alignment: Alignment | Missing) -> Paragraph:
@@ -310,8 +307,8 @@ def _alignment(preferred: SavedEstimate, alignment: Alignment | Missing) -> Para
     if isinstance(alignment, Missing):
         return paragraph(f"not measured: {alignment.reason}", title=title, filled=False)
     by = "instruments" if alignment.by_instruments else "least squares"
-    units = {q.name: q.unit for q in preferred.quantities}
-    units |= dict(zip(alignment.names, alignment.units, strict=True))
+    own = dict(zip(alignment.names, alignment.units, strict=True))
+    units = {q.name: q.unit for q in preferred.quantities} | own
     moved = ", ".join(
         f"{name} {slope:+.3g} {units.get(name, '')}".rstrip()
         for name, slope in zip(alignment.names, alignment.sensitivity, strict=True)
@@ -337,27 +334,23 @@ def _motions(found: Mapping[str, ColumnComparison | Missing]) -> Document:
         for role, m in found.items()
         if not isinstance(m, Missing)
     ]
-    if not rows:
-        return ()
     heads = ["", "factor", "samples late", "constant, SI", "left, %"]
-    return (_table("Measured motion beside what is differentiated", heads, rows),)
+    title = "Measured motion beside what is differentiated"
+    return (text_table(heads, rows, title=title),) if rows else ()
 
 
 def checks_table(checks: Sequence[Check], *, sources: bool = False) -> Table:
     """Every check with its figure and threshold, and on request of what, and whose threshold."""
-    rows = (
-        (
-            *(
-                c.name,
-                c.status,
-                or_dash(c.figure, ".3g"),
-                or_dash(c.threshold, ".3g"),
-                or_dash(c.p_value, ".3g"),
-            ),
-            *((c.source,) if sources else ()),
-        )
-        for c in checks
+    of_what = (Column("of what, and whose threshold", align="left"),) if sources else ()
+    return Table(
+        columns=(*text_columns(["", "status", "figure", "threshold", "p"]), *of_what),
+        rows=tuple(
+            (
+                *(c.name, c.status),
+                *(or_dash(x, ".3g") for x in (c.figure, c.threshold, c.p_value)),
+                *((c.source,) if sources else ()),
+            )
+            for c in checks
+        ),
+        title="Checks",
     )
-    columns = text_columns(["", "status", "figure", "threshold", "p"])
-    columns += (Column("of what, and whose threshold", align="left"),) if sources else ()
-    return Table(columns=columns, rows=tuple(rows), title="Checks")

@@ -26,6 +26,7 @@ from axisid.presentation.documents import (
     Status,
     Table,
     text_columns,
+    text_table,
 )
 from axisid.presentation.formulas import decimals
 from axisid.presentation.result_files import SavedEstimate, SavedIdentification
@@ -66,11 +67,11 @@ def saved_document(
     drawn = () if is_nothing(draws) else (draws_table(result.estimates, draws),)
     if not (every or full):
         return (*_screen(result), *drawn)
-    estimates, physical, diagnosis = [*result.estimates.values()], result.physical, result.diagnosis
+    estimates, diagnosis = [*result.estimates.values()], result.diagnosis
     notes = [
         *_notes(estimates),
         *shared_remarks(estimates),
-        *physical_notes(physical),
+        *physical_notes(result.physical),
         *(
             [f"Verdict: of {diagnosis.preferred.upper()}, where a check is of one estimate."]
             * (len(estimates) > 1)
@@ -140,8 +141,8 @@ def judged_table(result: SavedIdentification) -> Table:
     judged, plain = result.preferred, result.estimates.get("idm-ls")
     bands = result.diagnosis.bands.get(judged.method, {})
     physical = result.physical.get(judged.method)
-    more = {} if physical is None or not physical.shows_more else dict(physical.parameters)
     beside = {} if plain is None or plain is judged else plain.parameters
+    more = physical.parameters if physical and physical.shows_more else {}
     values = {**judged.parameters, **more}
     if all(low <= beside[n].value <= high for n in beside for low, high in [values[n].interval]):
         beside = {}
@@ -260,8 +261,9 @@ def _physical_tables(result: SavedIdentification) -> list[Table]:
     if not shown:
         return []
     values = {physical.method: physical.parameters for physical in shown}
-    names = {name: name for name in shown[0].parameters}
-    rows = _value_rows(values, names, result.record.provenance.truth)
+    rows = _value_rows(
+        values, {name: name for name in shown[0].parameters}, result.record.provenance.truth
+    )
     return [Table(columns=_columns("physical parameters", values), rows=tuple(rows), labels=2)]
 
 
@@ -285,12 +287,11 @@ def _value_rows(
     """Rows of the parameters by method, their intervals to be drawn behind them."""
     rows: list[Row] = []
     for name, label in labels.items():
-        values = {method: column[name] for method, column in columns.items()}
+        beside = [column[name] for column in columns.values()]
         drawn = (
             Interval(v.interval[0], v.corrected, v.interval[1], method.rsplit("-", 1)[-1])
-            for method, v in values.items()
+            for method, v in zip(columns, beside, strict=True)
         )
-        beside = [*values.values()]
         intervals = Intervals(tuple(drawn), truth.get(name))
         rows.append((label, beside[0].unit, *map(quantity, beside), intervals))
         if any(v.is_shifted for v in beside):  # the interval's centre is not the value above it
@@ -313,23 +314,26 @@ def draws_table(estimates: Mapping[str, SavedEstimate], draws: int) -> Table:
     lost, seed = max(summary.lost for *_, summary in drawn), drawn[-1][-1].seed
     said = f"{draws} draws from each estimate's distribution (seed {seed}), mapped exactly"
     said += f"; up to {lost} gave no positive inertia and are left out" * bool(lost)
-    rows = (
+    return text_table(
+        ("", "unit", "median", "drawn 2.5 %", "97.5 %", "delta 2.5 %", "97.5 %"),
         (
-            label,
-            value.unit,
-            *(
-                f"{x:.{decimals(value.deviation)}f}"
-                for x in (summary.median, *summary.interval, *value.interval)
-            ),
-        )
-        for label, value, summary in drawn
+            (
+                label,
+                value.unit,
+                *(
+                    f"{x:.{decimals(value.deviation)}f}"
+                    for x in (summary.median, *summary.interval, *value.interval)
+                ),
+            )
+            for label, value, summary in drawn
+        ),
+        labels=2,
+        said=(f"{said}.",),
     )
-    heads = ("", "unit", "median", "drawn 2.5 %", "97.5 %", "delta 2.5 %", "97.5 %")
-    return Table(columns=text_columns(heads), rows=tuple(rows), labels=2, said=(f"{said}.",))
 
 
 def _notes(estimates: Sequence[SavedEstimate]) -> list[str]:
-    chosen = estimates[0].chosen
+    chosen, last = estimates[0].chosen, estimates[-1]
     name = covariance_name({e.method: e.covariance_names[chosen] for e in estimates})
     allowed = (
         "are autocorrelated"
@@ -339,7 +343,16 @@ def _notes(estimates: Sequence[SavedEstimate]) -> list[str]:
     return [
         f"sd and 95 % intervals: {name}. Residuals of filtered data {allowed}.",
         f"i.i.d. sd, as in the published tables: {estimates[0].covariance_names['iid']}.",
-        *_gain_notes(estimates[-1]),
+        *(
+            [
+                f"The drive gain is declared to {100 * last.gain_relative_sd:.3g} %; that moves "
+                "all parameters together and is in no sd of the table: "
+                + ", ".join(f"{n} +- {v.sd_gain:.3g} {v.unit}" for n, v in last.parameters.items())
+                + f" ({last.method})."
+            ]
+            if last.gain_relative_sd
+            else []
+        ),
         *(
             [
                 f"{CORRECTED}: the value above less what filter and noise move it by, which the "
@@ -395,30 +408,21 @@ def shared_remarks(estimates: Iterable[SavedEstimate]) -> list[str]:
     return [f"{', '.join(of)}: {_sentence(remark)}" for remark, of in shared.items()]
 
 
-def _gain_notes(estimate: SavedEstimate) -> list[str]:
-    if not estimate.gain_relative_sd:
-        return []
-    listed = ", ".join(
-        f"{name} +- {value.sd_gain:.3g} {value.unit}" for name, value in estimate.parameters.items()
-    )
-    return [
-        f"The drive gain is declared to {100 * estimate.gain_relative_sd:.3g} %; that moves all "
-        f"parameters together and is in no sd of the table: {listed} ({estimate.method})."
-    ]
-
-
 def verdict_block(checks: Sequence[Check]) -> Checks:
     """Whether to believe it, a sentence for each check that did not pass, and what passed."""
     ordered = by_weight(checks)
     statuses: tuple[Status, ...] = ("fail", "note")
     judged = [
-        CheckGroup(status, (check.line,), check.meaning)
-        for status in statuses
-        for check in ordered
-        if check.status == status
-    ]
-    judged += [
-        CheckGroup("not evaluated", lines_of(names), why) for why, names in unmade(checks).items()
+        *(
+            CheckGroup(status, (check.line,), check.meaning)
+            for status in statuses
+            for check in ordered
+            if check.status == status
+        ),
+        *(
+            CheckGroup("not evaluated", lines_of(names), why)
+            for why, names in unmade(checks).items()
+        ),
     ]
     told = {line for group in judged for line in group.names}
     own = lines_of(check.name for check in checks)

@@ -11,7 +11,7 @@ from axisid.estimation.records import Record
 from axisid.estimation.signals import Sampling
 from axisid.modeling.declaration import Drive
 from axisid.modeling.quantities import Signal
-from axisid.presentation.documents import Document, Heading, Table, text_columns
+from axisid.presentation.documents import Document, Heading, Table, text_table
 from axisid.presentation.result_files import SavedIdentification
 from axisid.support.errors import or_dash
 
@@ -37,8 +37,8 @@ def rows_text(
     """
     masked = sum(sampling.masked_rows for sampling in samplings)
     quiet = sum(sampling.excluded_samples for sampling in samplings)
-    lost = f", {masked} left out that masked samples reach" if masked else ""
-    lost += f", {quiet} samples near reversals and rests left out before" if quiet else ""
+    lost = f", {masked} left out that masked samples reach" * bool(masked)
+    lost += f", {quiet} samples near reversals and rests left out before" * bool(quiet)
     taken, *said = force
     filters = dict.fromkeys(
         f"{_measured_text(motion)} low-passed by Butterworth {f.cutoff:g} Hz, order {f.order}, "
@@ -58,11 +58,11 @@ def _dropped(samplings: Sequence[Sampling]) -> str:
     if len(samplings) == 1:
         (sampling,) = samplings
         start, end = sampling.filter.dropped
-        each = " of each" if sampling.segments else ""
-        return (
-            f"{_of_segments(sampling)}: {start} dropped at the start, {end} at the end{each}, "
-            f"then {kept[0]}"
-        )
+        used, there = len(sampling.spans), len(sampling.segments)
+        of = f"{there} segments"
+        of = of if used == there else f"{used} of {of} (the others are too short)"
+        pieces, each = (f" in {of}", " of each") if there else ("", "")
+        return f"{pieces}: {start} dropped at the start, {end} at the end{each}, then {kept[0]}"
     same = len({*kept}) == 1
     which = kept[0] if same else f"of the records in their order {', '.join(kept)}"
     return (
@@ -81,29 +81,17 @@ def force_told(drive: Drive, remark: str, *, is_gain: bool, measured: bool) -> t
 
 def signals_text(signals: Sequence[Signal]) -> str:
     """How recorded signals stand in the rows, in a sentence; empty for none."""
-    if not signals:
-        return ""
     listed = ", ".join(f"{s.name} in {s.unit}" for s in signals)
-    held = [s.name for s in signals if s.is_held]
-    mean = f"; {', '.join(held)} by the mean of what is held before and after" if held else ""
-    return f" Recorded signals as they were recorded: {listed}{mean}."
+    held = ", ".join(s.name for s in signals if s.is_held)
+    mean = f"; {held} by the mean of what is held before and after" if held else ""
+    return f" Recorded signals as they were recorded: {listed}{mean}." if signals else ""
 
 
 def _measured_text(motion: Sequence[str]) -> str:
     """What passes the low-pass."""
-    named = [role if role == "position" else f"measured {role}" for role in motion]
-    *others, last = named
+    *others, last = (role if role == "position" else f"measured {role}" for role in motion)
     text = f"{', '.join(others)} and {last}" if others else last
     return text[0].upper() + text[1:]
-
-
-def _of_segments(sampling: Sampling) -> str:
-    if not sampling.segments:
-        return ""
-    used, there = len(sampling.spans), len(sampling.segments)
-    if used == there:
-        return f" in {there} segments"
-    return f" in {used} of {there} segments (the others are too short)"
 
 
 def record_facts(record: RecordInfo) -> dict[str, str]:
@@ -119,12 +107,14 @@ def record_facts(record: RecordInfo) -> dict[str, str]:
 
 def record_document(record: Record) -> Document:
     """Where it comes from, what was assumed and repaired, and how far its columns reach."""
-    rows = tuple(
-        (role, *(f"{x:.6g}" for x in (values.min(), values.max(), np.ptp(values))))
-        for role, values in record.channels().items()
+    table = text_table(
+        ["", "least", "most", "range"],
+        (
+            (role, *(f"{x:.6g}" for x in (values.min(), values.max(), np.ptp(values))))
+            for role, values in record.channels().items()
+        ),
+        said=("Values are SI.",),
     )
-    columns = text_columns(["", "least", "most", "range"])
-    table = Table(columns=columns, rows=rows, said=("Values are SI.",))
     return Heading(facts=tuple(record_facts(record).items())), table
 
 
@@ -149,36 +139,33 @@ def records_facts(
         own["record"] = "; ".join([own["record"], *listed])
     if len(told) == 1:
         return told[0]
-    facts = {f"record {i}": own["record"] for i, own in enumerate(told, 1)}
-    for name in ("columns", "assumed", "repaired"):
+    facts: dict[str, str] = {}
+    for name in told[0]:
         each = [own[name] for own in told]
-        numbered = {f"{name} {i}": text for i, text in enumerate(each, 1)}
-        facts |= {name: each[0]} if len({*each}) == 1 else numbered
+        # Records of one source and size are told one by one all the same.
+        same = name != "record" and len({*each}) == 1
+        facts |= {name if same else f"{name} {i}": text for i, text in enumerate(each, 1)}
     return facts
 
 
 def set_aside_facts(set_aside: Mapping[str, str]) -> dict[str, str]:
     """Records that could not be used, with the reason."""
-    if not set_aside:
-        return {}
     counted = f"{len(set_aside)} record{'s' * (len(set_aside) > 1)}"
     reasons = (
         f"{n} ({why.removeprefix(f'{Path(n).name}: ').removesuffix('.')})"
         for n, why in set_aside.items()
     )
-    return {"set aside": f"{counted}: {'; '.join(reasons)}"}
+    return {"set aside": f"{counted}: {'; '.join(reasons)}"} if set_aside else {}
 
 
 def records_table(result: SavedIdentification) -> Table:
     """Each record beside the others, by the estimate that is judged."""
-    return Table(
-        columns=text_columns(
-            (
-                *("record", "rows", "weight", "noise", "equation error", "simulation error"),
-                *("apart", "chance"),
-            )
+    return text_table(
+        (
+            *("record", "rows", "weight", "noise", "equation error", "simulation error"),
+            *("apart", "chance"),
         ),
-        rows=tuple(
+        (
             (
                 f"{i}  {of_one.record.provenance.source}",
                 str(of_one.rows),
@@ -239,6 +226,5 @@ def local_notes(local: Mapping[str, Sequence[str]]) -> list[str]:
 
 def known_text(name: str, value: tuple[float, float], unit: str) -> str:
     """What is known of a record, with its deviation."""
-    number, deviation = value
-    spread = f" +- {deviation:g}" if deviation else ""
-    return f"{name} = {number:g}{spread} {unit}".rstrip()
+    spread = f" +- {value[1]:g}" if value[1] else ""
+    return f"{name} = {value[0]:g}{spread} {unit}".rstrip()

@@ -21,9 +21,10 @@ from axisid.presentation.documents import (
     Table,
     paragraph,
     text_columns,
+    text_table,
 )
 from axisid.presentation.formulas import figure_text
-from axisid.presentation.result_files import SavedOutputFit, WrittenFitted, written_output_fit
+from axisid.presentation.result_files import SavedOutputFit, written_output_fit
 from axisid.support.errors import Missing, range_text
 
 from .estimate import quantity
@@ -49,11 +50,9 @@ def saved_fit_document(fit: SavedOutputFit, *, declared: Axis | None = None) -> 
     """The same of what a file has; `declared` is the axis, which no file has."""
     return (
         _heading(fit, declared),
-        Table(
-            columns=text_columns(
-                ["", "unit", "value", "sd [1]", "rel. sd", "95 % interval", "start", "remark"]
-            ),
-            rows=tuple(_row(fit, name) for name in fit.names),
+        text_table(
+            ["", "unit", "value", "sd [1]", "rel. sd", "95 % interval", "start", "remark"],
+            (_row(fit, name) for name in fit.names),
             labels=2,
         ),
         _errors(fit),
@@ -79,46 +78,41 @@ def _heading(fit: SavedOutputFit, declared: Axis | None) -> Heading:
 
 def _row(fit: SavedOutputFit, name: str) -> tuple[Cell, ...]:
     value, written = fit[name], fit.document.parameters[name]
-    held = written.fixed or written.at_bound is not None
-    shown = Quantity(f"{value.value:.6g}", "inf", ("-", ""))
-    if value.deviation < math.inf:
-        shown = quantity(value)
-    sd, relative = ("-", "-") if held else (shown.deviation, shown.more[0])
-    interval = "-" if written.fixed else range_text(*value.interval, " to ", digits=6)
-    start = f"{written.start:.6g}"
-    return name, value.unit, shown.value, sd, relative, interval, start, _remark(written)
-
-
-def _remark(written: WrittenFitted) -> str:
+    known, told = written.prior, value.deviation < math.inf
+    shown = quantity(value) if told else Quantity(f"{value.value:.6g}", "inf", ("-", ""))
+    sd, relative = shown.deviation, shown.more[0]
+    interval = range_text(*value.interval, " to ", digits=6)
+    remark = f"known {known.value:g} +- {known.sd:g}" if known else ""
     if written.fixed:
-        return "fixed"
-    if written.at_bound is not None:
-        return f"at its {written.at_bound} bound [2]"
-    return f"known {written.prior.value:g} +- {written.prior.sd:g}" if written.prior else ""
+        sd, relative, interval, remark = "-", "-", "-", "fixed"
+    elif written.at_bound is not None:
+        sd, relative, remark = "-", "-", f"at its {written.at_bound} bound [2]"
+    return name, value.unit, shown.value, sd, relative, interval, f"{written.start:.6g}", remark
 
 
 def _errors(fit: SavedOutputFit) -> Table:
     several, count = len(fit.records) > 1, len(fit.outputs)
     of_record = [f"{i}  {r.provenance.source}" for i, r in enumerate(fit.records, 1)]
-    rows = tuple(
+    return text_table(
         (
-            *((of_record[place // count],) if several else ()),
-            *((each.output or fit.output,) if count > 1 or not several else ()),
-            str(each.rows),
-            f"{each.error:.5g}",
-            *((each.unit,) if count > 1 else ()),
-            f"{each.percent:.4f}",
-            str(each.order),
-        )
-        for place, each in enumerate(fit.document.record_errors)
+            *(("", "output") if several and count > 1 else ("left of",)),
+            "samples",
+            *(("error", "unit") if count > 1 else (f"error {fit.document.unit}",)),
+            *("error %", "order [1]"),
+        ),
+        (
+            (
+                *((of_record[place // count],) if several else ()),
+                *((each.output or fit.output,) if count > 1 or not several else ()),
+                str(each.rows),
+                f"{each.error:.5g}",
+                *((each.unit,) if count > 1 else ()),
+                f"{each.percent:.4f}",
+                str(each.order),
+            )
+            for place, each in enumerate(fit.document.record_errors)
+        ),
     )
-    heads = (
-        *(("", "output") if several and count > 1 else ("left of",)),
-        "samples",
-        *(("error", "unit") if count > 1 else (f"error {fit.document.unit}",)),
-        *("error %", "order [1]"),
-    )
-    return Table(columns=text_columns(heads), rows=rows)
 
 
 def _notes(fit: SavedOutputFit) -> Iterator[str]:
@@ -202,10 +196,9 @@ def law_search_document(search: LawSearch) -> Document:
 
 
 def _conclusion(search: LawSearch) -> Paragraph:
-    best = search.best
     if not search.explained:
         return paragraph(f"{search.checks[0].meaning}.", filled=False)
-    others = search.as_well - 1
+    best, others = search.best, search.as_well - 1
     more = f"{others} other{'s' * (others > 1)} with more gains"
     return paragraph(
         *([f"The control is explained as well by {more}."] if others else []),
@@ -220,15 +213,14 @@ def sweep_document(sweep: Sweep) -> Document:
     """Values by cut-off and method, and the recommendation."""
     first = sweep.results[0]
     units = {p.name: p.unit for p in first.axis.declared.parameters}
-    facts = records_facts(first.records, [of_one.known for of_one in first.of_records], units)
-    if first.of_records:
-        facts = {"records": f"{len(first.records)}, one set of parameters", **facts}
+    told = records_facts(first.records, [of_one.known for of_one in first.of_records], units)
     facts = {
         "left out": left_out_text(first.axis.declared),
-        **{name: text for name, text in facts.items() if not name.startswith(_NOT_TOLD)},
+        **{name: text for name, text in told.items() if not name.startswith(_NOT_TOLD)},
+        **set_aside_facts(first.set_aside),
     }
     return (
-        Heading(facts=tuple({**facts, **set_aside_facts(first.set_aside)}.items())),
+        Heading(facts=tuple(facts.items())),
         *(_sweep_table(sweep, each.name, each.unit) for each in first.preferred.quantities),
         _sweep_remarks(sweep),
     )
@@ -276,26 +268,24 @@ def validation_document(validation: Validation) -> Document:
     record = validation.record
     title = f"Frozen estimates on {record.provenance.source}, {len(record)} samples:"
     facts = (("repaired", record_facts(record)["repaired"]),)
-    return Heading(facts=facts, title=title), validation_table(validation)
-
-
-def fit_validation_document(validation: FitValidation) -> Document:
-    """What a frozen fit leaves of a record, and whether it holds."""
-    record, unit = validation.record, validation.unit
-    left = f"{validation.error:.4g} {unit}".rstrip() + f", {validation.percent:.3g} % of it"
-    title = f"Frozen fit on {record.provenance.source}, {len(record)} samples:"
-    facts = ((validation.output, f"leaves {left}"),)
-    return Heading(facts=facts, title=title), verdict_block(validation.checks)
-
-
-def validation_table(validation: Validation) -> Table:
-    """The errors by method."""
-    return Table(
-        columns=text_columns(["validation", "unit", *(v.method.upper() for v in validation)]),
-        rows=tuple(
+    errors = text_table(
+        ["validation", "unit", *(v.method.upper() for v in validation)],
+        (
             (*name, *("-" if x is None else f"{x:#.4g}".rstrip(".") for x in figures))
             for name, figures in validation.errors.items()
         ),
         labels=2,
         said=validation.notes,
     )
+    return Heading(facts=facts, title=title), errors
+
+
+def fit_validation_document(validation: FitValidation) -> Document:
+    """What a frozen fit leaves of a record, and whether it holds."""
+    record, unit = validation.record, validation.unit
+    left = f"{validation.error:.4g} {unit}".rstrip() + f", {validation.percent:.3g} % of it"
+    heading = Heading(
+        facts=((validation.output, f"leaves {left}"),),
+        title=f"Frozen fit on {record.provenance.source}, {len(record)} samples:",
+    )
+    return heading, verdict_block(validation.checks)
