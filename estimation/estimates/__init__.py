@@ -6,6 +6,7 @@ Knows nothing of methods, of verdicts and of how it is shown.
 
 from .estimate import (
     Estimate as Estimate,
+    EstimateReading as EstimateReading,
     Inference as Inference,
     Iterate as Iterate,
     NotSimulated as NotSimulated,

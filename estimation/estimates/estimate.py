@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -114,8 +114,57 @@ class Inference(Exact):
     twin_errors: Array | None = None
 
 
+class _HasDistribution(Protocol):
+    @property
+    def method(self) -> str: ...
+    @property
+    def parameters(self) -> NamedValues: ...
+    @property
+    def ddm_quantities(self) -> tuple[Quantity, ...]: ...
+    @property
+    def distribution(self) -> SamplingDistribution: ...
+
+
+class EstimateReading:
+    """What is told of an estimate by its distribution, whether it has its rows or is of a file."""
+
+    __slots__ = ()
+
+    def __repr__(self: _HasDistribution) -> str:
+        return f"{self.method}: {self.parameters.listed()}"
+
+    def __getitem__(self: _HasDistribution, name: str) -> Value:
+        """One of `parameters`."""
+        return self.parameters[name]
+
+    @property
+    def is_direct(self: _HasDistribution) -> bool:
+        """Whether a direct model was regressed."""
+        return bool(self.ddm_quantities)
+
+    @property
+    def by_output_error(self: _HasDistribution) -> bool:
+        """Whether the simulated loop's columns were regressed, so that no noise is in them."""
+        return is_output_error(self.method)
+
+    @property
+    def filter_bias(self: _HasDistribution) -> Array | None:
+        """What filter and noise move the physical parameters by, (p,), where twins tell it."""
+        return self.distribution.bias
+
+    @property
+    def corrected(self: _HasDistribution) -> Array:
+        """Physical parameters less the bias, where that is known, (p,)."""
+        return self.distribution.corrected
+
+    @property
+    def covariance(self: _HasDistribution) -> Array:
+        """Of the physical parameters, (p, p): the chosen one, whose deviations are printed."""
+        return self.distribution.covariances[self.distribution.chosen]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
-class Estimate(Presentable, Exact):
+class Estimate(EstimateReading, Presentable, Exact):
     """An estimate of the physical parameters, and of the direct model's where it is regressed.
 
     Attributes
@@ -215,9 +264,6 @@ class Estimate(Presentable, Exact):
     loss: str = ROW_LOSSES[0]
     counts: LossWeights | None = None
 
-    def __repr__(self) -> str:
-        return f"{self.method}: {self.parameters.listed()}"
-
     @property
     def inference(self) -> Inference:
         """How far the estimate may be from the truth: worked out when it is first asked for."""
@@ -248,30 +294,10 @@ class Estimate(Presentable, Exact):
         return self.inference.freedom
 
     @property
-    def is_direct(self) -> bool:
-        """Whether a direct model was regressed."""
-        return bool(self.ddm_quantities)
-
-    @property
-    def filter_bias(self) -> Array | None:
-        """What filter and noise move the physical parameters by, (p,), where twins tell it."""
-        return self.inference.bias
-
-    @property
     def net_residuals(self) -> Array:
         """Residuals less what is left of the noise-free loop, or of twins in the mean, (n,)."""
         quiet = self.inference.noise_free
         return self.residuals if quiet is None else self.residuals - quiet
-
-    @property
-    def corrected(self) -> Array:
-        """Physical parameters less the bias, where that is known, (p,)."""
-        return self.physical if self.filter_bias is None else self.physical - self.filter_bias
-
-    @property
-    def by_output_error(self) -> bool:
-        """Whether `X` is the simulated loop's, so that no noise of the motion is in it."""
-        return is_output_error(self.method)
 
     @property
     def score_columns(self) -> Array:
@@ -301,18 +327,9 @@ class Estimate(Presentable, Exact):
         return self.theta[: len(self.ddm_quantities)]
 
     @property
-    def covariance(self) -> Array:
-        """Of the physical parameters, (p, p): the chosen one, whose deviations are printed."""
-        return self.covariances[self.chosen]
-
-    @property
     def correlation(self) -> Array:
         """Correlation matrix of the physical parameters, (p, p), of the chosen covariance."""
         return correlation(self.covariance)
-
-    def __getitem__(self, name: str) -> Value:
-        """One of `parameters`."""
-        return self.parameters[name]
 
     @property
     def distribution(self) -> SamplingDistribution:
@@ -324,7 +341,7 @@ class Estimate(Presentable, Exact):
             covariances=self.covariances,
             freedom=self.freedom,
             chosen=self.chosen,
-            bias=self.filter_bias,
+            bias=self.inference.bias,
             by_gain=None if by_gain is None else self.gain_relative_sd * by_gain,
         )
 

@@ -14,9 +14,9 @@ from msgspec.structs import asdict
 
 from axisid.codegen.generated_axes import GeneratedAxis, Quantity
 from axisid.estimation.bootstrap import Chain
-from axisid.estimation.choices import is_output_error
 from axisid.estimation.estimates import (
     Estimate,
+    EstimateReading,
     Iterate,
     NamedValues,
     Physical,
@@ -304,7 +304,7 @@ def _named(quantities: Iterable[Quantity], values: Array) -> dict[str, float]:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class SavedEstimate(Presentable, Exact):
+class SavedEstimate(EstimateReading, Presentable, Exact):
     """An estimate that was read from a file, with the names of `Estimate`.
 
     What is not listed is as of an `Estimate`.
@@ -435,42 +435,10 @@ class SavedEstimate(Presentable, Exact):
             distribution=own,
         )
 
-    def __repr__(self) -> str:
-        return f"{self.method}: {self.parameters.listed()}"
-
-    def __getitem__(self, name: str) -> Value:
-        """One of `parameters`."""
-        return self.parameters[name]
-
-    @property
-    def is_direct(self) -> bool:
-        """Whether a direct model was regressed."""
-        return bool(self.ddm_quantities)
-
-    @property
-    def by_output_error(self) -> bool:
-        """Whether the simulated loop's columns were regressed, not the measured motion's."""
-        return is_output_error(self.method)
-
     @property
     def physical(self) -> Array:
         """Physical parameters, (p,)."""
         return self.distribution.theta
-
-    @property
-    def filter_bias(self) -> Array | None:
-        """What filter and noise move the physical parameters by, (p,), as twins tell."""
-        return self.distribution.bias
-
-    @property
-    def corrected(self) -> Array:
-        """Physical parameters less the bias of filter and noise, where that is known, (p,)."""
-        return self.distribution.corrected
-
-    @property
-    def covariance(self) -> Array:
-        """Of the physical parameters, (p, p): the chosen one, whose deviations are printed."""
-        return self.covariances[self.chosen]
 
     def derive(self, function: FunctionLike) -> Value:
         """Any function of the physical parameters, with its unit and interval.
