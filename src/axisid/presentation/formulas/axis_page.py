@@ -1,7 +1,7 @@
 """An axis on one page: what was declared and what was derived, as text, LaTeX or Markdown."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 
 from axisid.modeling.declaration import Axis, ControlLaw, Experiment, equation_of_motion, known_text
@@ -12,7 +12,7 @@ from axisid.modeling.derivation import (
     describe_determined,
     describe_undetermined,
 )
-from axisid.modeling.quantities import FORCE, Coordinate, Formula, rounded, written
+from axisid.modeling.quantities import FORCE, Coordinate, Formula, Parameter, rounded, written
 from axisid.presentation.documents import Document, Listing, paragraph, plain_text
 
 from .latex import aligned_latex, escaped_latex
@@ -46,42 +46,53 @@ def _title(model: AxisModel) -> str:
 
 
 def _sections(model: AxisModel) -> list[Section]:
-    return [
-        *_equation(model),
-        *derived_sections(model),
-        *_physical(model),
-        *_around(model.base.declared),
-    ]
-
-
-def _equation(model: AxisModel) -> list[Section]:
     declared = model.base.declared
     combined = {p.symbol: value for p, value in model.base.combined}
     inertia = Formula(name="inertia", value=rounded(model.inertia.xreplace(combined)))
     return [
-        _motion_section(declared, inertia),
-        Section(title="Parameters", lines=tuple(_parameters(declared))),
+        *_motion(declared, inertia),
         *_signals(declared),
+        *derived_sections(model),
+        *_physical(model),
+        *_around(declared),
     ]
 
 
 def motion_sections(axis: Axis) -> list[Section]:
     """The equation of motion, its parameters, the drive and the control law."""
-    return [
-        _motion_section(axis),
-        Section(title="Parameters", lines=tuple(_parameters(axis))),
-        *_around(axis)[:2],
-    ]
+    return [*_motion(axis), *_around(axis)[:2]]
 
 
-def _motion_section(axis: Axis, *more: Formula) -> Section:
+def _motion(axis: Axis, *more: Formula) -> list[Section]:
+    """The equation of motion and its parameters."""
     q = axis.coordinate
-    return Section(
+    equation = Section(
         title="Equation of motion",
         lines=(equation_of_motion(axis), *more),
         note=f"position {q.symbol} [{q.unit}], velocity {q.velocity}, acceleration "
         f"{q.acceleration}; {FORCE} is the drive's force on the load side",
     )
+    parameters = _listed(
+        [(p.name, p.unit, ", ".join(filter(None, _facts(p)))) for p in axis.parameters]
+    )
+    return [equation, Section(title="Parameters", lines=parameters)]
+
+
+def _facts(p: Parameter) -> tuple[str, ...]:
+    return (
+        f"nominal {p.nominal:g}",
+        f"at least {p.lower:g}" if p.lower > -math.inf else "",
+        f"at most {p.upper:g}" if p.upper < math.inf else "",
+        "" if p.known is None else f"known to be {known_text(p)}",
+        p.description,
+    )
+
+
+def _listed(named: Sequence[tuple[str, str, str]]) -> tuple[str, ...]:
+    """Names and units, each padded to the longest, and what is said of each."""
+    names = max(len(name) for name, _, _ in named)
+    units = max(len(unit) for _, unit, _ in named) + 2
+    return tuple(f"{name:<{names}}  {f'[{unit}]':<{units}}  {said}" for name, unit, said in named)
 
 
 def _physical(model: AxisModel) -> list[Section]:
@@ -94,31 +105,21 @@ def _physical(model: AxisModel) -> list[Section]:
     return [Section(title="Physical parameters", lines=lines)]
 
 
-def _parameters(axis: Axis) -> Iterable[str]:
-    names = max(len(p.name) for p in axis.parameters)
-    units = max(len(p.unit) for p in axis.parameters) + 2
-    for p in axis.parameters:
-        facts = (
-            f"nominal {p.nominal:g}",
-            f"at least {p.lower:g}" if p.lower > -math.inf else "",
-            f"at most {p.upper:g}" if p.upper < math.inf else "",
-            "" if p.known is None else f"known to be {known_text(p)}",
-            p.description,
-        )
-        yield f"{p.name:<{names}}  {f'[{p.unit}]':<{units}}  {', '.join(filter(None, facts))}"
-
-
 def _signals(axis: Axis) -> list[Section]:
     if not axis.signals:
         return []
-    names = max(len(s.name) for s in axis.signals)
-    units = max(len(s.unit) for s in axis.signals) + 2
-    lines = (
-        f"{s.name:<{names}}  {f'[{s.unit}]':<{units}}  {_WAYS[s.between]} between samples"
-        + (f", {s.description}" if s.description else "")
-        for s in axis.signals
+    lines = _listed(
+        [
+            (
+                s.name,
+                s.unit,
+                f"{_WAYS[s.between]} between samples"
+                + (f", {s.description}" if s.description else ""),
+            )
+            for s in axis.signals
+        ]
     )
-    return [Section(title="Recorded signals", lines=tuple(lines))]
+    return [Section(title="Recorded signals", lines=lines)]
 
 
 def _around(axis: Axis) -> list[Section]:
