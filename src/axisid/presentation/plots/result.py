@@ -12,7 +12,7 @@ from axisid.estimation.identification import Identification
 from axisid.estimation.model_validation import Sweep
 from axisid.estimation.records import Record, windows_text
 from axisid.estimation.regression import loop_reference, simulated_loops, simulated_position
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, runs
 from axisid.support.errors import DataError, EstimationError, Missing, ModelError
 
 from .estimate import (
@@ -45,7 +45,6 @@ def result_plots(result: Identification, sweep: "Sweep | None" = None) -> dict[s
         if other is not estimate and other.form.left == estimate.form.left
     ]
     repeats = repeats_plot(result, estimate)
-    over_cutoff = {} if sweep is None else {"sweep": sweep_plot(sweep, result.prefilter.cutoff)}
     return {
         estimate.form.left: force_plot(estimate, beside),
         "friction": friction_plot(result, estimate),
@@ -54,9 +53,13 @@ def result_plots(result: Identification, sweep: "Sweep | None" = None) -> dict[s
         "autocorrelation": autocorrelation_plot(estimate),
         "spectrum": spectrum_plot(estimate),
         **({} if isinstance(repeats, Missing) else {"repeats": repeats}),
-        **over_cutoff,
+        **_over_cutoff(result, sweep),
         "record": record_plot(result),
     }
+
+
+def _over_cutoff(result: Identification, sweep: Sweep | None) -> dict[str, Plot]:
+    return {} if sweep is None else {"sweep": sweep_plot(sweep, result.prefilter.cutoff)}
 
 
 def tracking_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
@@ -306,11 +309,11 @@ def _joined(stretches: Sequence[tuple[float, float]]) -> tuple[tuple[float, floa
 
 def _dropped(result: Identification) -> tuple[tuple[float, float], ...]:
     """Stretches of time of which no row is made: dropped, masked, silent, a gap, too short."""
-    time, count = _times(result.record), len(result.record)
-    kept = np.concatenate([[True], result.data.sampling.used, [True]])
-    edges = np.flatnonzero(np.diff(kept.astype(int)))
-    before, after = np.maximum(edges[::2] - 1, 0), np.minimum(edges[1::2], count - 1)
-    return tuple((float(time[a]), float(time[b])) for a, b in zip(before, after, strict=True))
+    time = _times(result.record)
+    return tuple(
+        (float(time[max(start - 1, 0)]), float(time[min(stop, len(time) - 1)]))
+        for start, stop in runs(~result.data.sampling.used)
+    )
 
 
 def _gaps(record: Record) -> list[float]:
@@ -334,10 +337,8 @@ def plots_by_record(
     """
     if not result.of_records:
         return {0: result_plots(result, sweep)}
-    of_all = {} if sweep is None else {"sweep": sweep_plot(sweep, result.prefilter.cutoff)}
-    found: dict[int, dict[str, Plot | Missing]] = {
-        0: {"convergence": convergence_plot(result.preferred), **of_all}
-    }
+    of_all = {"convergence": convergence_plot(result.preferred), **_over_cutoff(result, sweep)}
+    found: dict[int, dict[str, Plot | Missing]] = {0: of_all}
     for i, (part, name) in enumerate(zip(result.parts, result.record_names, strict=True), 1):
         found[i] = {
             f"{key}-{i}": plot if isinstance(plot, Missing) else numbered(plot, i, name)

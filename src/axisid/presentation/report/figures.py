@@ -13,14 +13,11 @@ from typing import Any
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from axisid.presentation.html import prose_html
 from axisid.presentation.plots import SHADED, TITLES, Plot, Series
+from axisid.support.arrays import Array
 from axisid.support.errors import Missing
-
-Array = NDArray[np.float64]
-
 
 _MOST_POINTS = 30_000  # of a curve; more become the least and the largest of each stretch
 
