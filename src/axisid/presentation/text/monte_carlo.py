@@ -1,7 +1,7 @@
 """A study as tables: bias, scatter and intervals, and what checks say."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Sequence
 
 from axisid.estimation.choices import fitted_output
 from axisid.estimation.estimates import COVARIANCES
@@ -20,7 +20,6 @@ from axisid.estimation.monte_carlo import (
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.presentation.documents import (
     Block,
-    Cell,
     Column,
     Document,
     Heading,
@@ -36,6 +35,7 @@ from axisid.presentation.result_files import SavedMonteCarlo
 
 _PLAIN = (1e-6, 1e6)  # errors between which figures have no power of ten
 
+_LABELS = {MODEL_ERROR: "model error", COLOURED: "coloured errors"}
 _TITLES = {
     PARAMETER: "Estimates",
     DIRECT: "Parameters of the direct model",
@@ -81,16 +81,13 @@ def estimand_tables(result: SavedMonteCarlo, of: str = "") -> list[Block]:
 
 def _of_filters(result: SavedMonteCarlo) -> str:
     """What estimates of parameters are called: a fit has no filter."""
-    methods = result.methods
-    fits = [method for method in methods if fitted_output(method)]
-    if len(fits) == len(methods):
-        return _TITLES[PARAMETER]
-    where = ", where there is one" if fits else ""
-    return f"{_TITLES[PARAMETER]} without the bias of filter and noise{where}"
+    is_fit = [bool(fitted_output(method)) for method in result.methods]
+    without = f" without the bias of filter and noise{', where there is one' * any(is_fit)}"
+    return _TITLES[PARAMETER] + without * (not all(is_fit))
 
 
-def _estimands(result: SavedMonteCarlo, figures: Iterable[EstimandFigures], title: str) -> Table:
-    listed, chosen = list(figures), result.chosen
+def _estimands(result: SavedMonteCarlo, listed: Sequence[EstimandFigures], title: str) -> Table:
+    chosen = result.chosen
     others = [
         of
         for of in (*COVARIANCES, MODEL_ERROR)
@@ -106,7 +103,7 @@ def _estimands(result: SavedMonteCarlo, figures: Iterable[EstimandFigures], titl
         Column("95 % interval", "%", group="holds"),
         *(Column(_label(of), "%") for of in others),
     )
-    rows: Iterator[tuple[Cell, ...]] = (
+    rows = tuple(
         (
             *(method_title(each.method), each.name, each.unit, _number(each.truth, 6)),
             *(mean_cell(each.bias), mean_cell(each.scatter)),
@@ -117,12 +114,11 @@ def _estimands(result: SavedMonteCarlo, figures: Iterable[EstimandFigures], titl
         for each in listed
         for stated in [stated_by(each.method, chosen)]
     )
-    return Table(columns=columns, rows=tuple(rows), labels=2, title=title)
+    return Table(columns=columns, rows=rows, labels=2, title=title)
 
 
 def _label(of: str) -> str:
-    named = {MODEL_ERROR: "model error", COLOURED: "coloured errors"}
-    return named[of] if of in named else COVARIANCES[of].label
+    return _LABELS[of] if of in _LABELS else COVARIANCES[of].label
 
 
 def _stated_labels(result: SavedMonteCarlo) -> str:
