@@ -26,7 +26,6 @@ from .json_objects import (
     plain as plain,
     schema_of as schema_of,
 )
-from .monte_carlo import SavedMonteCarlo as SavedMonteCarlo, written_study as written_study
 from .output_fit import (
     SavedFitValidation as SavedFitValidation,
     SavedOutputFit as SavedOutputFit,
@@ -41,8 +40,10 @@ from .result_comparison import (
 )
 from .results_schema import results_schema as results_schema
 from .studies import (
+    SavedMonteCarlo as SavedMonteCarlo,
     written_comparison as written_comparison,
     written_law_search as written_law_search,
+    written_study as written_study,
     written_sweep as written_sweep,
     written_validation as written_validation,
 )

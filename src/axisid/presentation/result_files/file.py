@@ -23,13 +23,13 @@ from axisid.support.files import GIVE_RESULT, HOW_SAVED, WRITE_AGAIN, is_unchang
 
 from .identification import SavedIdentification, WrittenIdentification
 from .json_objects import JsonObject, WrittenKnown, schema_of
-from .monte_carlo import SavedMonteCarlo
 from .output_fit import (
     SavedFitValidation,
     SavedOutputFit,
     WrittenOutputFit,
 )
 from .record import WrittenDriveTime, WrittenResponse, written_drive
+from .studies import SavedMonteCarlo
 
 T = TypeVar("T")
 Expected = TypeVar("Expected", bound=JsonObject)

@@ -15,7 +15,7 @@ from axisid.presentation.documents import (
     Sentence,
     Table,
     paragraph,
-    text_columns,
+    text_table,
 )
 from axisid.support.errors import or_dash
 from axisid.support.presentable import Presentable
@@ -132,7 +132,7 @@ def _table(results: ResultComparison, method: str) -> Table:
         apart = "" if None in pair else f"{pair[1] - pair[0]:+.3g}"  # type: ignore[operator]
         rows.append((kind, "%", *cells, "", "", apart, ""))
     heads = (method.upper(), "unit", "A", "B", "sd A", "sd B", "B - A", "in deviations [1]")
-    return Table(columns=text_columns(heads), rows=tuple(rows), labels=2)
+    return text_table(heads, rows, labels=2)
 
 
 def _settings_blocks(settings: Mapping[str, tuple[Any, Any]]) -> list[Block]:
@@ -140,16 +140,17 @@ def _settings_blocks(settings: Mapping[str, tuple[Any, Any]]) -> list[Block]:
         return [paragraph("the settings are the same")]
     shown = {name: tuple(map(_short, pair)) for name, pair in settings.items()}
     long = {name for name, pair in shown.items() if max(map(len, pair)) > _LONG_CELL}
-    rows = tuple((name, *pair) for name, pair in shown.items() if name not in long)
-    columns = text_columns(["settings that differ", "A", "B"])
-    tables: list[Block] = [Table(columns=columns, rows=rows)] if rows else []
-    return tables + [
-        paragraph(
-            *(Sentence(text=f"    {s}: {v}", hang=7) for s, v in zip("AB", pair, strict=True)),
-            title=f"{name} differs:",
-        )
-        for name, pair in shown.items()
-        if name in long
+    rows = [(name, *pair) for name, pair in shown.items() if name not in long]
+    return [
+        *([text_table(["settings that differ", "A", "B"], rows)] if rows else []),
+        *(
+            paragraph(
+                *(Sentence(text=f"    {s}: {v}", hang=7) for s, v in zip("AB", pair, strict=True)),
+                title=f"{name} differs:",
+            )
+            for name, pair in shown.items()
+            if name in long
+        ),
     ]
 
 
@@ -179,16 +180,7 @@ def compare_results(first: ComparableResult, second: ComparableResult) -> Result
     DataError
         A file cannot be read or is no result.
     """
-    names, documents = [], []
-    for given in (first, second):
-        if isinstance(given, Identification):
-            names.append("")
-            documents.append(written_identification(given))
-        else:
-            saved = given if isinstance(given, SavedIdentification) else read_identification(given)
-            names.append(f"{saved.file}: ")
-            documents.append(saved.document)
-    a, b = documents
+    (of_a, a), (of_b, b) = _document(first), _document(second)
     by_method = [{str(e.method): e for e in result.estimates} for result in (a, b)]
     common = [method for method in by_method[0] if method in by_method[1]]
     labels = [
@@ -211,8 +203,8 @@ def compare_results(first: ComparableResult, second: ComparableResult) -> Result
     checks = [{check.name: check for check in result.verdict} for result in (a, b)]
     settings = [_settings(result) for result in (a, b)]
     return ResultComparison(
-        first=_source(names[0], a),
-        second=_source(names[1], b),
+        first=of_a,
+        second=of_b,
         differences=tuple(
             _difference(method, name, value, labels[1][label][2])
             for label, (method, name, value) in labels[0].items()
@@ -238,6 +230,17 @@ def compare_results(first: ComparableResult, second: ComparableResult) -> Result
             if _status(checks[0].get(name)) != _status(checks[1].get(name))
         },
     )
+
+
+def _document(result: ComparableResult) -> tuple[str, WrittenIdentification]:
+    """File, axis and record, and what is written of it."""
+    if isinstance(result, Identification):
+        file, document = "", written_identification(result)
+    else:
+        saved = result if isinstance(result, SavedIdentification) else read_identification(result)
+        file, document = f"{saved.file}: ", saved.document
+    sources = [each.record.source for each in document.records or ()] or [document.record.source]
+    return f"{file}{document.axis}, {', '.join(sources)}", document
 
 
 def _difference(
@@ -288,11 +291,6 @@ def _settings(result: WrittenIdentification) -> dict[str, Any]:
         **plain(result.prefilter),
         **(plain(result.levels) if result.levels else {}),
     }
-
-
-def _source(name: str, result: WrittenIdentification) -> str:
-    sources = [member.record.source for member in result.records or ()] or [result.record.source]
-    return f"{name}{result.axis}, {', '.join(sources)}"
 
 
 def _status(check: Check | None) -> str:

@@ -9,10 +9,9 @@ from msgspec import json
 from axisid.support.arrays import schema_of_kind
 
 from .identification import WrittenIdentification
-from .monte_carlo import SavedMonteCarlo
 from .output_fit import SavedFitValidation, WrittenOutputFit
 from .result_comparison import ResultComparison
-from .studies import WrittenComparison, WrittenLawSearch, WrittenSweep
+from .studies import SavedMonteCarlo, WrittenComparison, WrittenLawSearch, WrittenSweep
 
 _DOCUMENTS = (
     WrittenIdentification,
