@@ -216,14 +216,13 @@ def load_result(
     document = read_document(
         file, WrittenIdentification, WrittenOutputFit, SavedMonteCarlo, SavedFitValidation
     )
-    saved: SavedOutputFit | SavedMonteCarlo | SavedFitValidation
-    match document:
-        case WrittenIdentification():
-            return joined(_checked(file, document), axis)
-        case WrittenOutputFit():
-            saved = SavedOutputFit.of(str(file), document)
-        case SavedMonteCarlo() | SavedFitValidation():
-            saved = document
+    if isinstance(document, WrittenIdentification):
+        return joined(_checked(file, document), axis)
+    saved = (
+        SavedOutputFit.of(str(file), document)
+        if isinstance(document, WrittenOutputFit)
+        else document
+    )
     _told(str(file), saved.summary)
     return saved
 
@@ -242,9 +241,8 @@ def joined(saved: SavedIdentification, given: Axis | str | Path | None) -> Saved
         The axis that is given is not the one that was identified.
     """
     document, file = saved.document, saved.file
-    alone = replace(saved, declared=None)
     if given is None and document.axis not in LIBRARY:
-        return alone
+        return replace(saved, declared=None)
     source = document.axis if given is None else given
     axis = source if isinstance(source, Axis) else load_axis(source)
     model = derive(_as_identified(document, axis))
@@ -254,7 +252,7 @@ def joined(saved: SavedIdentification, given: Axis | str | Path | None) -> Saved
             refuse_differences(document, file, axis, model.base.known)
         return replace(saved, declared=model.base.declared)
     if given is None:
-        return alone
+        return replace(saved, declared=None)
     whose = "" if document.axis == axis.name else f" of the axis {document.axis!r}"
     raise UsageError(
         f"{file} was identified with the generated code {document.signature[:12]}{whose}, but "
@@ -312,7 +310,7 @@ def refuse_differences(
     now = {p.name: _known(p.known, p.known_sd) for p in known}
     fixed = (
         (name, then.get(name, "free"), f"it {now.get(name, 'free')}")
-        for name in dict.fromkeys([*then, *now])
+        for name in {**then, **now}
         if then.get(name) != now.get(name)
     )
     for what, was, is_now in chain(_of_drive(document, axis.drive), fixed):
@@ -426,13 +424,12 @@ def _fitted(
             code="export",
         )
     origin = result.record.provenance
-    sources = [of_one.record.provenance.source for of_one in result.of_records]
-    source = ", ".join(sources) or origin.source
+    sources = [each.record.provenance.source for each in result.of_records] or [origin.source]
     return FittedAxis(
         model=derive(declared),
         signature=signature,
         # A file's name may hold bytes that are no text.
-        source=source.encode("utf-8", "replace").decode(),
-        sha256="" if sources else origin.sha256,
+        source=", ".join(sources).encode("utf-8", "replace").decode(),
+        sha256="" if result.of_records else origin.sha256,
         result=result,
     )
