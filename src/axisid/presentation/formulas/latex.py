@@ -53,6 +53,7 @@ _SPECIALS = str.maketrans(
         "|": r"\textbar{}",
     }
 )
+_BETWEEN_UNITS = str.maketrans({"*": r"\cdot ", "·": r"\cdot ", " ": r"\,"})
 _INDEXED = re.compile(r"([A-Z])([a-z]{1,2})")  # friction Fv is F with the index v
 _MOST_TERMS = 4  # of a line
 _LONGEST = 280  # characters of a line, unless one term has more
@@ -202,9 +203,7 @@ def name_parts(name: str) -> tuple[str, list[str]]:
 def unit_latex(unit: str) -> str:
     """A unit, upright."""
     powers = re.sub(r"(?:\^|\*\*)(?:\(([-\d/]+)\)|(-?\d+))", r"^{\1\2}", unit)
-    for sign, latex in (("*", r"\cdot "), ("·", r"\cdot "), (" ", r"\,")):
-        powers = powers.replace(sign, latex)
-    return rf"\mathrm{{{powers}}}"
+    return rf"\mathrm{{{powers.translate(_BETWEEN_UNITS)}}}"
 
 
 def _line(formula: Formula, q: Coordinate) -> str:
@@ -229,12 +228,11 @@ def _sum(value: sympy.Expr | None, q: Coordinate) -> str:
 def _rows(terms: Sequence[str]) -> list[str]:
     """Terms with their signs, a few to a row."""
     rows: list[list[str]] = [[]]
-    for term in terms:
-        first = rows == [[]]
+    for i, term in enumerate(terms):
         full = len(rows[-1]) == _MOST_TERMS or len("".join([*rows[-1], term])) > _LONGEST
         if rows[-1] and full:
             rows.append([])
-        rows[-1].append(term if first or term.startswith("-") else f"+ {term}")
+        rows[-1].append(f"+ {term}" if i and not term.startswith("-") else term)
     return [" ".join(row) for row in rows]
 
 

@@ -23,7 +23,7 @@ from axisid.presentation.documents import (
 from axisid.presentation.formulas import readable_text, readable_unit
 
 _WIDTH, _HEIGHT, _EDGE = 170.0, 26.0, 6.0
-_WHOLE = re.compile(r"->|--[a-z](?:-?[a-z0-9])*(?: [a-z]+-[a-z]+| [A-Z]+(?:=[\w+-]+)?)?")
+_WHOLE = re.compile(r"(->|--[a-z](?:-?[a-z0-9])*(?: [a-z]+-[a-z]+| [A-Z]+(?:=[\w+-]+)?)?)")
 _SIGNS = MappingProxyType({"pass": "✓", "note": "○", "fail": "✗", "not evaluated": "·"})
 #: Classes of the signs, for pages that colour them.
 STATUS_CLASSES = MappingProxyType(
@@ -72,14 +72,11 @@ def prose_html(sentence: str) -> str:
 
 def unbroken(text: str) -> str:
     """Text as HTML, in which no line ends within an option of the command line or an arrow."""
-    parts, at = [], 0
-    for found in _WHOLE.finditer(text):
-        parts += [
-            escape(text[at : found.start()]),
-            f'<span class="option">{escape(found[0])}</span>',
-        ]
-        at = found.end()
-    return "".join(parts) + escape(text[at:])
+    # Every second part is one that was found.
+    return "".join(
+        f'<span class="option">{escape(part)}</span>' if i % 2 else escape(part)
+        for i, part in enumerate(_WHOLE.split(text))
+    )
 
 
 def blocks_html(document: Document) -> str:

@@ -35,11 +35,11 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
     left, unit, time = estimate.form.left, left_unit(estimate), row_times(estimate)
     name, light = estimate.method.upper(), estimate.light_rows
     error = line(f"error, {name}", time, estimate.residuals, "error")
-    of_loop = estimate.by_output_error  # whose fit is the simulated loop
-    of = "simulation" if of_loop else "equation"
+    # The fit by output error is the simulated loop.
+    of = "simulation" if estimate.by_output_error else "equation"
     loop = (
         ()
-        if of_loop or isinstance(estimate.simulated, Missing)
+        if estimate.by_output_error or isinstance(estimate.simulated, Missing)
         else (line("simulated loop", time, estimate.simulated, "warm"),)
     )
     little = replace(
@@ -53,17 +53,6 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
     errors = [
         line(f"error, {each.method.upper()}", time, each.residuals, "other") for each in beside
     ]
-    upper = (
-        line("measured", time, estimate.y, "measured"),
-        replace(line(f"reconstructed, {name}", time, estimate.y - estimate.residuals), broad=True),
-        error,
-        *(replace(each, aside=True) for each in (*others, *loop)),
-    )
-    lower = (
-        error,
-        *(replace(each, aside=True) for each in errors),
-        *((little,) if light.any() else ()),
-    )
     gaps = time[:-1][np.diff(time) > _GAP * estimate.row_period]
     plot = Plot(
         name=left,
@@ -73,8 +62,27 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
         f"{left}'s scale; below, its own.",
         x_label="time [s]",
         panels=(
-            Panel(label=labelled(left, unit), series=upper, weight=2.0),
-            Panel(label=labelled("error", unit), series=lower),
+            Panel(
+                label=labelled(left, unit),
+                series=(
+                    line("measured", time, estimate.y, "measured"),
+                    replace(
+                        line(f"reconstructed, {name}", time, estimate.y - estimate.residuals),
+                        broad=True,
+                    ),
+                    error,
+                    *(replace(each, aside=True) for each in (*others, *loop)),
+                ),
+                weight=2.0,
+            ),
+            Panel(
+                label=labelled("error", unit),
+                series=(
+                    error,
+                    *(replace(each, aside=True) for each in errors),
+                    *((little,) if light.any() else ()),
+                ),
+            ),
         ),
     )
     return broken(plot, list(gaps + estimate.row_period / 2))
@@ -191,9 +199,8 @@ def row_times(estimate: Estimate) -> Array:
 
 def left_unit(estimate: Estimate) -> str:
     """Unit of the regression's left side."""
-    coordinate = estimate.form.axis.axis.coordinate
-    force = estimate.form.left == "force"
-    return str(coordinate.force_unit if force else coordinate.acceleration_unit)
+    q = estimate.form.axis.axis.coordinate
+    return str(q.force_unit if estimate.form.left == "force" else q.acceleration_unit)
 
 
 def friction_plot(result: Identification, estimate: Estimate) -> Plot | Missing:

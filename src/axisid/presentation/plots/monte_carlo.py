@@ -1,6 +1,6 @@
 """Figures of a study: errors against what is stated, coverage, bias by runs."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 import numpy as np
@@ -43,22 +43,20 @@ def monte_carlo_plots(result: MonteCarlo) -> dict[str, Plot | Missing]:
 
 def monte_carlo_plot(result: MonteCarlo, name: str) -> Plot | Missing:
     """One of `PLOTS`."""
-    known = list(_by_parameter(result))
-    if not known:
+    if not _by_parameter(result):
         return Missing("no parameter of the model is one of the twins")
     if len(result) < _FEWEST_RUNS:
         return Missing(f"a figure needs {_FEWEST_RUNS} runs or more")
     return PLOTS[name](result)
 
 
-def _by_parameter(result: MonteCarlo) -> Iterator[tuple[str, str, dict[str, int]]]:
+def _by_parameter(result: MonteCarlo) -> list[tuple[str, str, dict[str, int]]]:
     """Each parameter with its unit, and its place among the estimands by method."""
     found: dict[tuple[str, str], dict[str, int]] = {}
     for place, (each, truth) in enumerate(zip(result.estimands, result.truths, strict=True)):
         if each.kind == PARAMETER and np.isfinite(truth):
             found.setdefault((each.name, each.unit), {})[each.method] = place
-    for (name, unit), places in found.items():
-        yield name, unit, places
+    return [(name, unit, places) for (name, unit), places in found.items()]
 
 
 def _panels(

@@ -141,10 +141,7 @@ def record_plot(result: Identification) -> Plot:
             record.injected,
             "other",
         ),
-    )
-    columns += tuple(
-        (signal.name, signal.unit, record.signals.get(signal.name), "violet")
-        for signal in result.axis.axis.signals
+        *((s.name, s.unit, record.signals.get(s.name), "violet") for s in result.axis.axis.signals),
     )
     plot = Plot(
         name="record",
