@@ -215,8 +215,11 @@ def _work(
     )
     with kept_if_filled(Path(settings.folder)), closing(made):
         told = ((todo[place], _row_of(todo[place], found)) for place, found in made)
-        again = partial(result_of, settings)
-        rows = (row for _, row in told) if trusted else checked(told, len(todo), again)
+        rows = (
+            (row for _, row in told)
+            if trusted
+            else checked(told, len(todo), partial(result_of, settings))
+        )
         first = list(islice(rows, 1))  # what is refused leaves the ledger as it is
         with ledger_of(Path(settings.folder), anew=not resume) as ledger:
             for row in moved:
@@ -258,8 +261,7 @@ def _finished(
         if row is None or row.key != key:
             row = others.pop((Path(item.log).resolve(), key), None)
         if row and not (row.has_result and not _is_whole(result_file(settings.folder, row.name))):
-            given = ("log", "serial", "columns", "conditions")
-            said = {name: getattr(item, name) for name in given}
+            said = {n: getattr(item, n) for n in ("log", "serial", "columns", "conditions")}
             yield item.name, msgspec.structs.replace(row, **said)
 
 

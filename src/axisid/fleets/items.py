@@ -116,13 +116,13 @@ def _manifest_items(file: Path) -> Iterator[tuple[FleetItem, str]]:
         conditions = {k: _condition(v) for k, v in told.items() if k not in _OWN}
         axis, columns = str(told.get("axis", "")), str(told.get("columns", ""))
         pairs = [pair.partition("=") for pair in columns.split(",") if pair.strip()]
-        wrong = ""
-        if not told.get(_LOG):
-            wrong = f"names no log; give its path in the column {_LOG!r}"
-        elif any(not (role.strip() and name.strip()) for role, _, name in pairs):
-            wrong = f"has the columns {columns!r}; write ROLE=NAME[:UNIT],..."
-        if wrong:
-            raise DataError(f"{file}: row {number} {wrong}.", code="manifest")
+        unread = any(not (role.strip() and name.strip()) for role, _, name in pairs)
+        for is_wrong, what in (
+            (not told.get(_LOG), f"names no log; give its path in the column {_LOG!r}"),
+            (unread, f"has the columns {columns!r}; write ROLE=NAME[:UNIT],..."),
+        ):
+            if is_wrong:
+                raise DataError(f"{file}: row {number} {what}.", code="manifest")
         item = FleetItem(
             log=str(file.parent / str(told[_LOG])),
             axis=str(file.parent / axis) if ".py" in axis or ".toml" in axis else axis,
@@ -199,9 +199,11 @@ def gather_items(
     """
     places = listed(logs)
     told = [each for place, one in enumerate(places, 1) for each in _items(one, out, place)]
-    described = {os.path.abspath(item.log) for item, by in told if by != _BY_PATH}
     runs = ((item.log, log_of(item.log)) for item, _ in told)
-    described |= {os.path.abspath(log) for run, log in runs if log != Path(run)}
+    described = {
+        *(os.path.abspath(item.log) for item, by in told if by != _BY_PATH),
+        *(os.path.abspath(log) for run, log in runs if log != Path(run)),
+    }
     found: dict[Hashable, tuple[FleetItem, str]] = {}
     for item, by in told:
         place = os.path.abspath(item.log)

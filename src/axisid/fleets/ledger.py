@@ -104,15 +104,13 @@ class FleetRow(
     def is_comparable(self) -> bool:
         """Whether values, deviations and covariance are numbers whose squares are ones too."""
         own = ((each.value, each.sd) for each in self.parameters.values())
-        found = chain(*own, *self.covariance)
-        return all(abs(each) < LARGEST for each in found)
+        return all(abs(each) < LARGEST for each in chain(*own, *self.covariance))
 
 
 def judged(result: Identification) -> dict[str, Any]:
     """What a row has of a result."""
     estimate = result.preferred
-    ordered = by_weight(result.verdict)
-    said = {check.name: check.meaning for check in ordered if check.status == "fail"}
+    said = {c.name: c.meaning for c in by_weight(result.verdict) if c.status == "fail"}
     return {
         "signature": result.axis.signature,
         "method": estimate.method,

@@ -213,12 +213,11 @@ def identify_log(settings: Settings, item: FleetItem) -> FleetRow:
         document = json_text(result.to_dict(settings.draws))
         write_file(result_file(settings.folder, item.name), document)
     except AxisidError as error:
-        said = " ".join(str(error).split())
         return row_for(
             item,
             axis=axis,
             status="failed",
-            reason=said,
+            reason=" ".join(str(error).split()),
             code=error.code,
             key="" if error.code == "file" else key,  # another time there may be room
             seconds=process_time() - begin,

@@ -82,17 +82,18 @@ def groups_of(rows: Iterable[FleetRow]) -> tuple[AxisGroup, ...]:
     for (axis, names), each in found.items():
         machines = _machines(each)
         usual, outliers = _judged(names, machines)
-        group = AxisGroup(
-            axis=axis,
-            names=names,
-            units=tuple(value.unit for value in each[0].parameters.values()),
-            rows=tuple(each),
-            machines=len(machines),
-            untold=len(each) - sum(map(len, machines)),
-            usual=usual,
-            outliers=outliers,
+        groups.append(
+            AxisGroup(
+                axis=axis,
+                names=names,
+                units=tuple(value.unit for value in each[0].parameters.values()),
+                rows=tuple(each),
+                machines=len(machines),
+                untold=len(each) - sum(map(len, machines)),
+                usual=usual,
+                outliers=outliers,
+            )
         )
-        groups.append(group)
     return tuple(groups)
 
 

@@ -17,7 +17,6 @@ from axisid.estimation.data_tables import UNITS_ENTRY, npz_bytes, parquet_bytes,
 from axisid.estimation.diagnostic_checks import Belief, Check, Checked
 from axisid.presentation.documents import (
     Block,
-    Cell,
     Document,
     Heading,
     Table,
@@ -29,6 +28,7 @@ from axisid.presentation.html import blocks_html
 from axisid.presentation.result_files import schema_of
 from axisid.support.errors import Missing, UsageError, first_of, is_among, quoted
 from axisid.support.files import csv_text, write_file
+from axisid.support.mappings import grouped
 
 from .ledger import FleetRow, FleetValue
 from .outliers import AxisGroup, Outlier, groups_of
@@ -73,13 +73,14 @@ def fleet_document(
             f"part in what is usual: {first_of(odd)}."
         )
         blocks.append(paragraph(said))
-    if failing := Counter(name for row in rows for name in row.failing):
-        cells = tuple(
-            (name, str(count), first_of([row.name for row in rows if name in row.failing]))
-            for name, count in failing.most_common()
+    if failing := grouped((name, row.name) for row in rows for name in row.failing):
+        most = sorted(failing.items(), key=lambda each: -len(each[1]))
+        blocks.append(
+            Table(
+                columns=text_columns(("check that fails", "logs", "which")),
+                rows=tuple((name, str(len(logs)), first_of(logs)) for name, logs in most),
+            )
         )
-        heads = ("check that fails", "logs", "which")
-        blocks.append(Table(columns=text_columns(heads), rows=cells))
     for verdict in ("not believed", "with care"):
         if doubted := [row for row in rows if row.verdict == verdict]:
             lines = [f"{row.name}: {row.failing[0]}: {row.doubt}" for row in doubted]
@@ -118,12 +119,15 @@ def _group_blocks(group: AxisGroup) -> tuple[Block, ...]:
     """Each parameter over the logs (middle, scatter, deviation of one estimate), and outliers."""
     values = np.array([[v.value for v in row.parameters.values()] for row in group.rows])
     own = np.array([[v.sd for v in row.parameters.values()] for row in group.rows])
-    usual = None if isinstance(group.usual, Missing) else group.usual
-    rows: list[tuple[Cell, ...]] = []
-    for i, (name, unit) in enumerate(zip(group.names, group.units, strict=True)):
-        between = "" if usual is None else f"{np.sqrt(usual.between[i, i]):.3g}"
-        middle = np.median(values[:, i]) if usual is None else usual.centre[i]
-        rows.append((name, unit, f"{middle:.6g}", between, f"{np.median(own[:, i]):.3g}"))
+    middles, between = np.median(values, axis=0), [""] * len(group.names)
+    if not isinstance(group.usual, Missing):
+        middles = group.usual.centre
+        between = [f"{sd:.3g}" for sd in np.sqrt(np.diag(group.usual.between))]
+    figures = zip(middles, between, np.median(own, axis=0), strict=True)
+    rows = tuple(
+        (name, unit, f"{middle:.6g}", told, f"{sd:.3g}")
+        for name, unit, (middle, told, sd) in zip(group.names, group.units, figures, strict=True)
+    )
     of = "logs" if group.machines == len(group.rows) else "machines"
     title = f"{group.axis}, {_logs(len(group.rows))}"
     if of == "machines":
@@ -131,27 +135,25 @@ def _group_blocks(group: AxisGroup) -> tuple[Block, ...]:
     if group.untold:
         title += f", {group.untold} without a serial number and so not compared"
     heads = ("parameter", "unit", "centre", f"sd between {of}", "sd of an estimate")
-    table = Table(columns=text_columns(heads), rows=tuple(rows), title=title)
+    table = Table(columns=text_columns(heads), rows=rows, title=title)
     if isinstance(group.usual, Missing):
         said = f"{group.axis}: {group.usual.reason}; so the sd between {of} is not told."
         return table, paragraph(said)
     if not group.outliers:
         return table, paragraph(f"No log of {group.axis} stands out.")
     serials, count = {row.name: row.serial for row in group.rows}, len(group.outliers)
-    out = tuple(
-        (
-            each.name,
-            serials[each.name],
-            f"{each.distance:.3g}",
-            f"{each.p_value:.1e}",
-            f"{each.parameter} {each.apart:+.3g}",
-        )
-        for each in group.outliers[:_MOST_SHOWN]
-    )
-    heads = ("log", "serial", "distance", "p", "furthest, in deviations")
     return table, Table(
-        columns=text_columns(heads),
-        rows=out,
+        columns=text_columns(("log", "serial", "distance", "p", "furthest, in deviations")),
+        rows=tuple(
+            (
+                each.name,
+                serials[each.name],
+                f"{each.distance:.3g}",
+                f"{each.p_value:.1e}",
+                f"{each.parameter} {each.apart:+.3g}",
+            )
+            for each in group.outliers[:_MOST_SHOWN]
+        ),
         title=f"{group.axis}: {count} stand out",
         said=_more(count),
     )
@@ -241,13 +243,12 @@ class Fleet(Reported):
     @property
     def checks(self) -> tuple[Check, ...]:
         """What fails in any log, of how many, and whether any stands out; a row has its own."""
-        found = dict.fromkeys(check.name for row in self.rows for check in row.checks)
-        by_name = {n: [r.name for r in self.rows if n in (c.name for c in r.checks)] for n in found}
+        found = grouped((check.name, row.name) for row in self.rows for check in row.checks)
         out = first_of([each.name for each in self.outliers])
         return (
             *(
                 Check.unless(name, f"fails in {len(logs)} of {len(self)}: {first_of(logs)}")
-                for name, logs in by_name.items()
+                for name, logs in found.items()
             ),
             Check.unless("outlying logs", out and f"stand out: {out}", "no log stands out"),
         )
@@ -316,9 +317,8 @@ def columns_of(
     units = {"outlier_distance": "1", "outlier_p": "1", "seconds": "s"}
     columns: Columns = {
         name: [getattr(row, name) for row in rows]
-        for name in ("name", "log", "axis", "serial", "status", "reason", "code", "method")
+        for name in "name log axis serial status reason code method verdict".split()
     }
-    columns["verdict"] = [row.verdict for row in rows]
     columns["failing"] = ["; ".join(row.failing) for row in rows]
     for name in dict.fromkeys(name for row in rows for name in row.conditions):
         values = [row.conditions.get(name) for row in rows]
