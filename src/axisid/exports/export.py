@@ -31,29 +31,30 @@ _LEAST_POWER = -300
 
 def parameters_json(fitted: FittedAxis, methods: Sequence[str]) -> str:
     """The parameters by method and name, and where they come from."""
-    document = {
-        "schema": "axisid.parameters/1",
-        "axis": fitted.model.axis.name,
-        "signature": fitted.signature,
-        "record": {"source": fitted.source, "sha256": fitted.sha256 or None},
-        "parameters": {
-            method: {
-                name: {
-                    "value": v.value,
-                    "unit": v.unit,
-                    "sd_hac": v.sd_hac,
-                    "interval_95": list(v.interval),
-                    "sd_iid": v.sd,
-                    "sd_gain": v.sd_gain,
-                    "filter_bias": v.filter_bias,
-                    "interval_covariance": v.chosen,
+    return json_text(
+        {
+            "schema": "axisid.parameters/1",
+            "axis": fitted.model.axis.name,
+            "signature": fitted.signature,
+            "record": {"source": fitted.source, "sha256": fitted.sha256 or None},
+            "parameters": {
+                method: {
+                    name: {
+                        "value": v.value,
+                        "unit": v.unit,
+                        "sd_hac": v.sd_hac,
+                        "interval_95": list(v.interval),
+                        "sd_iid": v.sd,
+                        "sd_gain": v.sd_gain,
+                        "filter_bias": v.filter_bias,
+                        "interval_covariance": v.chosen,
+                    }
+                    for name, v in fitted.values(method).items()
                 }
-                for name, v in fitted.values(method).items()
-            }
-            for method in methods
-        },
-    }
-    return json_text(document)
+                for method in methods
+            },
+        }
+    )
 
 
 def parameters_csv(fitted: FittedAxis, methods: Sequence[str]) -> str:

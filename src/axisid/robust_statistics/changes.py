@@ -239,8 +239,7 @@ def _fitted(values: Array, variances: Array, columns: Array) -> tuple[Array, Arr
 def _criterion(values: Array, variances: Array, columns: Array, chosen: int) -> float:
     """Schwarz's criterion of a level by columns, the scatter between values as likely as can be."""
     between = _between(values, variances, columns)
-    parameters = columns.shape[1] + chosen + 1
-    penalty: float = parameters * np.log(len(values))
+    penalty: float = (columns.shape[1] + chosen + 1) * np.log(len(values))
     return _misfit(between, values, variances, columns) + penalty
 
 

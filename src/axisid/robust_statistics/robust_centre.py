@@ -19,8 +19,6 @@ from scipy.special import fdtrc, fdtri, gammaincinv
 
 from axisid.support.arrays import Array, Exact
 
-Places = NDArray[np.intp]
-
 _STARTS, _KEPT, _STEPS, _FEW = 200, 10, 50, 600
 _SEED = 0  # the same points give the same numbers
 _FLAT_TRACE = 1e-12  # of a scatter's trace: what keeps points in a plane solvable
@@ -86,7 +84,7 @@ def spread_of(points: Array) -> Array:
     return np.asarray(np.where(deviation > 0, deviation, np.std(points, axis=0)))
 
 
-def _concentrated(points: Array, chosen: Array) -> tuple[Places, Array]:
+def _concentrated(points: Array, chosen: Array) -> tuple[NDArray[np.intp], Array]:
     """The halves, (s, h), that are closest to chosen points, (s, m, p), and their determinants."""
     centre, covariance = _moments(chosen)
     distances = squared_distances(points, centre, covariance)

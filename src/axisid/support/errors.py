@@ -239,9 +239,7 @@ def is_real(value: object) -> TypeGuard[float]:
 
 def is_whole(value: object) -> TypeGuard[int]:
     """Whether a value is one whole number of a type for those, and no truth value."""
-    if isinstance(value, int):
-        return not isinstance(value, bool)
-    return _is_numpys(value, "integer")
+    return not isinstance(value, bool) and (isinstance(value, int) or _is_numpys(value, "integer"))
 
 
 def _is_numpys(value: object, *kinds: str) -> bool:

@@ -3,7 +3,6 @@
 import base64
 import io
 from collections.abc import Sequence
-from dataclasses import replace
 from html import escape
 from string import Template
 
@@ -205,8 +204,11 @@ def _panel(chart: Chart, places: Array) -> Panel:
     for label, kept, tone in kinds:
         if kept.any():
             y, low, high = chart.values[kept], chart.low[kept], chart.high[kept]
-            curve = Curve(label=label, x=places[kept], y=y, low=low, high=high, kind="points")
-            curves.append(replace(curve, tone=tone))
+            curves.append(
+                Curve(
+                    label=label, x=places[kept], y=y, low=low, high=high, kind="points", tone=tone
+                )
+            )
     return Panel(label=labelled(chart.parameter, chart.unit), series=tuple(curves))
 
 

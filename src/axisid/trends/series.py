@@ -16,8 +16,6 @@ from axisid.support.mappings import grouped
 
 _MIN_SERIES = 5  # results; with fewer a limit is some ten deviations wide
 
-Places = NDArray[np.intp]
-
 _ROUNDING = 1e-12  # of the values: what they scatter by arithmetic alone
 
 
@@ -125,7 +123,7 @@ def chart_of(
 
 
 def _limits(
-    values: Array, deviations: Array, line: Array, before: Places, level: float
+    values: Array, deviations: Array, line: Array, before: NDArray[np.intp], level: float
 ) -> tuple[Limits | Missing, tuple[int, ...]]:
     """Limits for all about a line, from the results that count before the first step."""
     if len(before) < _MIN_SERIES:

@@ -29,17 +29,21 @@ def _csv(series: Sequence[Series]) -> str:
     for each in series:
         for chart in each.charts:
             steps = {step.place: step.difference for step in chart.steps}
-            limits = None if isinstance(chart.limits, Missing) else chart.limits
-            columns = (chart.values, chart.deviations, chart.low, chart.high)
-            own = [] if limits is None else [limits.centre, limits.lower, limits.upper]
-            for i, point in enumerate(each.points):
-                where = (each.axis, each.serial, point.name, each.places[i], point.method)
-                figures = [float(column[i]) for column in (*columns, *own)]
-                unknown = [] if own else [""] * 3
-                drift = "" if chart.drift is None else chart.drift.slope
-                beyond, step = int(i in chart.beyond), steps.get(i, "")
-                name = (chart.parameter, chart.unit)
-                rows.append([*where, *name, *figures, *unknown, beyond, step, drift])
+            drift = "" if chart.drift is None else chart.drift.slope
+            figures = [chart.values, chart.deviations, chart.low, chart.high]
+            if not isinstance(chart.limits, Missing):
+                figures += [chart.limits.centre, chart.limits.lower, chart.limits.upper]
+            unknown = [""] * (3 * isinstance(chart.limits, Missing))
+            name = (chart.parameter, chart.unit)
+            rows += (
+                (
+                    *(each.axis, each.serial, point.name, place, point.method, *name),
+                    *(*told, *unknown, int(i in chart.beyond), steps.get(i, ""), drift),
+                )
+                for i, (point, place, told) in enumerate(
+                    zip(each.points, each.places, np.column_stack(figures).tolist(), strict=True)
+                )
+            )
     return csv_text(rows)
 
 

@@ -83,17 +83,19 @@ class TwinMachines:
         shares = [("scatter", *each, {"": 1.0, **true}) for each in self.scatter.items()]
         shares += [("drift", *each, true) for each in self.drift.items()]
         for what, name, share, of in shares:
-            wrong = ""
-            if name not in of:
-                wrong = f"the axis does not declare it; its parameters are {', '.join(true)}"
-            elif not (is_real(share) and abs(share) <= 1 and (share >= 0 or what == "drift")):
-                wrong = "give a share of its value, at most 1, such as 0.02 for 2 %"
-            elif share and not of[name]:
-                wrong = "its true value is 0; give it another one as its truth, or leave that out"
-            if wrong:
-                raise UsageError(
-                    f"the {what} of {name or 'all'} is {quoted(share)}: {wrong}.", code="twin"
-                )
+            is_share = is_real(share) and abs(share) <= 1 and (share >= 0 or what == "drift")
+            for is_right, wrong in (
+                (name in of, f"the axis does not declare it; its parameters are {', '.join(true)}"),
+                (is_share, "give a share of its value, at most 1, such as 0.02 for 2 %"),
+                (
+                    not (is_share and share) or of.get(name),
+                    "its true value is 0; give it another one as its truth, or leave that out",
+                ),
+            ):
+                if not is_right:
+                    raise UsageError(
+                        f"the {what} of {name or 'all'} is {quoted(share)}: {wrong}.", code="twin"
+                    )
         noise_of(self.noise, self.axis)
 
     @property
