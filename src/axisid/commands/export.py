@@ -83,5 +83,7 @@ def export(
     """
     check_targets([Target("--output", output, "export")], (result, axis), force=force)
 
-    text = stages.export(result, to, axis=axis, method=method, dead_zone=dead_zone, record=number)
-    write_output(output, text)
+    write_output(
+        output,
+        stages.export(result, to, axis=axis, method=method, dead_zone=dead_zone, record=number),
+    )

@@ -188,7 +188,7 @@ def law(
     """
     logs = () if record is None else (record,)
     check_targets([Target("--json", json_file, "law")], (*logs, axis), force=force)
-    inputs = axis_and_records(axis, logs, reading)
+    inputs = axis_and_records(axis, logs, reading, Sharing(local=(), known={}))
     with ProgressLine(f"finding the law of {inputs.axis.axis.name}") as line:
         result = stages.find_law(inputs.axis, inputs.records[0], progress=line)
     put_result(result, json_file)

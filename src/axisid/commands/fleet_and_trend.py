@@ -21,13 +21,13 @@ from axisid.commands.options import (
     leave_out_option,
     loss_option,
     method_option,
+    print_result,
+    put_result,
     stages,
     takes,
-    write_output,
 )
-from axisid.presentation.console import ProgressLine, print_document
+from axisid.presentation.console import ProgressLine
 from axisid.support.errors import EstimationError
-from axisid.support.files import json_text
 
 
 @click.command(
@@ -128,7 +128,7 @@ def fleet(
     except KeyboardInterrupt:
         click.echo(f"axisid: what is done is in {output}; --resume goes on from there", err=True)
         raise
-    print_document(result.document())
+    print_result(result)
     click.echo(f"wrote {result.write()}")
     if result.failed:
         count = len(result.failed)
@@ -192,7 +192,4 @@ def trend(
         result = stages.trend(results, by=by, method=method, count_failing=count_failing)
     for file in filter(None, (table, report)):
         click.echo(f"wrote {result.write(Path(file))}", err=json_file == "-")
-    if json_file is not None:
-        write_output(json_file, json_text(result.to_dict()))
-    if json_file != "-":
-        print_document(result.document())
+    put_result(result, json_file)

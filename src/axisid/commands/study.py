@@ -127,9 +127,8 @@ def study(
     check_targets(targets, (axis, twin), force=force)
     if output is not None:
         stages.check_output(Path(output))
-    if figures is not None:
-        drawn = {f"{name}.pdf": "figure" for name in stages.PLOTS}
-        check_folder(figures, "--figures", drawn, force=force)
+    drawn = {f"{name}.pdf": "figure" for name in stages.PLOTS}
+    check_folder(figures, "--figures", drawn, force=force)
     with ProgressLine(f"deriving {axis}"):
         whole = stages.load_axis(axis)
         identified = stages.build(stages.leave_out(whole, *left_out))

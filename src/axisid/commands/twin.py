@@ -10,12 +10,12 @@ from axisid.commands.options import (
     VALUE,
     Command,
     Target,
+    by_names,
     check_folder,
     check_needed,
     check_targets,
     complete_axis,
     force_option,
-    parts,
     reading,
     stages,
 )
@@ -55,22 +55,23 @@ def given_noise(axis: "stages.GeneratedAxis", noise: Mapping[str, float | None])
     return stages.declared_chain(stages.Chain.of_experiment(axis.axis), **given)
 
 
-def _values(texts: tuple[str, ...]) -> dict[str, float]:
-    found = parts(texts, VALUE, "is no true value; write NAME=VALUE, SI, as in M=110")
-    return {name: float(value) for name, value, _ in found}
-
-
-def _shares(texts: tuple[str, ...]) -> dict[str, float]:
-    """Shares of true values by name; that of all others has the name ``""``."""
-    found = parts(texts, VALUE, "is no share; write NAME=SHARE, as in Fc=5% or Fc=0.05")
-    return {name: float(share) / (100 if percent else 1) for name, share, percent in found}
-
-
+#: Reads shares of true values by name; that of all others has the name ``""``.
+_shares = by_names(
+    VALUE,
+    "is no share; write NAME=SHARE, as in Fc=5% or Fc=0.05",
+    lambda share, percent: float(share) / (100 if percent else 1),
+)
 truth_option = click.option(
     "--truth",
     multiple=True,
     metavar="NAME=VALUE",
-    callback=reading(_values),
+    callback=reading(
+        by_names(
+            VALUE,
+            "is no true value; write NAME=VALUE, SI, as in M=110",
+            lambda value, _: float(value),
+        )
+    ),
     help="A true value of the twins, SI, in place of the experiment's; again for each.",
 )
 

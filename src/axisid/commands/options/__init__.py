@@ -10,11 +10,11 @@ from .estimator_options import (
     Fitting as Fitting,
     bootstrap_option as bootstrap_option,
     bounded_option as bounded_option,
+    by_names as by_names,
     fix_option as fix_option,
     loss_option as loss_option,
     method_option as method_option,
     one_or_all as one_or_all,
-    parts as parts,
 )
 from .groups import (
     Command as Command,

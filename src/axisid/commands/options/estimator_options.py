@@ -3,7 +3,7 @@
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import click
 
@@ -20,6 +20,8 @@ from axisid.estimation.choices import (
 from . import stages
 from .groups import Options, option, reading
 from .inputs import names_in
+
+Value = TypeVar("Value")
 
 #: Of the option ``--bootstrap``.
 BOOTSTRAP: dict[str, Any] = {
@@ -120,36 +122,30 @@ def _outputs(texts: tuple[str, ...]) -> tuple[str, ...]:
     return names
 
 
-def parts(texts: tuple[str, ...], form: str, wrong: str) -> list[tuple[str, ...]]:
-    """The groups that each text has of a form; what is said of a text without it goes after it."""
-    found = [(text, re.fullmatch(form, text)) for text in texts]
-    for text, match in found:
-        if match is None:
-            raise click.BadParameter(f"{text!r} {wrong}")
-    return [match.groups(default="") for _, match in found if match]
+def by_names(
+    form: str, wrong: str, value: Callable[..., Value]
+) -> Callable[[tuple[str, ...]], dict[str, Value]]:
+    """What reads texts as values by name.
 
+    Parameters
+    ----------
+    form : str
+        Of each text, a regular expression whose first group is the name.
+    wrong : str
+        What is said of a text without it, after the text.
+    value : callable
+        Makes the value of the other groups; those without a text are empty.
+    """
 
-def _priors(texts: tuple[str, ...]) -> dict[str, tuple[float, float]]:
-    wrong = (
-        "has no standard deviation; write NAME=VALUE+-SD, or --fix NAME=VALUE where it is exact."
-    )
-    return {name: (float(v), float(sd)) for name, v, sd in parts(texts, _PRIOR, wrong)}
+    def read(texts: tuple[str, ...]) -> dict[str, Value]:
+        found = [(text, re.fullmatch(form, text)) for text in texts]
+        for text, match in found:
+            if match is None:
+                raise click.BadParameter(f"{text!r} {wrong}")
+        groups = [match.groups(default="") for _, match in found if match]
+        return {name: value(*others) for name, *others in groups}
 
-
-def _bounds(texts: tuple[str, ...]) -> dict[str, tuple[float | None, float | None]]:
-    wrong = "bounds nothing; write NAME=LOW..HIGH, SI, one of them left out for none, as in Fv=0.."
-    return {
-        name: (float(low) if low else None, float(high) if high else None)
-        for name, low, high in parts(texts, _BOUND, wrong)
-    }
-
-
-def _weights(texts: tuple[str, ...]) -> dict[str, float] | None:
-    wrong = (
-        "weighs nothing; write OUTPUT=NUMBER, the inverse of the deviation of its errors, as in "
-        "position=2e5."
-    )
-    return {name: float(weight) for name, weight in parts(texts, _WEIGHT, wrong)} or None
+    return read
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -165,11 +161,16 @@ class Fitting(Options):
         multiple=True,
         metavar="NAME[,NAME]",
     )
-    weights: dict[str, float] | None = option(
+    weights: dict[str, float] = option(
         "By which an output's errors count: the inverse of their deviation, in its unit; "
         "again for each.  [default: of what is left of it]",
         name="weight",
-        read=_weights,
+        read=by_names(
+            _WEIGHT,
+            "weighs nothing; write OUTPUT=NUMBER, the inverse of the deviation of its errors, as "
+            "in position=2e5.",
+            float,
+        ),
         multiple=True,
         metavar="OUTPUT=NUMBER",
     )
@@ -204,13 +205,22 @@ class Fitting(Options):
     bounds: dict[str, tuple[float | None, float | None]] = option(
         "Bounds of a parameter, SI, within the declared ones; again for each.",
         name="bound",
-        read=_bounds,
+        read=by_names(
+            _BOUND,
+            "bounds nothing; write NAME=LOW..HIGH, SI, one of them left out for none, as in Fv=0..",
+            lambda low, high: (float(low) if low else None, float(high) if high else None),
+        ),
         multiple=True,
         metavar="NAME=LOW..HIGH",
     )
     prior: dict[str, tuple[float, float]] = option(
         "What was known of a parameter before, SI, which is weighed; again for each.",
-        read=_priors,
+        read=by_names(
+            _PRIOR,
+            "has no standard deviation; write NAME=VALUE+-SD, or --fix NAME=VALUE where it is "
+            "exact.",
+            lambda v, sd: (float(v), float(sd)),
+        ),
         multiple=True,
         metavar="NAME=VALUE+-SD",
     )

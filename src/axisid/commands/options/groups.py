@@ -250,8 +250,7 @@ def complete_axis(
     modules = (Path(__file__).parents[2] / "modeling" / "library").glob("[!_]*.py")
     library = sorted(file.stem for file in modules)
     here = (p.name for p in sorted(Path().glob("*")) if p.suffix in (".toml", ".py"))
-    names = [*library, *here]
-    found = [CompletionItem(name) for name in names if name.startswith(incomplete)]
+    found = [CompletionItem(n) for n in (*library, *here) if n.startswith(incomplete)]
     return found or complete_file(ctx, param, incomplete)
 
 

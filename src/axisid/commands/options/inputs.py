@@ -5,7 +5,7 @@ Few options are of a log; all else of it is said in its run.toml.
 
 import csv
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -99,7 +99,7 @@ class Inputs:
     records: "tuple[stages.Record, ...]"
     used: tuple[int, ...]
     set_aside: Mapping[str, str]
-    shared: Mapping[str, Any] = field(default_factory=dict)
+    shared: Mapping[str, Any]
 
     def say_set_aside(self) -> None:
         """Tell of each log that could not be read."""
@@ -139,7 +139,7 @@ def axis_and_records(
     axis: str,
     logs: Sequence[str],
     reading: Reading,
-    sharing: Sharing | None = None,
+    sharing: Sharing,
     further: Sequence[str] = (),
     *,
     fixed: tuple[str, ...] = (),
@@ -152,8 +152,7 @@ def axis_and_records(
     axis : str
     logs : sequence of str
     reading : Reading
-    sharing : Sharing, optional
-        Where there may be several records.
+    sharing : Sharing
     further : sequence of str
         Other logs that `reading` is of.
     fixed, left_out : tuple of str
@@ -165,8 +164,6 @@ def axis_and_records(
     AxisidError
         What cannot be read; of several logs it is named with the others that cannot.
     """
-    local: tuple[str, ...] = () if sharing is None else sharing.local
-    known: Mapping[str, Any] = {} if sharing is None else sharing.known
     named = f"the twin of {axis}" if not logs else " and ".join(logs)
     with ProgressLine(f"reading {named}"):
         if is_log(axis):
@@ -182,7 +179,7 @@ def axis_and_records(
                 if len(logs) == 1:
                     raise
                 bad[log if log not in bad else f"{log} ({i + 1})"] = str(error)
-        stages.check_bad(bad, len(logs), skip_bad=sharing is not None and sharing.skip_bad)
+        stages.check_bad(bad, len(logs), skip_bad=sharing.skip_bad)
         if not logs:
             given = [name for name in reading.names().values() if name in given_options()]
             if given and not further:
@@ -190,10 +187,10 @@ def axis_and_records(
                 raise UsageError(f"{' and '.join(given)} {verb} a record; name its file.")
             # The twin has every term, as an axis does whatever is identified of it.
             found[0] = stages.twin_record(stages.build(whole) if left_out else generated)
-    stages.known_of(known, max(len(logs), 1))
+    stages.known_of(sharing.known, max(len(logs), 1))
     records, used = tuple(found.values()), tuple(found)
+    shared: dict[str, Any] = {"local": sharing.local, "known": sharing.known}
     if bad:
-        known = stages.known_without(used, known)
-        local = local if len(used) > 1 else ()
-    shared = {"local": local, "known": known} if sharing is not None else {}
+        shared["known"] = stages.known_without(used, sharing.known)
+        shared["local"] = sharing.local if len(used) > 1 else ()
     return Inputs(axis=generated, records=records, used=used, set_aside=bad, shared=shared)

@@ -233,8 +233,7 @@ def write_page(file: str, page: Callable[..., str], result: Presentable) -> None
         Gives the page of the result, with `command`, `made` and `wording`.
     result : Presentable
     """
-    made = datetime.now().astimezone()
-    write_output(file, page(result, command=command_line(), made=made))
+    write_output(file, page(result, command=command_line(), made=datetime.now().astimezone()))
 
 
 def command_line() -> str:
@@ -242,7 +241,7 @@ def command_line() -> str:
     return shlex.join(["axisid", *sys.argv[1:]])
 
 
-def put_result(result: Presentable, json_file: str | None) -> None:
+def put_result(result: "Presentable | stages.Trend", json_file: str | None) -> None:
     """Write a result where ``--json`` says, and print it unless that is standard output."""
     if json_file is not None:
         write_output(json_file, json_text(result.to_dict()))
@@ -250,6 +249,8 @@ def put_result(result: Presentable, json_file: str | None) -> None:
         print_result(result)
 
 
-def print_result(result: Presentable) -> None:
+def print_result(result: "Presentable | stages.Fleet | stages.Trend") -> None:
     """Print a result as its summary, dressed on a terminal."""
-    print_document(stages.as_blocks(result))
+    print_document(
+        stages.as_blocks(result) if isinstance(result, Presentable) else result.document()
+    )

@@ -5,19 +5,14 @@ file, which also says their types.
 """
 
 import ast
-from importlib import import_module
 from pathlib import Path
 
+import lazy_loader
+
 _STUB = ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
-_PLACES = {
-    alias.name: str(node.module)
+_NAMES = {
+    str(node.module).removeprefix("axisid."): [alias.name for alias in node.names]
     for node in _STUB.body
     if isinstance(node, ast.ImportFrom)
-    for alias in node.names
 }
-
-
-def __getattr__(name: str) -> object:
-    if name not in _PLACES:
-        raise AttributeError(name)
-    return getattr(import_module(_PLACES[name]), name)
+__getattr__, __dir__, __all__ = lazy_loader.attach("axisid", submod_attrs=_NAMES)

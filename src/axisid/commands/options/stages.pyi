@@ -93,7 +93,7 @@ from axisid.presentation.report import (
 from axisid.presentation.result_files import compare_results as compare_results
 from axisid.presentation.text import missing_notes as missing_notes
 from axisid.presentation.views import as_blocks as as_blocks
-from axisid.trends import trend as trend
+from axisid.trends import Trend as Trend, trend as trend
 from axisid.twins import (
     TwinMachines as TwinMachines,
     twin_files as twin_files,
