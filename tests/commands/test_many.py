@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from fleet_logs import AXIS, write_logs
 
-from axisid.commands import study as command
+from axisid.commands import twin_study_paper as command
 from tests.estimation.monte_carlo.short import MOVES
 
 Run = Callable[..., tuple[int, str, str]]

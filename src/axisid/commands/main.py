@@ -23,15 +23,12 @@ from axisid.support.one_thread import one_thread, without_arithmetic_warnings
 from axisid.support.version import __version__
 
 from .compare import compare, compare_results
-from .export import export
+from .export_and_generate import export, generate
 from .fit_sweep_law import fit, law, sweep
 from .fleet_and_trend import fleet, trend
-from .generate import generate
 from .identify import identify
 from .new_and_show import new, show
-from .paper import paper
-from .study import study
-from .twin import twin
+from .twin_study_paper import paper, study, twin
 
 _USAGE, _DATA, _INTERRUPTED = 2, 3, 130
 
