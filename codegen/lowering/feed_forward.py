@@ -42,12 +42,9 @@ class FeedForward:
     motion : mapping of str to str
         Unit of position, velocity and acceleration, and of recorded signals, by name.
     force : Program
-        From the motion and the parameters.
-    force_about : str
-        What it gives, in a sentence.
+        From the motion and the parameters; its summary says what it gives, in a sentence or two.
     control : Program
         From ``tau``, position and velocity: what the drive makes it of, within its limit.
-    control_about : str
     """
 
     name: str
@@ -55,9 +52,7 @@ class FeedForward:
     constants: tuple[ExportedConstant, ...]
     motion: Mapping[str, str]
     force: Program
-    force_about: str
     control: Program
-    control_about: str
 
     @property
     def functions(self) -> tuple[str, str]:
@@ -125,15 +120,17 @@ def feed_forward(
             f"{q.acceleration}": f"{q.unit}/s^2",
             **{s.name: s.unit for s in axis.signals if s.symbol in _needed(model)},
         },
-        force=_force(model, dead_zone),
-        force_about=f"Force in {q.force_unit} that the motion needs. The friction direction is the "
-        f"sign of {q.velocity}, 0 {at_rest}.",
-        control=_control(model),
-        control_about=f"Control in {axis.drive.unit} for that force{reach}.",
+        force=_force(
+            model,
+            dead_zone,
+            f"Force in {q.force_unit} that the motion needs. The friction direction is the sign of "
+            f"{q.velocity}, 0 {at_rest}.",
+        ),
+        control=_control(model, f"Control in {axis.drive.unit} for that force{reach}."),
     )
 
 
-def _force(model: AxisModel, dead_zone: float) -> Program:
+def _force(model: AxisModel, dead_zone: float, about: str) -> Program:
     builder, q = Builder(), model.axis.coordinate
     motion = [builder.scalar(s.name) for s in (q.symbol, q.velocity, q.acceleration)]
     recorded = _recorded(builder, model)
@@ -142,7 +139,7 @@ def _force(model: AxisModel, dead_zone: float) -> Program:
     arguments = (*((index,) for index in (*motion, direction, *recorded)), parameters)
     (tau,) = builder.inline(inverse_dynamics(model), *arguments)["tau"]
     builder.output("tau", [[tau]])
-    return builder.program("feedforward", "Force that the motion needs.")
+    return builder.program("feedforward", about)
 
 
 def _needed(model: AxisModel) -> frozenset[SignalSymbol]:
@@ -168,7 +165,7 @@ def _direction(builder: Builder, velocity: int, dead_zone: float) -> int:
     )
 
 
-def _control(model: AxisModel) -> Program:
+def _control(model: AxisModel, about: str) -> Program:
     drive, q = model.axis.drive, model.axis.coordinate
     builder = Builder()
     signals = [(builder.scalar(s.name),) for s in (FORCE, q.symbol, q.velocity)]
@@ -180,4 +177,4 @@ def _control(model: AxisModel) -> Program:
         )
         control = builder.apply("add", control, band)
     builder.output("control", [[within(drive.limit, builder, control)]])
-    return builder.program("control", "Control for a force.")
+    return builder.program("control", about)

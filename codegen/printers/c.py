@@ -203,10 +203,10 @@ def print_c99(export: FeedForward) -> str:
     ports = [*export.motion, *(c.name for c in export.constants)]
     functions = "\n".join(
         (
-            f"/* {comment(export.force_about)} */\ndouble {force}({arguments})\n{{",
+            f"/* {comment(export.force.summary)} */\ndouble {force}({arguments})\n{{",
             *constants,
             *_body(export.force, ports),
-            f"}}\n\n/* {comment(export.control_about)} */\ndouble {control}({arguments})\n{{",
+            f"}}\n\n/* {comment(export.control.summary)} */\ndouble {control}({arguments})\n{{",
             f"    const double tau_ = {force}({passed});",
             *_body(export.control, ["tau"]),
             "}\n",

@@ -173,13 +173,14 @@ def print_python(export: FeedForward) -> str:
     arguments = ", ".join(f"{names[name]}: float" for name in export.motion)
     constants = [f"{names[c.name]} = {c.value!r}  # {comment(c.comment)}" for c in export.constants]
     functions: list[str] = []
-    for name, text, program, first in (
-        (force, export.force_about, export.force, []),
-        (control, export.control_about, export.control, [f"    tau = {force}({passed})"]),
+    for name, program, first in (
+        (force, export.force, []),
+        (control, export.control, [f"    tau = {force}({passed})"]),
     ):
         functions += [
             f"\n\ndef {name}({arguments}) -> float:",
-            f'    """{comment(text)}\n\n    {comment(units)}; numbers or arrays.\n    """',
+            f'    """{comment(program.summary)}\n\n'
+            f'    {comment(units)}; numbers or arrays.\n    """',
             f'    if any(hasattr(number, "__len__") for number in ({passed})):',
             f"        return _each({name}, {passed})",
             f"    {passed} = {', '.join(f'float({names[n]})' for n in export.motion)}",

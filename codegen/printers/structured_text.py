@@ -62,11 +62,11 @@ def print_st(export: FeedForward) -> str:
     about = "\n   ".join(map(comment, export.about))
     return "\n".join(
         [
-            f"(* {about}\n*)\n\n(* {comment(export.force_about)} *)\nFUNCTION {force} : LREAL",
+            f"(* {about}\n*)\n\n(* {comment(export.force.summary)} *)\nFUNCTION {force} : LREAL",
             *inputs,
             *_block("VAR CONSTANT", constants),
             *_body(export.force, force, language, []),
-            f"END_FUNCTION\n\n(* {comment(export.control_about)} *)\nFUNCTION {control} : LREAL",
+            f"END_FUNCTION\n\n(* {comment(export.control.summary)} *)\nFUNCTION {control} : LREAL",
             *inputs,
             *_body(export.control, control, language, [f"force := {force}({passed});"]),
             "END_FUNCTION\n",

@@ -70,4 +70,4 @@ def test_an_exported_control_goes_over_the_dead_band() -> None:
     for motion in ((0.0, 0.1, 0.5), (0.0, -0.1, -0.5), (0.0, 0.0, 0.0)):
         force, control = (made[name](*motion) for name in export.functions)
         assert control == pytest.approx(force / 35.0 + 0.3 * np.sign(force))
-    assert "over the dead band of 0.3" in export.control_about
+    assert "over the dead band of 0.3" in export.control.summary

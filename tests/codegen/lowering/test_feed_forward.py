@@ -200,9 +200,7 @@ def as_export(force: Program) -> FeedForward:
         constants=(),
         motion={"x": "m", "y": "m/s"},
         force=force,
-        force_about="",
         control=builder.program("control", ""),
-        control_about="",
     )
 
 
