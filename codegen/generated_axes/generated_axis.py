@@ -33,7 +33,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import Missing, ModelError, UsageError, quoted, real_array
 
 from .loop_by_gains import LoopByGains
-from .texts import FUNCTIONS, NATIVE, axis_artefacts, signature
+from .texts import FUNCTIONS, NATIVE, axis_artefacts, signature, single_result
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -261,9 +261,7 @@ class GeneratedAxis:
         self, program: Program, motion: Sequence[Array], recorded: Sequence[Array]
     ) -> Array:
         names = (port.name for port in program.inputs)
-        arguments = dict(zip(names, (*motion, *recorded), strict=True))
-        (values,) = evaluate(program, arguments).values()
-        return values[:, 0]
+        return single_result(program, dict(zip(names, (*motion, *recorded), strict=True)))
 
     def experiment_signals(self, time: Array) -> dict[str, Array]:
         """What the axis's experiment says of recorded signals, at times, s, (N,) by name."""
@@ -360,18 +358,17 @@ def _is_uniform(model: AxisModel) -> bool:
     if model.states:
         return False
     q, law, recorded = model.axis.coordinate, model.axis.control, model.axis.signal_symbols
-    expressions: list[tuple[sympy.Expr, tuple[sympy.Symbol, ...], sympy.Symbol]] = [
-        (model.acceleration, (q.symbol, q.velocity), DIRECTION)
+    expressions: list[tuple[sympy.Expr, tuple[sympy.Symbol, ...]]] = [
+        (model.acceleration, (q.symbol, q.velocity))
     ]
     drive = model.axis.drive
     if law is not None and (law.continuous or model.axis.drives_by_motion):
-        made = drive.force.xreplace(drive.along(q))
-        expressions.append((made, (CONTROL, q.symbol, q.velocity), DIRECTION))
+        expressions.append((drive.force.xreplace(drive.along(q)), (CONTROL, q.symbol, q.velocity)))
     if law is not None and law.continuous:
-        expressions.append((law.output, (MEASURED_POSITION, MEASURED_VELOCITY), DIRECTION))
+        expressions.append((law.output, (MEASURED_POSITION, MEASURED_VELOCITY)))
     return all(
-        not expression.diff(variable).free_symbols & {*variables, direction, *recorded}
-        for expression, variables, direction in expressions
+        not expression.diff(variable).free_symbols & {*variables, DIRECTION, *recorded}
+        for expression, variables in expressions
         for variable in variables
     )
 
@@ -384,9 +381,7 @@ def as_generated(axis: Axis | GeneratedAxis) -> GeneratedAxis:
     UsageError
         It is neither.
     """
-    if isinstance(axis, GeneratedAxis):
-        return axis
-    return build(axis)
+    return axis if isinstance(axis, GeneratedAxis) else build(axis)
 
 
 def as_declared(axis: Axis | GeneratedAxis | None) -> Axis | None:

@@ -50,19 +50,19 @@ def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
     motion = {axis.coordinate.name: _POSITIONS, str(axis.coordinate.velocity): _VELOCITIES}
     motion |= {signal.name: _RECORDED for signal in axis.signals}
     arguments = {**motion, str(CONTROL): controls}
-    force = _result(of_name["drive_force"], arguments)
+    force = single_result(of_name["drive_force"], arguments)
     if axis.drive.relative_sd and axis.drive.force_by_gain == 0:
         raise ModelError(
             f"axis {axis.name!r}: the gain of the drive {type(axis.drive).__name__} has a "
             "deviation and no part in its force; define force_by_gain, or leave out relative_sd.",
             code="generated-code",
         )
-    again = _result(of_name["drive_control"], {**motion, str(FORCE): force})
+    again = single_result(of_name["drive_control"], {**motion, str(FORCE): force})
     size = np.abs(force)
     held = (size > _LEAST) & np.isfinite(size)  # elsewhere nothing tells the control
     wrong = held & ~(np.abs(again - controls) <= MAX_CONTROL_DIFFERENCE.value * most)
     # A force at the end of what the drive can make has many controls: any of them will do.
-    remade = _result(of_name["drive_force"], {**motion, str(CONTROL): again})
+    remade = single_result(of_name["drive_force"], {**motion, str(CONTROL): again})
     with np.errstate(invalid="ignore"):  # forces that no number holds, which are not held to it
         wrong &= ~(np.abs(remade - force) <= MAX_CONTROL_DIFFERENCE.value * size)
     if not np.any(wrong):
@@ -76,7 +76,8 @@ def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
     )
 
 
-def _result(program: Program, elements: Mapping[str, Array]) -> Array:
+def single_result(program: Program, elements: Mapping[str, Array]) -> Array:
+    """The one result of a program at N points, (N,)."""
     (values,) = evaluate(program, elements).values()
     return values[:, 0]
 

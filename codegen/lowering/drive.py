@@ -238,8 +238,7 @@ def _driven(
 
     `tau` is the force of the command that is new.
     """
-    count = len(remembered) - bool(response.lag)
-    pending = (tau, *remembered[:count])  # the newest first
+    pending = (tau, *remembered[: len(remembered) - bool(response.lag)])  # the newest first
     then = pending[response.whole]
     first = pending[-1] if response.share else then
     if not response.lag:

@@ -71,9 +71,8 @@ def plant_programs(
         _plant_step(_plant(model, law, acceleration, found)),
     ]
     if found.sides:
-        plant = _plant(model, law, acceleration, found)
-        programs += [_switching(model, found), _plant_rate(plant, found)]
-    elif model.states:
+        programs.append(_switching(model, found))
+    if found.sides or model.states:
         programs.append(_plant_rate(_plant(model, law, acceleration, found), found))
     elif found.wave_numbers:
         programs.append(wave_number(model, found))

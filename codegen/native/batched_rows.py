@@ -105,21 +105,10 @@ class LaneLibrary(LoadedLibrary):
         decimation: Decimation,
     ) -> Array:
         """Regressor, known part if there is any, and force of measured lanes, (n, columns, L)."""
-        samples, lanes = control.shape
-        out = np.empty((decimation.rows, self._columns + 1, lanes))
-        self(
-            "lanes_measured",
-            samples,
-            lanes,
-            np.ascontiguousarray(control),
-            *motion,
-            float(delay),
-            _bytes(excluded),
-            *decimation.arguments,
-            out,
-            self._work(decimation, lanes),
+        given = (np.ascontiguousarray(control), *motion, float(delay), _bytes(excluded))
+        return self._decimated(
+            "lanes_measured", control.shape, given, decimation, (self._columns + 1,)
         )
-        return out
 
     def simulated(
         self,
@@ -130,36 +119,14 @@ class LaneLibrary(LoadedLibrary):
         decimation: Decimation,
     ) -> Array:
         """Regressor of simulated lanes, and known part if there is any, (n, columns, L)."""
-        samples, lanes = loops[0].shape
-        out = np.empty((decimation.rows, self._columns, lanes))
-        self(
-            "lanes_simulated",
-            samples,
-            lanes,
-            *loops,
-            before,
-            np.ascontiguousarray(parameters.T),
-            _bytes(excluded),
-            *decimation.arguments,
-            out,
-            self._work(decimation, lanes),
+        given = (*loops, before, np.ascontiguousarray(parameters.T), _bytes(excluded))
+        return self._decimated(
+            "lanes_simulated", loops[0].shape, given, decimation, (self._columns,)
         )
-        return out
 
     def weights(self, excluded: NDArray[np.bool_], decimation: Decimation) -> Array:
         """What rows make of ones where nothing is excluded, (n, L)."""
-        samples, lanes = excluded.shape
-        out = np.empty((decimation.rows, lanes))
-        self(
-            "lanes_weights",
-            samples,
-            lanes,
-            _bytes(excluded),
-            *decimation.arguments,
-            out,
-            self._work(decimation, lanes),
-        )
-        return out
+        return self._decimated("lanes_weights", excluded.shape, (_bytes(excluded),), decimation)
 
     def turns(self, velocity: Array, rest: float, reach: int) -> NDArray[np.bool_]:
         """Samples, (N, L), within a reach of reversals and rests, no faster than a share."""
@@ -202,12 +169,23 @@ class LaneLibrary(LoadedLibrary):
         self("lanes_lagged", rows, lanes, p, lags, np.ascontiguousarray(columns), out)
         return out
 
-    def _work(self, decimation: Decimation, lanes: int) -> Array:
+    def _decimated(
+        self,
+        function: str,
+        shape: tuple[int, int],
+        given: Sequence[float | NDArray[Any] | None],
+        decimation: Decimation,
+        kept: tuple[int, ...] = (),
+    ) -> Array:
+        """What a function makes of samples and lanes, (N, L): rows, (n, *kept, L)."""
         every, blocks = int(decimation.sizes[5]), int(decimation.sizes[8])
-        columns, groups = self._columns + 1, -(-lanes // _WIDE)
+        columns, groups = self._columns + 1, -(-shape[1] // _WIDE)
         blocked = every * (_STREAMS + 2 * columns + 1)
         states = groups * (_STRETCH + -(-blocks // _STRETCH) + 1)
-        return self.memory(_WIDE + (blocked + columns * states * _STATES) * _WIDE)
+        work = self.memory(_WIDE + (blocked + columns * states * _STATES) * _WIDE)
+        out = np.empty((decimation.rows, *kept, shape[1]))
+        self(function, *shape, *given, *decimation.arguments, out, work)
+        return out
 
 
 def _rows_apart(columns: Array) -> Array:
@@ -267,6 +245,5 @@ class ColumnFilter(LoadedLibrary):
 def column_filter() -> ColumnFilter | None:
     """Return the compiled filter, made when first needed; None where it cannot be had."""
     with contextlib.suppress(NativeUnavailableError, OSError):
-        path = compiled_library(print_c_filter())
-        return ColumnFilter(path, "filter_columns")
+        return ColumnFilter(compiled_library(print_c_filter()), "filter_columns")
     return None
