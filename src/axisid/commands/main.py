@@ -75,18 +75,7 @@ def main() -> NoReturn:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
-    try:
-        code = _run()
-    except click.ClickException as error:
-        code = error.exit_code
-        if isinstance(error, click.exceptions.NoArgsIsHelpError):  # the help, whole
-            click.echo(error.format_message(), err=True)
-        else:
-            _fail(error.format_message(), code)
-    except (click.Abort, KeyboardInterrupt):
-        code = _fail("interrupted", _INTERRUPTED)
-    except Exception as error:
-        code = _failed(error)
+    code = _exit_code()
     for stream in filter(None, (sys.stdout, sys.stderr)):
         try:
             stream.flush()
@@ -107,22 +96,32 @@ def _run() -> Any:
     return code
 
 
-def _failed(error: Exception) -> int:
-    """The exit code of an error, which is told unless nobody is left to be told."""
-    if isinstance(error, BrokenPipeError):
+def _exit_code() -> Any:
+    """That of the command that runs, whose failure is told unless nobody is left to be told."""
+    try:
+        return _run()
+    except click.exceptions.NoArgsIsHelpError as error:  # the help, whole
+        click.echo(error.format_message(), err=True)
+        return error.exit_code
+    except click.ClickException as error:
+        return _fail(error.format_message(), error.exit_code)
+    except (click.Abort, KeyboardInterrupt):
+        return _fail("interrupted", _INTERRUPTED)
+    except BrokenPipeError:
         return 1  # whoever read the output has left
-    if isinstance(error, MemoryError):
+    except MemoryError:
         return _fail(_NO_MEMORY, _DATA)
-    if isinstance(error, OSError):
+    except OSError as error:
         place = error.filename or "standard output, or a file that is written to,"
         return _fail(f"{place} cannot be used: {error.strerror or error}.", _USAGE)
-    if isinstance(error, AxisidError):
+    except AxisidError as error:
         headline = getattr(error, "headline", str(error))
         return _fail(headline, error.exit_code, getattr(error, "mistakes", ()))
-    if asks_for_tracebacks():
-        raise error
-    fault = f"internal fault: {type(error).__name__}: {error}"
-    return _fail(f"{fault}. Set AXISID_DEBUG=1 for the traceback and report it.", 1)
+    except Exception as error:
+        if asks_for_tracebacks():
+            raise
+        fault = f"internal fault: {type(error).__name__}: {error}"
+        return _fail(f"{fault}. Set AXISID_DEBUG=1 for the traceback and report it.", 1)
 
 
 def _fill_closed() -> None:
