@@ -198,8 +198,7 @@ def _held_out(
         try:
             _ = stages.FilteredRecord.bind(axis, record, prefilter).signals
         except AxisidError as error:
-            problem = f"{log}, to validate on: {error}"
-            raise type(error)(problem, code=error.code) from error
+            raise type(error)(f"{log}, to validate on: {error}", code=error.code) from error
     return records
 
 

@@ -377,18 +377,16 @@ def _written(
     result: "stages.MonteCarlo", output: str | None, report: str | None, figures: str | None
 ) -> list[object]:
     """Write what is asked for and return the places."""
-    written: list[object] = []
+    drawn: list[Path] = []
     if output is not None:
         stages.write_runs(result, output)
-        written.append(output)
     if report is not None:
         write_page(report, stages.monte_carlo_page, result)
-        written.append(report)
     if figures is not None:
-        drawn = stages.monte_carlo_plots(result).values()
-        plots = [plot for plot in drawn if isinstance(plot, stages.Plot)]
-        written += stages.write_figures(plots, Path(figures), "pdf")
-    return written
+        found = stages.monte_carlo_plots(result).values()
+        plots = [plot for plot in found if isinstance(plot, stages.Plot)]
+        drawn = stages.write_figures(plots, Path(figures), "pdf")
+    return [*(file for file in (output, report) if file is not None), *drawn]
 
 
 @click.command(

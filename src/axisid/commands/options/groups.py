@@ -184,8 +184,9 @@ class Command(click.Command):
                 if isinstance(option, click.Option):
                     for said, times in _times_said(option, order, given[str(option.name)]).items():
                         if times > 1:
-                            text = f"{said} is given {times} times; give it once."
-                            raise click.UsageError(text, ctx)
+                            raise click.UsageError(
+                                f"{said} is given {times} times; give it once.", ctx
+                            )
         return super().parse_args(ctx, args)
 
 
