@@ -69,8 +69,7 @@ def axis_programs(model: AxisModel, *, by_gains: bool = False) -> tuple[Program,
 def _motion(model: AxisModel, *, force: bool) -> Arguments:
     q = model.axis.coordinate
     third = FORCE if force else q.acceleration
-    recorded = model.axis.signal_symbols
-    return Arguments().scalars(q.symbol, q.velocity, third, DIRECTION, *recorded)
+    return Arguments().scalars(q.symbol, q.velocity, third, DIRECTION, *model.axis.signal_symbols)
 
 
 def _parameters(model: AxisModel) -> list[sympy.Symbol]:

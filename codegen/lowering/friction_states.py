@@ -56,8 +56,7 @@ def state_start(model: AxisModel, found: Switching) -> Program:
     """Build where the states start, by the parameters, and which side is the first of a limit."""
     arguments = Arguments().vector("parameters", [p.symbol for p in model.axis.parameters])
     builder = arguments.lower(states=[[state.start] for state in model.states])
-    others = len(found.sides) - len(found.limits)
-    builder.output("first_limit", [[builder.constant(others)]])
+    builder.output("first_limit", [[builder.constant(len(found.sides) - len(found.limits))]])
     return builder.program("state_start", "Internal states at the first sample.")
 
 

@@ -191,8 +191,7 @@ def wave_number(model: AxisModel, found: Switching) -> Program:
     axis = model.axis
     arguments = Arguments().scalars(axis.coordinate.symbol, *axis.signal_symbols)
     arguments.vector("parameters", [p.symbol for p in axis.parameters])
-    index = largest_wave(arguments, found.wave_numbers)
-    arguments.builder.output("wave_number", [[index]])
+    arguments.builder.output("wave_number", [[largest_wave(arguments, found.wave_numbers)]])
     return arguments.builder.program(
         "wave_number", "Reciprocal of the way on which the acceleration may vary."
     )
