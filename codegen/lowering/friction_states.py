@@ -104,7 +104,9 @@ class Remembering:
         Of `state_dynamics`.
     force : int
         Held.
-    direction, sides, parameters : tuple of int
+    mode : tuple of tuple of int
+        The direction, and the sides if there are any.
+    parameters : tuple of int
     limited : tuple of (int, int) or None
         By state: its side, and its limit; None for a state without one.
     """
@@ -112,17 +114,15 @@ class Remembering:
     builder: Builder
     dynamics: Program
     force: int
-    direction: Vector
-    sides: Vector
+    mode: tuple[Vector, ...]
     parameters: Vector
     limited: tuple[tuple[int, int] | None, ...]
 
     def _at(self, motion: Sequence[int]) -> dict[str, Vector]:
         """Rates and slopes at position, velocity and states."""
         q, dq, *states = motion
-        sides = (self.sides,) if self.sides else ()
-        mode = (self.direction, *sides, tuple(states), self.parameters)
-        return self.builder.inline(self.dynamics, (q,), (dq,), (self.force,), *mode)
+        state = (*self.mode, tuple(states), self.parameters)
+        return self.builder.inline(self.dynamics, (q,), (dq,), (self.force,), *state)
 
     def rate(self, motion: Sequence[int]) -> int:
         """How fast motion and states may change, 1/s, for steps to be as short.
@@ -172,7 +172,7 @@ class Remembering:
             return state
         build, (side, limit) = self.builder.apply, limited
         slips = build("lt", side, self.builder.constant(0))
-        return build("select", slips, build("mul", self.direction[0], limit), state)
+        return build("select", slips, build("mul", self.mode[0][0], limit), state)
 
     def _plus(self, start: Vector, weights: Sequence[float], made: Sequence[Vector]) -> Vector:
         build, number = self.builder.apply, self.builder.constant

@@ -177,8 +177,9 @@ class _Plant:
         direction, *sides = self.mode
         motion = ((q,), (dq,), (tau,), direction, *self._signals(elapsed))
         states = (self.states,) if self.states else ()
-        arguments = (*motion, *sides, *states, self.parameters)
-        (indices,) = self.builder.inline(self.acceleration, *arguments).values()
+        (indices,) = self.builder.inline(
+            self.acceleration, *motion, *sides, *states, self.parameters
+        ).values()
         return indices[0]
 
     def _signals(self, elapsed: int | None) -> list[tuple[int]]:
@@ -194,13 +195,11 @@ class _Plant:
 def _remembering(plant: _Plant) -> Remembering:
     """Motion and states together, under the force that is held."""
     limits, lower = plant.found.limits, plant.arguments.lowering()
-    direction, *sides = plant.mode
     return Remembering(
         builder=plant.builder,
         dynamics=state_dynamics(plant.model, plant.found),
         force=plant.force(*plant.motion, None),
-        direction=direction,
-        sides=sides[0] if sides else (),
+        mode=plant.mode,
         parameters=plant.parameters,
         limited=tuple(
             None if state.limit is None else (lower(limits[i]), lower(state.limit))
