@@ -78,7 +78,7 @@ def _parameters(model: AxisModel) -> list[sympy.Symbol]:
 
 def inverse_dynamics(model: AxisModel) -> Program:
     """The force that a motion needs, by friction direction and parameters."""
-    arguments = _motion(model, force=False).vector("parameters", _parameters(model))
+    arguments = _motion(model, force=False).vector_of("parameters", _parameters(model))
     about = "Force that the motion needs."
     return arguments.lower(tau=[[model.at_start(model.force)]]).program(
         "inverse_dynamics", f"{about[:-1]}, the states where they start." if model.states else about
@@ -88,14 +88,15 @@ def inverse_dynamics(model: AxisModel) -> Program:
 def _idm_regressor(model: AxisModel) -> Program:
     arguments, about = _motion(model, force=False), "tau = row . parameters + known."
     if model.idm.nonlinear:
-        arguments = arguments.vector("parameters", _parameters(model))
+        arguments = arguments.vector_of("parameters", _parameters(model))
         about = "tau = row . parameters + known, linearised about the parameters."
-    builder = arguments.lower(row=[model.idm.columns], known=[[model.idm.intercept]])
-    return builder.program("idm_regressor", about)
+    return arguments.lower(row=[model.idm.columns], known=[[model.idm.intercept]]).program(
+        "idm_regressor", about
+    )
 
 
 def _direct_dynamics(model: AxisModel) -> Program:
-    arguments = _motion(model, force=True).vector("parameters", _parameters(model))
+    arguments = _motion(model, force=True).vector_of("parameters", _parameters(model))
     name = model.axis.coordinate.acceleration.name
     about = "Acceleration that the force causes."
     return arguments.lower(**{name: [[model.at_start(model.acceleration)]]}).program(
@@ -108,8 +109,8 @@ def _direct_regressor(model: AxisModel) -> list[Program]:
         return []
     row, mapping = model.ddm, model.parameter_map
     builder = _motion(model, force=True).lower(row=[row.columns], known=[[row.intercept]])
-    forward = Arguments().vector("parameters", mapping.parameters)
-    backward = Arguments().vector("ddm_parameters", mapping.symbols)
+    forward = Arguments().vector_of("parameters", mapping.parameters)
+    backward = Arguments().vector_of("ddm_parameters", mapping.symbols)
     return [
         builder.program("ddm_regressor", "ddq = row . ddm_parameters + known."),
         forward.lower(
@@ -122,19 +123,19 @@ def _direct_regressor(model: AxisModel) -> list[Program]:
 
 
 def _control_start(model: AxisModel, law: ControlLaw, gains: tuple[sympy.Symbol, ...]) -> Program:
-    arguments = Arguments().scalars(REFERENCE, MEASURED_POSITION, *model.axis.signal_symbols)
-    arguments = _with_gains(arguments, gains)
-    builder = arguments.builder
+    builder = _with_gains(
+        Arguments().scalars(REFERENCE, MEASURED_POSITION, *model.axis.signal_symbols), gains
+    )
     # What balances is found where the load is known.
-    lowering = Lowering(builder, {**arguments.values, BALANCED: builder.constant(0.0)})
+    lowering = Lowering(builder, {**builder.values, BALANCED: builder.constant(0.0)})
     memory = [lowering(with_numbers(memory.start)) for memory in law.memory]
     values = {m.symbol: index for m, index in zip(law.memory, memory, strict=True)}
     rest = {MEASURED_VELOCITY: builder.constant(0.0)}
-    first = _output(model, law, builder, {**arguments.values, **values, **rest})
+    first = _output(model, law, builder, {**builder.values, **values, **rest})
     state = [*memory, *[first] * law.delay]
     if (response := model.axis.response) is not None:
-        position, still = arguments.values[MEASURED_POSITION], rest[MEASURED_VELOCITY]
-        signals = [(arguments.values[s],) for s in model.axis.signal_symbols]
+        position, still = builder.values[MEASURED_POSITION], rest[MEASURED_VELOCITY]
+        signals = [(builder.values[s],) for s in model.axis.signal_symbols]
         acting, last = acting_control(builder, model, first, first)
         made = builder.inline(drive_force(model.axis), (acting,), (position,), (still,), *signals)
         commands = [acting] * (len(response.forces) - 1) if response.holds_control else []
@@ -165,7 +166,7 @@ def _law_lowering(law: ControlLaw, builder: Builder, values: dict[sympy.Symbol, 
 
 
 def _with_gains(arguments: Arguments, gains: tuple[sympy.Symbol, ...]) -> Arguments:
-    return arguments.vector(GAINS, gains) if gains else arguments
+    return arguments.vector_of(GAINS, gains) if gains else arguments
 
 
 def _control_law(
@@ -176,8 +177,8 @@ def _control_law(
     injected: bool = False,
 ) -> Program:
     """The law by itself, or as the loop has it: with a test signal that is added to its output."""
-    arguments, line = _measured(model, law, gains, injected=injected)
-    builder, values = arguments.builder, arguments.values
+    builder, line = _measured(model, law, gains, injected=injected)
+    values = builder.values
     control = _output(model, law, builder, values, values.get(_INJECTED))
     if any(each.following.has(LIMITED_OUTPUT) for each in law.memory):
         # Without a test signal, which no integral of the law knows of.
@@ -201,7 +202,7 @@ def _measured(
     arguments = Arguments().scalars(*motion, *(_INJECTED,) * injected)
     # What the drive remembers between samples.
     remembered = (*(memory.name for memory in law.memory), *law.delay_line)
-    state = arguments.builder.vector("state", remembered)
+    state = arguments.vector("state", remembered)
     _with_gains(arguments, gains)
     arguments.values.update((m.symbol, i) for m, i in zip(law.memory, state, strict=False))
     return arguments, state[len(law.memory) :]
@@ -209,10 +210,10 @@ def _measured(
 
 def _control_terms(model: AxisModel, law: ControlLaw, gains: tuple[sympy.Symbol, ...]) -> Program:
     arguments, _ = _measured(model, law, gains)
-    lower = _law_lowering(law, arguments.builder, arguments.values)
+    lower = _law_lowering(law, arguments, arguments.values)
     terms = [lower(with_numbers(factor * signal)) for factor, signal in law.terms]
-    arguments.builder.output("row", [terms])
-    return arguments.builder.program(
+    arguments.output("row", [terms])
+    return arguments.program(
         "control_terms", "What the law adds up, one number for each product of gains."
     )
 
@@ -233,17 +234,15 @@ def law_by_gains(law: ControlLaw, signals: Sequence[sympy.Symbol]) -> tuple[Prog
         none), its gains and its memory to the next memory and the output as it is, without its
         delay. ``law_start``: from reference and position at rest to the memory; what balances is 0.
     """
-    arguments = Arguments().scalars(REFERENCE, MEASURED_POSITION)
-    builder = arguments.builder
-    lower = Lowering(builder, {**arguments.values, BALANCED: builder.constant(0.0)})
+    builder = Arguments().scalars(REFERENCE, MEASURED_POSITION)
+    lower = Lowering(builder, {**builder.values, BALANCED: builder.constant(0.0)})
     builder.output("state", [[lower(with_numbers(memory.start))] for memory in law.memory])
     start = builder.program("law_start", "What the law remembers at rest.")
-    arguments = Arguments().scalars(REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, *signals)
-    builder = arguments.builder
+    builder = Arguments().scalars(REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, *signals)
     limit = builder.scalar("limit")
-    arguments.vector("gains", [gain(name) for name in law.gains])
-    arguments.vector("state", [memory.symbol for memory in law.memory])
-    values = {**arguments.values, PERIOD: builder.constant(law.period)}
+    builder.vector_of("gains", [gain(name) for name in law.gains])
+    builder.vector_of("state", [memory.symbol for memory in law.memory])
+    values = {**builder.values, PERIOD: builder.constant(law.period)}
     output = Lowering(builder, values)(with_numbers(law.output))
     limited = builder.apply("min", output, limit)
     limited = builder.apply("max", limited, builder.apply("neg", limit))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import sympy
 
-from axisid.modeling.declaration import Axis, Drive, Response
+from axisid.modeling.declaration import Axis, Response
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import CONTROL, DIRECTION, FORCE, number
 
@@ -35,17 +35,17 @@ def drive_force(axis: Axis, *, directed: bool = False, by_gain: bool = False) ->
     direction = (DIRECTION,) if directed else ()
     arguments = Arguments().scalars(CONTROL, q.symbol, q.velocity, *direction, *axis.signal_symbols)
     value = drive.force_by_gain if by_gain else drive.force
-    arguments.builder.output("tau", [[_lowered(arguments, axis, value)]])
+    arguments.output("tau", [[_lowered(arguments, axis, value)]])
     about = "Force that the drive makes of a control within its limit."
-    return arguments.builder.program("drive_force", about)
+    return arguments.program("drive_force", about)
 
 
 def drive_control(model: AxisModel) -> Program:
     """Build the control of a force and the motion."""
     q, drive = model.axis.coordinate, model.axis.drive
     arguments = Arguments().scalars(FORCE, q.symbol, q.velocity, *model.axis.signal_symbols)
-    arguments.builder.output("control", [[_lowered(arguments, model.axis, drive.inverse)]])
-    return arguments.builder.program(
+    arguments.output("control", [[_lowered(arguments, model.axis, drive.inverse)]])
+    return arguments.program(
         "drive_control", "Control of which the drive makes a force, whatever its limit."
     )
 
@@ -91,22 +91,17 @@ def within(limit: float, builder: Builder, value: int) -> int:
 
 def _lowered(arguments: Arguments, axis: Axis, value: sympy.Expr) -> int:
     """An expression of the drive; without a friction direction that is the velocity's sign."""
-    values, builder = arguments.values, arguments.builder
-    for symbol, here in axis.drive.along(axis.coordinate).items():
+    values, drive = arguments.values, axis.drive
+    for symbol, here in drive.along(axis.coordinate).items():
         values[symbol] = values[here]
     if DIRECTION not in values and value.has(DIRECTION):
-        values[DIRECTION] = builder.apply("sign", values[axis.coordinate.velocity])
-    return drive_lowering(arguments, axis.drive)(value)
-
-
-def drive_lowering(arguments: Arguments, drive: Drive) -> Lowering:
-    """What lowers a drive's expressions."""
-    builder, name = arguments.builder, type(drive).__name__
+        values[DIRECTION] = arguments.apply("sign", values[axis.coordinate.velocity])
+    name = type(drive).__name__
     constants = {
-        symbol: builder.constant(number(value, f"the constant {symbol} of the drive {name}"))
-        for symbol, value in drive.constants.items()
+        symbol: arguments.constant(number(given, f"the constant {symbol} of the drive {name}"))
+        for symbol, given in drive.constants.items()
     }
-    return Lowering(builder, {**arguments.values, **constants})
+    return Lowering(arguments, {**values, **constants})(value)
 
 
 # Below it the mean of an exponential is a series, above it a formula, which would lose digits.
@@ -115,7 +110,7 @@ _SMALL, _TERMS = 1.0, 18
 
 def drive_response(response: Response) -> Program:
     """Build what the time loop asks of a drive that does not follow at once."""
-    builder = Arguments().builder
+    builder = Builder()
     tau, target, span = map(builder.scalar, ("tau", "target", "span"))
     later = later_force(builder, response.lag, (tau, target), span) if response.lag else tau
     builder.output("tau_later", [[later]])

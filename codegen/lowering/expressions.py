@@ -9,6 +9,7 @@ computes as a sum; only an angle of ``atan2`` on its cut could show it.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import reduce
 
 import sympy
@@ -228,45 +229,40 @@ class Lowering:
         return reduce(lambda a, b: self._builder.apply(operation, a, b), operands)
 
 
-class Arguments:
+@dataclass(slots=True)
+class Arguments(Builder):
     """A builder with arguments declared by SymPy symbol."""
 
-    def __init__(self, *, reciprocals: bool = False) -> None:
-        self.builder = Builder(reciprocals=reciprocals)
-        self.values: dict[sympy.Symbol, int] = {}
+    values: dict[sympy.Symbol, int] = field(default_factory=dict)
 
     def scalars(self, *symbols: sympy.Symbol) -> "Arguments":
         """Declare scalar arguments."""
         for symbol in symbols:
-            self.values[symbol] = self.builder.scalar(symbol.name)
+            self.values[symbol] = self.scalar(symbol.name)
         return self
 
-    def vector(self, name: str, symbols: Sequence[sympy.Symbol]) -> "Arguments":
+    def vector_of(self, name: str, symbols: Sequence[sympy.Symbol]) -> "Arguments":
         """Declare a vector argument."""
-        indices = self.builder.vector(name, [symbol.name for symbol in symbols])
+        indices = self.vector(name, [symbol.name for symbol in symbols])
         self.values.update(zip(symbols, indices, strict=True))
         return self
 
     def lowering(self) -> Lowering:
         """What lowers expressions of the arguments."""
-        return Lowering(self.builder, self.values)
+        return Lowering(self, self.values)
 
-    def lower(self, **outputs: Sequence[Sequence[sympy.Expr]]) -> Builder:
+    def lower(self, **outputs: Sequence[Sequence[sympy.Expr]]) -> "Arguments":
         """Declare results, each in rows."""
         lowering = self.lowering()
         for name, rows in outputs.items():
-            self.builder.output(name, [[lowering(e) for e in row] for row in rows])
-        return self.builder
+            self.output(name, [[lowering(e) for e in row] for row in rows])
+        return self
 
 
 def over_time(values: Mapping[str, sympy.Expr]) -> Program:
     """Build a program from the time, s, to a number for each name: recorded signals of a twin."""
-    builder = (
-        Arguments()
-        .scalars(TIME)
-        .lower(**{name: [[with_numbers(value)]] for name, value in values.items()})
-    )
-    return builder.program("over_time", "Signals by the time.")
+    rows = {name: [[with_numbers(value)]] for name, value in values.items()}
+    return Arguments().scalars(TIME).lower(**rows).program("over_time", "Signals by the time.")
 
 
 def _check_factor(product: sympy.Mul) -> None:

@@ -54,7 +54,7 @@ Vector = tuple[int, ...]
 
 def state_start(model: AxisModel, found: Switching) -> Program:
     """Build where the states start, by the parameters, and which side is the first of a limit."""
-    arguments = Arguments().vector("parameters", [p.symbol for p in model.axis.parameters])
+    arguments = Arguments().vector_of("parameters", [p.symbol for p in model.axis.parameters])
     builder = arguments.lower(states=[[state.start] for state in model.states])
     builder.output("first_limit", [[builder.constant(len(found.sides) - len(found.limits))]])
     return builder.program("state_start", "Internal states at the first sample.")
@@ -76,21 +76,20 @@ def state_dynamics(model: AxisModel, found: Switching) -> Program:
         sympy.Abs(slope(slope(rate, z, "a state"), q.velocity, "a state"))
         for rate, z in zip(found.rates, symbols, strict=True)
     ]
-    builder = arguments.lower(
+    return arguments.lower(
         rates=[[rate] for rate in rates],
         slopes=[[slope(rate, by, "the motion") for by in moved] for rate in rates],
         curvature=[[sympy.Add(*relaxing)]],
-    )
-    return builder.program("state_dynamics", "Acceleration and rates of the states, and slopes.")
+    ).program("state_dynamics", "Acceleration and rates of the states, and slopes.")
 
 
 def with_mode(arguments: Arguments, model: AxisModel, found: Switching) -> Arguments:
     """Add the sides and the states, if there are any, and the parameters."""
     if found.sides:
-        arguments.vector("sides", found.sides)
+        arguments.vector_of("sides", found.sides)
     if model.states:
-        arguments.vector(STATES, [state.symbol for state in model.states])
-    return arguments.vector("parameters", [p.symbol for p in model.axis.parameters])
+        arguments.vector_of(STATES, [state.symbol for state in model.states])
+    return arguments.vector_of("parameters", [p.symbol for p in model.axis.parameters])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

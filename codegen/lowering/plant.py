@@ -17,7 +17,7 @@ from .drive import DriveInMode, acting_from_sample, drive_response, forces_in_st
 from .expressions import Arguments
 from .friction_states import STATES, Remembering, state_dynamics, state_start, with_mode
 from .loop_settings import HELD_REFERENCE, PASSED, PROBE, PROBED, RESOLVED, RESOLVED_STATES
-from .program import Builder, Program
+from .program import Program
 from .switching import Switching, largest_wave, switching, wave_number
 
 # What is held between samples under a sampled law; with a drive that lags, what its force goes to,
@@ -58,8 +58,9 @@ def plant_programs(
         q = model.axis.coordinate
         motion = (q.symbol, q.velocity, FORCE, DIRECTION, *model.axis.signal_symbols)
         arguments = with_mode(Arguments().scalars(*motion), model, found)
-        builder = arguments.lower(acceleration=[[found.acceleration]])
-        acceleration = builder.program("acceleration_by_sides", "Acceleration in one mode.")
+        acceleration = arguments.lower(acceleration=[[found.acceleration]]).program(
+            "acceleration_by_sides", "Acceleration in one mode."
+        )
     held = _plant(model, law, acceleration, found)
     name = model.axis.coordinate.acceleration.name
     held.builder.output(name, [[held.accelerate(*held.motion, None)]])
@@ -100,11 +101,10 @@ def _switching(model: AxisModel, found: Switching) -> Program:
     }
     if found.moved_by:
         # The signals are where their lines are `step` seconds later.
-        builder = arguments.builder
-        step = builder.scalar("step")
+        step = arguments.scalar("step")
         rates: dict[Signal, sympy.Symbol] = {}
         for signal, (value, rate) in zip(model.axis.signals, lines, strict=True):
-            later = builder.apply("add", value, builder.apply("mul", rate, step))
+            later = arguments.apply("add", value, arguments.apply("mul", rate, step))
             rates[signal] = sympy.Symbol(signal.rate_name, real=True)
             arguments.values |= {signal.symbol: later, rates[signal]: rate}
         slopes["by_time"] = [
@@ -113,8 +113,7 @@ def _switching(model: AxisModel, found: Switching) -> Program:
                 for each in found.functions
             ]
         ]
-    builder = arguments.lower(switches=[found.functions], **slopes)
-    return builder.program(
+    return arguments.lower(switches=[found.functions], **slopes).program(
         "switching", "What changes its sign where a side changes, and how it changes."
     )
 
@@ -139,7 +138,7 @@ class _Plant:
     model: AxisModel
     law: Program | None
     acceleration: Program
-    arguments: Arguments
+    builder: Arguments
     motion: tuple[int, int]
     held: tuple[int, ...]
     recorded: _Lines
@@ -147,10 +146,6 @@ class _Plant:
     parameters: tuple[int, ...]
     found: Switching
     states: tuple[int, ...] = ()
-
-    @property
-    def builder(self) -> Builder:
-        return self.arguments.builder
 
     def force(self, q: int, dq: int, elapsed: int | None) -> int:
         """Force at a state, some time into the period."""
@@ -194,7 +189,7 @@ class _Plant:
 
 def _remembering(plant: _Plant) -> Remembering:
     """Motion and states together, under the force that is held."""
-    limits, lower = plant.found.limits, plant.arguments.lowering()
+    limits, lower = plant.found.limits, plant.builder.lowering()
     return Remembering(
         builder=plant.builder,
         dynamics=state_dynamics(plant.model, plant.found),
@@ -224,7 +219,7 @@ def _recorded_names(model: AxisModel) -> tuple[str, ...]:
 def _held(arguments: Arguments, model: AxisModel) -> tuple[tuple[int, ...], _Lines]:
     """What is held, and value and rate of each recorded signal."""
     names = _held_names(model)
-    vector = arguments.builder.vector("held", (*names, *_recorded_names(model)))
+    vector = arguments.vector("held", (*names, *_recorded_names(model)))
     lines = vector[len(names) :]
     return tuple(vector[: len(names)]), tuple(zip(lines[::2], lines[1::2], strict=True))
 
@@ -243,7 +238,7 @@ def _plant(
         model=model,
         law=law if names == HELD_REFERENCE else None,
         acceleration=acceleration,
-        arguments=arguments,
+        builder=arguments,
         motion=(values[q.symbol], values[q.velocity]),
         held=held,
         recorded=recorded,
@@ -316,7 +311,7 @@ def _plant_rate(plant: _Plant, found: Switching) -> Program:
     builder, build, (q, dq) = plant.builder, plant.builder.apply, plant.motion
     wave = builder.constant(0)
     if found.wave_numbers:
-        wave = largest_wave(plant.arguments, found.wave_numbers)
+        wave = largest_wave(plant.builder, found.wave_numbers)
     if plant.states:
         scale = builder.constant(RESOLVED / RESOLVED_STATES)
         rate = build("mul", scale, _remembering(plant).rate((q, dq, *plant.states)))
@@ -325,7 +320,7 @@ def _plant_rate(plant: _Plant, found: Switching) -> Program:
         if found.by_velocity:
             # What varies with the velocity, such as a Stribeck peak, lies about rest: a step
             # changes the velocity by at most a part of itself, or of how far the peak reaches.
-            widest = largest_wave(plant.arguments, found.by_velocity)
+            widest = largest_wave(plant.builder, found.by_velocity)
             speed, change = build("abs", dq), build("abs", plant.accelerate(q, dq, None))
             reach = build("add", builder.constant(1), build("mul", widest, speed))
             share = build("mul", change, build("div", widest, reach))
@@ -368,8 +363,8 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     """
     coordinate = model.axis.coordinate
     q, dq, ddq = coordinate.symbol, coordinate.velocity, coordinate.acceleration
-    arguments = Arguments(reciprocals=True).scalars(q, dq)
-    builder, values = arguments.builder, arguments.values
+    builder = Arguments(reciprocals=True).scalars(q, dq)
+    values = builder.values
     ports = {port.name: port for port in law.inputs}
     state_port = ports["state"]
     response = model.axis.response

@@ -190,16 +190,16 @@ def wave_number(model: AxisModel, found: Switching) -> Program:
     """Build the largest wave number, by position, signals and parameters."""
     axis = model.axis
     arguments = Arguments().scalars(axis.coordinate.symbol, *axis.signal_symbols)
-    arguments.vector("parameters", [p.symbol for p in axis.parameters])
-    arguments.builder.output("wave_number", [[largest_wave(arguments, found.wave_numbers)]])
-    return arguments.builder.program(
+    arguments.vector_of("parameters", [p.symbol for p in axis.parameters])
+    arguments.output("wave_number", [[largest_wave(arguments, found.wave_numbers)]])
+    return arguments.program(
         "wave_number", "Reciprocal of the way on which the acceleration may vary."
     )
 
 
 def largest_wave(arguments: Arguments, numbers: Iterable[sympy.Expr]) -> int:
     """The largest of the wave numbers, as an operation."""
-    lowering, build = arguments.lowering(), arguments.builder.apply
+    lowering, build = arguments.lowering(), arguments.apply
     return reduce(partial(build, "max"), map(lowering, numbers))
 
 
