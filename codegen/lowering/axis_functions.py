@@ -123,8 +123,10 @@ def _direct_regressor(model: AxisModel) -> list[Program]:
 
 
 def _control_start(model: AxisModel, law: ControlLaw, gains: tuple[sympy.Symbol, ...]) -> Program:
-    builder = _with_gains(
-        Arguments().scalars(REFERENCE, MEASURED_POSITION, *model.axis.signal_symbols), gains
+    builder = (
+        Arguments()
+        .scalars(REFERENCE, MEASURED_POSITION, *model.axis.signal_symbols)
+        .vector_if_any(GAINS, gains)
     )
     # What balances is found where the load is known.
     lowering = Lowering(builder, {**builder.values, BALANCED: builder.constant(0.0)})
@@ -165,10 +167,6 @@ def _law_lowering(law: ControlLaw, builder: Builder, values: dict[sympy.Symbol, 
     return Lowering(builder, {**values, **gains, PERIOD: builder.constant(law.period)})
 
 
-def _with_gains(arguments: Arguments, gains: tuple[sympy.Symbol, ...]) -> Arguments:
-    return arguments.vector_of(GAINS, gains) if gains else arguments
-
-
 def _control_law(
     model: AxisModel,
     law: ControlLaw,
@@ -203,7 +201,7 @@ def _measured(
     # What the drive remembers between samples.
     remembered = (*(memory.name for memory in law.memory), *law.delay_line)
     state = arguments.vector("state", remembered)
-    _with_gains(arguments, gains)
+    arguments.vector_if_any(GAINS, gains)
     arguments.values.update((m.symbol, i) for m, i in zip(law.memory, state, strict=False))
     return arguments, state[len(law.memory) :]
 

@@ -247,6 +247,10 @@ class Arguments(Builder):
         self.values.update(zip(symbols, indices, strict=True))
         return self
 
+    def vector_if_any(self, name: str, symbols: Sequence[sympy.Symbol]) -> "Arguments":
+        """Declare a vector argument, unless it would have no elements."""
+        return self.vector_of(name, symbols) if symbols else self
+
     def lowering(self) -> Lowering:
         """What lowers expressions of the arguments."""
         return Lowering(self, self.values)

@@ -85,11 +85,11 @@ def state_dynamics(model: AxisModel, found: Switching) -> Program:
 
 def with_mode(arguments: Arguments, model: AxisModel, found: Switching) -> Arguments:
     """Add the sides and the states, if there are any, and the parameters."""
-    if found.sides:
-        arguments.vector_of("sides", found.sides)
-    if model.states:
-        arguments.vector_of(STATES, [state.symbol for state in model.states])
-    return arguments.vector_of("parameters", [p.symbol for p in model.axis.parameters])
+    return (
+        arguments.vector_if_any("sides", found.sides)
+        .vector_if_any(STATES, [state.symbol for state in model.states])
+        .vector_of("parameters", [p.symbol for p in model.axis.parameters])
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
