@@ -52,7 +52,9 @@ _FACTORS: Mapping[str, tuple[str, int, str]] = {
 }
 
 
-_SPELT = {"\u00b5": "u", "\u03bc": "u", "\u00ba": "\u00b0", "\u00b7": " ", "\u00b2": "^2"}
+_SPELT = str.maketrans(
+    {"\u00b5": "u", "\u03bc": "u", "\u00ba": "\u00b0", "\u00b7": " ", "\u00b2": "^2"}
+)
 
 
 _NAMES = {
@@ -130,23 +132,12 @@ class Quantity:
     angle: Fraction | int = 0
 
     def __mul__(self, other: "Quantity") -> "Quantity":
-        return self._with(other, 1)
+        unit = self.unit * other.unit if self.unit and other.unit else self.unit or other.unit
+        return Quantity(self.value * other.value, unit, self.is_count, self.angle + other.angle)
 
     def __truediv__(self, other: "Quantity") -> "Quantity":
-        return self._with(other, -1)
-
-    def _with(self, other: "Quantity", power: int) -> "Quantity":
-        unit = self.unit
-        if other.unit is not None:
-            unit = (
-                (unit or parse_unit("1")) * other.unit**power if power < 0 or unit else other.unit
-            )
-        return Quantity(
-            self.value * other.value**power,
-            unit,
-            self.is_count,
-            self.angle + power * other.angle,
-        )
+        unit = other.unit and other.unit**-1
+        return self * Quantity(1 / other.value, unit, angle=-other.angle)
 
     def __float__(self) -> float:
         return float(self.value)
@@ -154,9 +145,7 @@ class Quantity:
 
 def exact_unit(text: str) -> Quantity | None:
     """What one of a unit such as ``mm`` or ``N m`` is; None if it is not known."""
-    plain = text.strip()
-    for letter, other in _SPELT.items():
-        plain = plain.replace(letter, other)
+    plain = text.strip().translate(_SPELT)
     if "**" not in plain:
         plain = plain.replace("*", " ")
     plain = _NAMES.get(plain, _NAMES.get(plain.lower(), plain))
