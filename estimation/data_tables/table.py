@@ -1,6 +1,7 @@
 """What a file holds before any column has a role: names, units as written, and what was assumed."""
 
 import io
+import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -21,6 +22,8 @@ from axisid.support.memory import Room
 from .provenance import Repair
 
 _FEWEST = 2  # values of a column
+#: What arrays hold, by the kind of their cells.
+_NO_NUMBERS = {"c": "complex numbers", **dict.fromkeys("SUT", "text")}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -172,8 +175,8 @@ def one_line(error: Exception) -> str:
 
 
 @contextmanager
-def refusing(damaged: DataError) -> Iterator[None]:
-    """Refuse what a library cannot read, by its own words after those of an error.
+def refusing(damaged: str) -> Iterator[None]:
+    """Refuse what a library cannot read, by its own words after a sentence.
 
     Damaged files raise errors of all kinds: of zip, zlib, struct, memory, index and name.
     """
@@ -182,7 +185,7 @@ def refusing(damaged: DataError) -> Iterator[None]:
     except AxisidError:
         raise
     except Exception as error:
-        raise DataError(f"{damaged}: {one_line(error)}.", code=damaged.code) from error
+        raise DataError(f"{damaged}: {one_line(error)}.", code="log-file") from error
 
 
 @dataclass(slots=True)
@@ -193,12 +196,12 @@ class TableBuilder:
     ----------
     columns : dict
         As in `Table`.
-    room : Room or None
-        The memory that there is for the columns; None where they are in memory already.
+    room : Room
+        The memory that there is for the columns; any where they are in memory already.
     """
 
     columns: dict[str, Column] = field(default_factory=dict)
-    room: Room | None = None
+    room: Room = field(default_factory=lambda: Room("", math.inf))
 
     def add(
         self,
@@ -224,17 +227,22 @@ class TableBuilder:
         if array.dtype.kind not in "fiub" or array.ndim != 1:
             self.pass_over(label or name, _content(array))
             return
-        if self.room is not None:
-            self.room.take(8 * array.size)
-        samples = Samples(values=array.astype(np.float64), clock=clock)
-        self.columns[name] = Column(samples=samples, unit=unit, label=label, note=note)
+        self.room.take(8 * array.size)
+        self.columns[name] = Column(
+            samples=Samples(values=array.astype(np.float64), clock=clock),
+            unit=unit,
+            label=label,
+            note=note,
+        )
 
     def pass_over(self, name: str, what: str) -> None:
         """Take a column that holds no numbers but something else."""
-        refused = DataError(
-            f"the column {name!r} holds {what}; choose another column.", code="columns"
+        self.columns[name] = Column(
+            samples=DataError(
+                f"the column {name!r} holds {what}; choose another column.", code="columns"
+            ),
+            holds=what,
         )
-        self.columns[name] = Column(samples=refused, holds=what)
 
     def add_array(self, name: str, values: object, unit: str = "") -> None:
         """Take an array of any shape: a vector, or a matrix whose columns are numbered from 1.
@@ -269,8 +277,7 @@ class TableBuilder:
             That is no column, and there is advice on it.
         """
         if advice and all(column.holds for column in self.columns.values()):
-            passed = [*self.columns.items()][:8]
-            listed = ", ".join(f"{name}: {column.holds}" for name, column in passed)
+            listed = ", ".join(f"{n}: {c.holds}" for n, c in [*self.columns.items()][:8])
             raise DataError(
                 f"{source} holds no columns of numbers{f' ({listed})' * bool(listed)}; {advice}.",
                 code="columns",
@@ -285,16 +292,13 @@ class TableBuilder:
 
 
 def _content(array: np.ndarray[Any, Any]) -> str:
-    kind = array.dtype.kind
-    if kind in "fiubmM":
+    if array.dtype.kind in "fiubmM":
         shape = " x ".join(str(length) for length in array.shape)
         return f"numbers of the shape {shape}" if array.size >= _FEWEST else "less than two numbers"
-    if kind == "c":
-        return "complex numbers"
-    if kind in "SUT":
-        return "text"
+    if array.dtype.kind in _NO_NUMBERS:
+        return _NO_NUMBERS[array.dtype.kind]
     first = next((type(value).__name__ for value in array.ravel() if value is not None), "")
-    return {"": "nothing", "str": "text"}.get(first, f"objects ({first or array.dtype})")
+    return {"": "nothing", "str": "text"}.get(first, f"objects ({first})")
 
 
 def npz_bytes(arrays: Mapping[str, Any]) -> bytes:

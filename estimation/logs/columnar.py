@@ -49,20 +49,16 @@ def read_npz(file: Path, content: bytes, room: Room) -> Table:
         cannot be read, or it unfolds to more than there is room for.
     """
     builder = TableBuilder(room=room)
-    damaged = DataError(
-        f"{file} cannot be read as a NumPy archive (write one with numpy.savez)",
-        code="log-file",
-    )
-    no_units = DataError(
-        f"the entry {UNITS_ENTRY!r} of {file} is no JSON of units by name, such as "
-        '{"position": "mm"}; write it so, or leave it out and say units in the command',
-        code="log-file",
-    )
-    with refusing(damaged), np.load(io.BytesIO(content), allow_pickle=False) as archive:
-        units = dict[str, str]()
-        if UNITS_ENTRY in archive.files:
-            with refusing(no_units):
-                units = msgspec.json.decode(str(archive[UNITS_ENTRY]), type=dict[str, str])
+    with (
+        refusing(f"{file} cannot be read as a NumPy archive (write one with numpy.savez)"),
+        np.load(io.BytesIO(content), allow_pickle=False) as archive,
+    ):
+        with refusing(
+            f"the entry {UNITS_ENTRY!r} of {file} is no JSON of units by name, such as "
+            '{"position": "mm"}; write it so, or leave it out and say units in the command'
+        ):
+            written = archive[UNITS_ENTRY] if UNITS_ENTRY in archive.files else "{}"
+            units = msgspec.json.decode(str(written), type=dict[str, str])
         for name, entry in zip(archive.files, archive.zip.infolist(), strict=True):
             room.take(entry.file_size)
             _add_entry(builder, name, archive, units)
@@ -94,8 +90,10 @@ def read_parquet(file: Path, content: bytes, room: Room) -> Table:
     """
     arrow, parquet = (library(name, "parquet", file) for name in ("pyarrow", "pyarrow.parquet"))
     batches = []
-    damaged = DataError(f"{file} cannot be read as a Parquet file", code="log-file")
-    with refusing(damaged), parquet.ParquetFile(io.BytesIO(content)) as opened:
+    with (
+        refusing(f"{file} cannot be read as a Parquet file"),
+        parquet.ParquetFile(io.BytesIO(content)) as opened,
+    ):
         for batch in opened.iter_batches():
             room.take(2 * batch.nbytes)  # its columns are put together anew
             batches.append(batch)

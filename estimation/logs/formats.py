@@ -46,10 +46,12 @@ class Packing(NamedTuple):
 
 def _zstd(file: Path, content: Any) -> Any:
     """By Python itself from 3.14 on, else by one of two libraries."""
-    every_frame = {"read_across_frames": True}
     ways: tuple[tuple[str, Callable[[Any], Any]], ...] = (
         ("compression.zstd", lambda m: m.open(content)),
-        ("zstandard", lambda m: m.ZstdDecompressor().stream_reader(content, **every_frame)),
+        (
+            "zstandard",
+            lambda m: m.ZstdDecompressor().stream_reader(content, read_across_frames=True),
+        ),
         ("pyarrow", lambda m: m.CompressedInputStream(m.PythonFile(content, "r"), "zstd")),
     )
     for name, opened in ways:
@@ -98,8 +100,10 @@ def unpacked(packing: Packing, file: Path, content: bytes, room: Room, *, text: 
         It is damaged, or unfolds to more than there is room for.
     """
     pieces = []
-    damaged = DataError(f"{file} cannot be unpacked (unpack or compress it anew)", code="log-file")
-    with refusing(damaged), packing.opened(file, io.BytesIO(content)) as stream:
+    with (
+        refusing(f"{file} cannot be unpacked (unpack or compress it anew)"),
+        packing.opened(file, io.BytesIO(content)) as stream,
+    ):
         while piece := stream.read(1 << 20):
             room.take(2 * len(piece))  # by itself and joined
             if text:
@@ -260,8 +264,8 @@ def read_table(
 ) -> Table:
     """Read all columns of a log, whatever its format; see `read_record` and `Repairs.tail`."""
     if isinstance(log, (str, Path)):
-        room = room_for(log, max_memory)
-        table = replace(_read_file(Path(log), room, drop_tail=drop_tail), source=str(log))
+        table = _read_file(Path(log), room_for(log, max_memory), drop_tail=drop_tail)
+        table = replace(table, source=str(log))
     else:
         table = read_frame(log)
     if not drop_tail or table.repairs:

@@ -10,7 +10,6 @@ from typing import Any, Literal
 import numpy as np
 
 from axisid.estimation.data_tables import Table, TableBuilder, library, refusing
-from axisid.support.errors import DataError
 from axisid.support.memory import Room
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -65,7 +64,7 @@ def _of_scipy(file: Path, raw: bytes, room: Room) -> dict[str, Any]:
     from scipy.io import loadmat
 
     _take_elements(raw, room)
-    with refusing(DataError(f"{file} cannot be read as a MATLAB file", code="log-file")):
+    with refusing(f"{file} cannot be read as a MATLAB file"):
         content = loadmat(io.BytesIO(raw), simplify_cells=True)  # type: ignore[arg-type]
     variables = {str(name): v for name, v in content.items() if not str(name).startswith("__")}
     for name, value in [*variables.items()]:
@@ -145,6 +144,8 @@ def _of_hdf5(file: Path, raw: bytes, room: Room) -> dict[str, Any]:
             return np.asarray(node[()]).T
         return "text" if kind == "char" else None
 
-    damaged = DataError(f"{file} cannot be read as a MATLAB v7.3 file", code="log-file")
-    with refusing(damaged), h5py.File(io.BytesIO(raw), "r") as content:
+    with (
+        refusing(f"{file} cannot be read as a MATLAB v7.3 file"),
+        h5py.File(io.BytesIO(raw), "r") as content,
+    ):
         return {name: value(content[name]) for name in content if not name.startswith("#")}

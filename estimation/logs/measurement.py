@@ -26,7 +26,6 @@ from axisid.estimation.data_tables import (
     one_line,
     refusing,
 )
-from axisid.support.errors import DataError
 from axisid.support.memory import Room
 
 
@@ -42,7 +41,7 @@ def read_mdf(file: Path, room: Room) -> Table:
         It is damaged, unfolds to more than there is room for, or asammdf is not installed.
     """
     asammdf = library("asammdf", "mdf", file)
-    with refusing(DataError(f"{file} cannot be read as an MDF file", code="log-file")):
+    with refusing(f"{file} cannot be read as an MDF file"):
         try:
             with asammdf.MDF(file) as mdf:
                 builder = _mdf_columns(mdf, room)
@@ -80,13 +79,12 @@ def _mdf_columns(mdf: Any, room: Room) -> TableBuilder:
         values, invalid = np.asarray(signal.samples), signal.invalidation_bits
         if invalid is not None and values.dtype.kind in "fiub":
             values = np.where(np.asarray(invalid, dtype=bool), np.nan, values)
-        clock = np.asarray(signal.timestamps, dtype=np.float64)
         count = 0 if invalid is None else np.count_nonzero(invalid)
         builder.add(
             name,
             values,
             unit=signal.unit or "",
-            clock=clock,
+            clock=np.asarray(signal.timestamps, dtype=np.float64),
             note=f"{name}: {count} samples are marked as invalid" if count else "",
         )
     return builder
@@ -123,7 +121,7 @@ def read_tdms(file: Path, room: Room) -> Table:
     """
     nptdms, log = library("nptdms", "tdms", file), library("nptdms.log", "tdms", file)
     builder = TableBuilder(room=room)
-    with refusing(DataError(f"{file} cannot be read as a TDMS file", code="log-file")):
+    with refusing(f"{file} cannot be read as a TDMS file"):
         room.take(file.stat().st_size)
         with _warnings(log.log_manager.console_handler) as warned:
             content = nptdms.TdmsFile.read(file)
@@ -206,12 +204,15 @@ def read_bag(path: Path, room: Room) -> Table:
     """
     highlevel = library("rosbags.highlevel", "rosbags", path)
     stores = library("rosbags.typesys", "rosbags", path)
-    with refusing(DataError(f"{path} cannot be read as a ROS bag", code="log-file")):
-        usual = stores.get_typestore(stores.Stores.LATEST)
-        with highlevel.AnyReader([bag_of(path)], default_typestore=usual) as reader:
-            others = sorted({c.msgtype for c in reader.connections})
-            names = dict.fromkeys(c.topic for c in reader.connections if c.msgtype == _JOINT_STATE)
-            topics = {topic: _joints(reader, topic, room) for topic in names}
+    with (
+        refusing(f"{path} cannot be read as a ROS bag"),
+        highlevel.AnyReader(
+            [bag_of(path)], default_typestore=stores.get_typestore(stores.Stores.LATEST)
+        ) as reader,
+    ):
+        others = sorted({c.msgtype for c in reader.connections})
+        names = dict.fromkeys(c.topic for c in reader.connections if c.msgtype == _JOINT_STATE)
+        topics = {topic: _joints(reader, topic, room) for topic in names}
     stamped = (times[~lost] for times, lost, *_ in topics.values())
     origin = min((int(stamps.min()) for stamps in stamped if len(stamps)), default=0)
     builder = TableBuilder(room=room)
