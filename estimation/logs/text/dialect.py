@@ -159,8 +159,12 @@ class _Reading(NamedTuple):
 
 def _best(source: str, sample: list[tuple[int, str]]) -> _Reading:
     quoted = any('"' in line for _, line in sample)
-    ways = [(separator, comma) for separator in _SEPARATORS for comma in (False, True)]
-    tried = [_read(sample, *way) for way in ways if quoted or way != (",", True)]
+    tried = [
+        _read(sample, separator, comma)
+        for separator in _SEPARATORS
+        for comma in (False, True)
+        if quoted or (separator, comma) != (",", True)
+    ]
     readings = [reading for reading in tried if reading is not None]
     if not readings:
         raise DataError(

@@ -163,16 +163,15 @@ def _parse(lines: list[str], dialect: Dialect, numeric: list[int]) -> Array | No
 
 
 def _rows(source: str, lines: list[Line], dialect: Dialect) -> list[list[str]]:
-    width, rows = len(dialect.names), []
-    for number, line in lines:
-        cells = dialect.cells(line)
-        if len(cells) != width:
+    rows = [dialect.cells(line) for _, line in lines]
+    for (number, _), cells in zip(lines, rows, strict=True):
+        if len(cells) != len(dialect.names):
             raise DataError(
-                f"{source}, line {number}: {len(cells)} cells where the header names {width} "
-                f"columns ({', '.join(dialect.names)}). Remove or mend the line{_DROP_TAIL}.",
+                f"{source}, line {number}: {len(cells)} cells where the header names "
+                f"{len(dialect.names)} columns ({', '.join(dialect.names)}). Remove or mend the "
+                f"line{_DROP_TAIL}.",
                 code="log-text",
             )
-        rows.append(cells)
     return rows
 
 
@@ -186,11 +185,11 @@ def _of_cells(source: str, lines: list[Line], dialect: Dialect, k: int, cells: l
     if is_stamp(cells[row]):
         try:
             seconds, note = stamp_seconds(cells)
+            return Column(
+                samples=Samples(values=seconds), unit="s", note=f"{dialect.names[k]}: {note}"
+            )
         except NoStampsError as error:
             row, why = error.row or row, error.why
-        else:
-            note = f"{dialect.names[k]}: {note}"
-            return Column(samples=Samples(values=seconds), unit="s", note=note)
     reason = (
         f"is no time stamp that can be read: {why}. Export the log with stamps such as 2026-02-01 "
         "12:00:00.250."

@@ -109,9 +109,7 @@ def _since_midnight(
     hour: str, minute: str, second: str, fraction: str, half: str, zone: str
 ) -> int:
     """Nanoseconds since midnight, of UTC where the zone says how far ahead of it the clock is."""
-    hours = int(hour)
-    if half:
-        hours = hours % 12 + 12 * (half.lower() == "pm")
+    hours = int(hour) % 12 + 12 * (half.lower() == "pm") if half else int(hour)
     seconds = hours * 3600 + int(minute) * 60 + int(second or "0")
     if ahead := _AHEAD.fullmatch(zone):
         sign, zone_hours, zone_minutes = ahead.groups("0")
@@ -121,8 +119,6 @@ def _since_midnight(
 
 def _order(dates: Iterable[str]) -> tuple[str, str]:
     """Which of ``day`` and ``month`` comes first in dates with slashes, and what is said of it."""
-    if "" in dates:
-        return "day", ""
     slashed = {tuple(map(int, text.split("/"))) for text in dates if text.find("/") in (1, 2)}
     day_first = any(first > 12 for first, _, _ in slashed)
     month_first = any(second > 12 for _, second, _ in slashed)

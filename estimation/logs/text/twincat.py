@@ -89,13 +89,12 @@ def read_twincat(source: str, lines: Sequence[Line]) -> Table:
     values = _values(source, body, separator, channels, comma=comma)
     clocks = {k: values[k] * 1e-3 for k in {c.time for c in channels}}
     names = numbered([c.name for c in channels])
-    columns = {
-        name: _column(name, c, values[c.value], clocks[c.time])
-        for name, c in zip(names, channels, strict=True)
-    }
     return Table(
         source=source,
-        columns=columns,
+        columns={
+            name: _column(name, c, values[c.value], clocks[c.time])
+            for name, c in zip(names, channels, strict=True)
+        },
         notes=(f"TwinCAT Scope export, {how_written(separator, comma=comma)}",),
     )
 
@@ -161,9 +160,8 @@ def _column(name: str, channel: _Channel, samples: Array, clock: Array) -> Colum
 
     A sample that lacks its value or its time alone stays, and is told by whoever needs it.
     """
-    dropped = np.isnan(samples) & np.isnan(clock)
     repeated = (np.diff(samples, prepend=np.nan) == 0) & (np.diff(clock, prepend=np.nan) == 0)
-    dropped |= repeated
+    dropped = repeated | (np.isnan(samples) & np.isnan(clock))
     if dropped.any():  # columns of one clock share its array
         samples, clock = samples[~dropped], clock[~dropped]
     count = np.count_nonzero(repeated)
