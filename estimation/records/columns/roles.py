@@ -3,7 +3,6 @@
 from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,10 +66,8 @@ class RoleColumns:
         return replace(self, samples={**self.samples, **samples}, repairs=(*self.repairs, *repairs))
 
 
-class _Chosen(NamedTuple):
-    name: str
-    unit: str
-    by_user: bool
+#: Name of a column, and the unit that was given for it.
+_Chosen = tuple[str, str]
 
 
 def role_columns(
@@ -90,9 +87,11 @@ def role_columns(
     """
     place = injected_at or ("" if axis is None else axis.injected_at) or None
     chosen, without = _choose(table, axis, requested, has_period=has_period)
-    notes = _placed(table.source, chosen, axis, place, has_place=bool(injected_at))
+    notes = _placed(
+        table.source, chosen, axis, place, requested=requested, has_place=bool(injected_at)
+    )
     names, samples, without_unit = {}, {}, {}
-    for role, (name, unit, by_user) in chosen.items():
+    for role, (name, unit) in chosen.items():
         column, conversion = table.columns[name], ""
         column_samples = column.read()
         values = column_samples.values
@@ -102,7 +101,7 @@ def role_columns(
                 values,
                 unit or column.unit,
                 axis,
-                requested=by_user and bool(unit),
+                requested=role in requested and bool(unit),
                 source=table.source,
                 own=column.unit if unit else None,
                 injected_at=place,
@@ -123,12 +122,13 @@ def role_columns(
             )
             samples = others
             without_unit.pop("time", None)
-    taken = assumed_units_text(without_unit, axis, injected_at=place)
+    if without_unit:
+        notes.append(assumed_units_text(without_unit, axis, injected_at=place))
     return RoleColumns(
         source=table.source,
         names=names,
         samples=samples,
-        notes=(*table.warnings, *table.notes, *notes, *([taken] if taken else []), *without),
+        notes=(*table.warnings, *table.notes, *notes, *without),
         injected_at=place,
         repairs=table.repairs,
     )
@@ -140,6 +140,7 @@ def _placed(
     axis: Axis | None,
     place: str | None,
     *,
+    requested: Container[str],
     has_place: bool,
 ) -> list[str]:
     """What is said of where the test signal enters; without a place it is not taken.
@@ -157,10 +158,10 @@ def _placed(
                 code="test-signal",
             )
         return []
-    name, _, by_user = chosen["injected"]
+    name, _ = chosen["injected"]
     if place:
         return [f"{name!r} was added to the {place}"]
-    if by_user or (axis is not None and "injected" in axis.columns):
+    if "injected" in requested or (axis is not None and "injected" in axis.columns):
         raise UsageError(
             f"{source}: {name!r} is a test signal, but nothing says what it was added to; add "
             'injected_at = "control" or injected_at = "reference" in run.toml.',
@@ -201,13 +202,12 @@ def _choose(
             name = table.find(head.strip())
             wanted = head if name is None else wanted
         if name is not None:
-            chosen[role] = _Chosen(name, unit.strip(), role in requested)
+            chosen[role] = name, unit.strip()
         elif role in asked or role == "position" or role not in ROLES:
             missing[role] = wanted
     # What only bears the name of a measured derivative is none.
     unasked = [
-        f"the column {chosen.pop(role).name!r} is left out, as nobody named it as the measured "
-        f"{role}"
+        f"the column {chosen.pop(role)[0]!r} is left out, as nobody named it as the measured {role}"
         for role in ("velocity", "acceleration")
         if role in chosen and role not in asked
     ]
@@ -221,7 +221,7 @@ def _choose(
 def _check_chosen(table: Table, chosen: Mapping[str, _Chosen]) -> None:
     """Refuse columns without numbers, and one for two roles."""
     roles: dict[str, str] = {}
-    for role, (name, *_) in chosen.items():
+    for role, (name, _) in chosen.items():
         if holds := table.columns[name].holds:
             raise DataError(
                 f"{table.source}: the column {name!r} for the {role} holds {holds}; give one of "
@@ -248,7 +248,7 @@ def _without(
     A name that several columns have is not missing, but to be told apart by the user.
     """
     timed = "time" in missing and _has_clocks(
-        table.columns[name].read() for name, *_ in chosen.values()
+        table.columns[name].read() for name, _ in chosen.values()
     )
     spared = (
         ("time", has_period, "counted by the sampling period"),

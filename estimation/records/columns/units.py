@@ -80,10 +80,9 @@ def read_scaling(text: str, own: str = "") -> Scaling:
     for sign, number, unit in _FACTOR.findall(text[len(head) :]):
         if offset is not None:
             raise ScalingError("the offset comes last, and once")
-        quantity = _quantity(Fraction(number), unit)
+        quantity = _quantity(Fraction(number) * (-1 if sign == "-" else 1), unit)
         if sign in "+-":
             offset = _offset(quantity, of, base)
-            offset = offset if sign == "+" else replace(offset, value=-offset.value)
         elif quantity.is_count and sign == "*":
             raise ScalingError("one count is a length or an angle, not counts")
         elif not quantity.value:
@@ -255,8 +254,7 @@ def to_si(
     if scaling.offset is None:
         return values * factor, note
     offset = float(scaling.offset)
-    note += f" {'+' if offset >= 0 else '-'} {abs(offset):.9g}"
-    return values * factor + offset, note
+    return values * factor + offset, f"{note} {'+' if offset >= 0 else '-'} {abs(offset):.9g}"
 
 
 def _example(wanted: Sequence[str]) -> str:
@@ -309,8 +307,6 @@ def assumed_units_text(
     roles: Mapping[str, str], axis: Axis | None, *, injected_at: str | None
 ) -> str:
     """What is said of columns, by role, whose unit nobody gave."""
-    if not roles:
-        return ""
     named = []
     for role, name in roles.items():
         wanted = expected_units(role, axis, injected_at)
