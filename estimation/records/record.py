@@ -15,6 +15,7 @@ from axisid.estimation.data_tables import Provenance, Repair, Samples
 from axisid.estimation.records.columns import log_content
 from axisid.estimation.thresholds import LARGEST_VALUE, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
+from axisid.modeling.quantities import settle
 from axisid.support.arrays import Array, Exact, frozen, mask_of, runs
 from axisid.support.errors import DataError, UsageError, quoted, real_array
 from axisid.support.files import write_file
@@ -118,7 +119,8 @@ class Record(Presentable, Exact):
             check_sample_period(self.sample_period)
         columns = {role: checked_column(name, role, v) for role, v in self.channels().items()}
         check_lengths(name, columns)
-        self._set(
+        settle(
+            self,
             **{role: values for role, values in columns.items() if role in ROLES},
             signals=FrozenMapping({each: columns[each] for each in self.signals}),
             injected_at=self.injected_at if injected else None,
@@ -135,7 +137,7 @@ class Record(Presentable, Exact):
         check_time(name, self.time, self.spans, self.sample_period)
         if self.integrated:
             there = np.size(self.position) == len(self)
-            self._set(position=frozen(self.position if there else self._integral()))
+            settle(self, position=frozen(self.position if there else self._integral()))
         # A test signal may move the axis alone.
         still = ("time", "injected", "reference") if injected else ("time",)
         for role, values in columns.items():
@@ -146,14 +148,11 @@ class Record(Presentable, Exact):
                     code="not-shown",
                 )
 
-    def _set(self, **values: Any) -> None:
-        for name, value in values.items():
-            object.__setattr__(self, name, value)
-
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
         """Made again from its parts, since arrays forget on the way that they are read-only."""
-        parts = {each.name: getattr(self, each.name) for each in fields(self)}
-        return partial(type(self), **parts), ()
+        return partial(
+            type(self), **{each.name: getattr(self, each.name) for each in fields(self)}
+        ), ()
 
     def __repr__(self) -> str:
         columns = ", ".join(role for role in self.channels() if role != "time")
@@ -168,8 +167,7 @@ class Record(Presentable, Exact):
     @property
     def motion(self) -> tuple[str, ...]:
         """What of the motion was measured: roles."""
-        roles = ("position", "velocity", "acceleration")
-        return tuple(role for role in roles if role in self.channels())
+        return tuple(r for r in ("position", "velocity", "acceleration") if r in self.channels())
 
     @property
     def period(self) -> float:
@@ -333,15 +331,14 @@ class Record(Presentable, Exact):
 
         A position that is integrated is none.
         """
-        there = [role for role in ROLES if not (self.integrated and role == "position")]
-        roles = {role: getattr(self, role) for role in there}
+        roles = {r: getattr(self, r) for r in ROLES if not (self.integrated and r == "position")}
         return {**{r: v for r, v in roles.items() if v is not None}, **self.signals}
 
     def with_channels(self, columns: Mapping[str, Array], **changed: Any) -> "Record":
         """The record with other columns, as `channels` gives them; none that were resampled."""
         roles: dict[str, Any] = {n: v for n, v in columns.items() if n not in self.signals}
-        signals = {name: columns[name] for name in self.signals}
-        return replace(self, **{"sampled": None, **roles, "signals": signals, **changed})
+        roles["signals"] = {name: columns[name] for name in self.signals}
+        return replace(self, **{"sampled": None, **roles, **changed})
 
     @property
     def digest(self) -> str:
@@ -388,7 +385,7 @@ class Record(Presentable, Exact):
                     "needs one.",
                     code="missing-column",
                 )
-            self._set(position=np.empty(0), integrated=True)
+            settle(self, position=np.empty(0), integrated=True)
 
     def _integral(self) -> Array:
         """The velocity's, by trapezoids, in each segment from the reference at its start."""

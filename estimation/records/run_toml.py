@@ -22,6 +22,7 @@ from axisid.estimation.logs import read_table
 from axisid.estimation.records.columns import expected_units, to_si
 from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
 from axisid.modeling.parsing import Table, nearest, read_columns, read_toml, toml_document
+from axisid.modeling.quantities import settle
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, RunFileError, UsageError, is_real, quoted
 from axisid.support.mappings import FrozenMapping
@@ -83,10 +84,12 @@ class Repairs:
             ("repair of the end of the log", self.tail, ("drop",)),
         )
         check_among(*(row for row in ways if row[1] is not None))
-        wrap = FrozenMapping(self.wrap) if isinstance(self.wrap, Mapping) else self.wrap
-        object.__setattr__(self, "wrap", wrap)
-        object.__setattr__(self, "shift", FrozenMapping(checked_shifts(self.shift)))
-        object.__setattr__(self, "between", FrozenMapping(checked_between(self.between)))
+        settle(
+            self,
+            wrap=FrozenMapping(self.wrap) if isinstance(self.wrap, Mapping) else self.wrap,
+            shift=FrozenMapping(checked_shifts(self.shift)),
+            between=FrozenMapping(checked_between(self.between)),
+        )
 
     def moduli(self, axis: Axis | None) -> dict[str, Modulus]:
         """Moduli by role.
@@ -255,31 +258,38 @@ def started_run(log: Path) -> str:
             f"the name of {quoted(log.name)} is not UTF-8, as TOML has to be; give it another.",
             code="run-file",
         )
-    lines = _comment(
-        "What is said of a log. This file stands in its place: axisid identify AXIS run.toml. Take "
-        "the # away from what is wanted."
-    )
-    lines += ["", f"log = {_quoted(log.name)}"]
-    for key in LOG_KEYS.values():
-        if key.name != "columns":
-            lines += ["", *_comment(key.said), f"# {key.name} = {key.example}"]
-    lines += [
+    keys = [
+        line
+        for key in LOG_KEYS.values()
+        if key.name != "columns"
+        for line in ("", *_comment(key.said), f"# {key.name} = {key.example}")
+    ]
+    more = len(table.columns) - 100
+    lines = [
+        *_comment(
+            "What is said of a log. This file stands in its place: axisid identify AXIS run.toml. "
+            "Take the # away from what is wanted."
+        ),
+        "",
+        f"log = {_quoted(log.name)}",
+        *keys,
         "",
         "# All but columns stands above this line.",
         "[columns]",
         *_comment(LOG_KEYS["columns"].said),
         *_comment("The log has:"),
+        *(f"#   {_described(table, name)}" for name in [*table.columns][:100]),
+        *([f"#   and {more} more"] if more > 0 else []),
+        *(_role(table, role) for role in ROLES),
+        "",
     ]
-    lines += [f"#   {_described(table, name)}" for name in [*table.columns][:100]]
-    further = [f"#   and {more} more"] if (more := len(table.columns) - 100) > 0 else []
-    return "\n".join([*lines, *further, *(_role(table, role) for role in ROLES), ""])
+    return "\n".join(lines)
 
 
 def _role(table: LogTable, role: str) -> str:
     """The line of a role, in which a column is proposed if one has its name."""
     names = {**{name.casefold(): name for name in table.columns}, **{n: n for n in table.columns}}
-    usual = (role, *_NAMES.get(role, ()))
-    name = next((names[each] for each in usual if each in names), None)
+    name = next((names[n] for n in (role, *_NAMES.get(role, ())) if n in names), None)
     # What only bears the name of these is left out.
     if name is None or role in ("velocity", "acceleration", "injected"):
         return f'# {role} = "NAME:UNIT"'
