@@ -59,16 +59,18 @@ def clipped(
         )
         return columns, [note] if count else []
     which = "none" if driven is None else f"{role} {count}{at}"
-    text = f"clipped samples masked, with the rows whose filters reach them: {which}"
-    repaired = columns.repaired({}, Repair(kind="clipped", count=count, text=text))
-    return replace(repaired, masks={} if driven is None else {role: cut}), []
+    repair = Repair(
+        kind="clipped",
+        count=count,
+        text=f"clipped samples masked, with the rows whose filters reach them: {which}",
+    )
+    return replace(columns.repaired({}, repair), masks={} if driven is None else {role: cut}), []
 
 
 def _flat_tops(driven: Samples, position: Samples | None) -> Mask:
     """Samples at an extreme at which a control or a force is cut off, (N,)."""
-    signal, there = _Signal(driven.values), None
-    if position is not None:
-        there = np.interp(driven.times, position.times, position.values)
+    signal = _Signal(driven.values)
+    there = None if position is None else np.interp(driven.times, position.times, position.values)
     cut = [extreme for extreme in (signal.least, signal.most) if _is_cut(signal, extreme, there)]
     # What is cut off on one side is so on the other at the same value, be it for a sample.
     opposite = [extreme for extreme in (signal.least, signal.most) if -extreme in cut]

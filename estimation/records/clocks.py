@@ -40,8 +40,7 @@ def clocked(table: Table, columns: RoleColumns, sample_period: float | None) -> 
         lengths = {role: len(s.values) for role, s in columns.samples.items()}
         if len(set(lengths.values())) > 1:
             raise _unequal(table.source, table, lengths)
-        time = columns.samples["time"].values
-        samples = {role: replace(s, clock=time) for role, s in samples.items()}
+        samples = {r: replace(s, clock=columns.samples["time"].values) for r, s in samples.items()}
     elif any(s.clock is None for s in samples.values()):
         if sample_period is None:
             raise DataError(
@@ -89,8 +88,6 @@ def retimed(
     if split:
         clock, further = _past_restarts(clock, uneven=uneven)
         repairs += further
-    if not repairs:
-        return columns
     return columns.repaired(
         {role: replace(s, clock=clock) for role, s in columns.samples.items()}, *repairs
     )
@@ -155,8 +152,14 @@ def filled(table: Table, columns: RoleColumns, *, uneven: bool) -> RoleColumns:
     if not any(lost.values()):
         return columns
     listed = ", ".join(f"{role} {count}" for role, count in lost.items() if count)
-    text = f"rows without a number or a time left out before resampling: {listed}"
-    return columns.repaired(kept, Repair(kind="empty", count=sum(lost.values()), text=text))
+    return columns.repaired(
+        kept,
+        Repair(
+            kind="empty",
+            count=sum(lost.values()),
+            text=f"rows without a number or a time left out before resampling: {listed}",
+        ),
+    )
 
 
 def _check_even(table: Table, columns: RoleColumns) -> None:
@@ -179,11 +182,10 @@ def _check_even(table: Table, columns: RoleColumns) -> None:
     for role in others:
         clock = columns.samples[role].times
         if len(clock) != len(shared):
-            lengths = {first: len(shared), role: len(clock)}
             raise _unequal(
                 columns.source,
                 table,
-                lengths,
+                {first: len(shared), role: len(clock)},
                 f"Where they are sampled at different rates, resample them ({_EVENLY}).",
             )
         if clock is not shared and not np.array_equal(clock, shared, equal_nan=True):
@@ -198,8 +200,9 @@ def _unequal(source: str, table: Table, lengths: Mapping[str, int], advice: str 
     """The error of columns that differ in length, with what is wrong with the file."""
     listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
     why = f" ({'; '.join(table.warnings)})" if table.warnings else ""
-    sentence = f"{source}: the columns differ in length: {listed}{why}. {advice}"
-    return DataError(sentence.rstrip(), code="time")
+    return DataError(
+        f"{source}: the columns differ in length: {listed}{why}. {advice}".rstrip(), code="time"
+    )
 
 
 def period_uncertainty(pieces: Sequence[Array]) -> float:
@@ -222,8 +225,10 @@ def step_notes(pieces: Sequence[Array]) -> tuple[str, ...]:
     steps = np.concatenate([np.diff(piece) for piece in pieces])
     if not steps.size or np.ptp(steps) <= 0.02 * abs(steps.mean()):
         return ()
-    span = f"{1e3 * steps.min():.6g} to {1e3 * steps.max():.6g} ms"
-    return (f"time steps of {span} taken as even, {1e3 * steps.mean():.6g} ms each",)
+    return (
+        f"time steps of {1e3 * steps.min():.6g} to {1e3 * steps.max():.6g} ms taken as even, "
+        f"{1e3 * steps.mean():.6g} ms each",
+    )
 
 
 def check_increases(source: str, what: str, time: Array) -> None:

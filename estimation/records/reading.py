@@ -13,7 +13,7 @@ from axisid.estimation.data_tables import Provenance, Table
 from axisid.estimation.logs import read_table
 from axisid.estimation.records.columns import RoleColumns, role_columns
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_UNEVEN_STEP
-from axisid.modeling.declaration import Axis, Column, column_texts
+from axisid.modeling.declaration import ROLES, Axis, Column, column_texts
 from axisid.support.arrays import runs
 from axisid.support.errors import DataError, UsageError, quoted
 from axisid.support.memory import Room, room_for
@@ -134,15 +134,20 @@ def read_record(
     repairs = repairs or Repairs()
     chosen = checked_windows(windows)
     table = read_table(log, drop_tail=repairs.tail is not None, max_memory=max_memory)
-    by_role = role_columns(
-        table,
-        declared,
-        column_texts(columns or {}),
-        has_period=sample_period is not None,
-        injected_at=injected_at,
-    )
     return _record(
-        table, by_role, declared, sample_period, repairs, chosen, room_for(table.source, max_memory)
+        table,
+        role_columns(
+            table,
+            declared,
+            column_texts(columns or {}),
+            has_period=sample_period is not None,
+            injected_at=injected_at,
+        ),
+        declared,
+        sample_period,
+        repairs,
+        chosen,
+        room_for(table.source, max_memory),
     )
 
 
@@ -183,14 +188,13 @@ def _record(
         )
     times = even.motion.times
     jitter = step_notes([times[a:b] for a, b in even.segments or ((0, len(times)),)])
-    signal_names = [signal.name for signal in signals]
 
     def record(of: RoleColumns, **besides: Any) -> Record:
         time, values = of.motion.times, {role: s.values for role, s in of.samples.items()}
         return Record(
             time=time,
-            **{role: values[role] for role in values if role not in signal_names},  # type: ignore[arg-type]
-            signals={name: values[name] for name in values if name in signal_names},
+            **{role: values[role] for role in values if role in ROLES},  # type: ignore[arg-type]
+            signals={name: values[name] for name in values if name not in ROLES},
             injected_at=read.injected_at,
             sample_period=of.period,
             segments=of.segments,

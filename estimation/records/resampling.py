@@ -73,8 +73,11 @@ def resample(
             f"{source}: the columns have no time in common; check their clocks.",
             code="resampling",
         )
-    between_pieces = [(a[1], b[0]) for a, b in pairwise(covered)]
-    gaps = [(a, b) for a, b in between_pieces if not any(a <= edge <= b for edge in edges)]
+    gaps = [
+        (before, after)
+        for (_, before), (after, _) in pairwise(covered)
+        if not any(before <= edge <= after for edge in edges)
+    ]
     if gaps and not split:
         raise DataError(
             f"{source}: time has {len(gaps)} gaps, the first after {gaps[0][0]:.9g} s; "
@@ -84,9 +87,9 @@ def resample(
     splined = {"position", "velocity", "reference"}
     splined |= {"injected"} if columns.injected_at == "reference" else set()
     hows: dict[str, Interpolation] = {
-        role: "spline" if role in splined else "linear" for role in samples
+        role: (between or {}).get(role, "spline" if role in splined else "linear")
+        for role in samples
     }
-    hows |= {role: how for role, how in (between or {}).items() if role in samples}
     time = np.concatenate([grid for _, grid in kept])
     values = {
         role: np.concatenate(

@@ -131,11 +131,13 @@ def within(
     tuple of Window
         As far as the motion's clock reaches.
     """
-    clock, kept = columns.motion.times, {}
+    clock = columns.motion.times
     motion_spans = samples_within(columns.source, clock, windows)
-    for role, s in columns.samples.items():
-        spans = samples_within(f"{columns.source}, {role}", s.times, windows)
-        kept[role] = s.taken(mask_of(spans, len(s.values)))
+    spans = {
+        role: samples_within(f"{columns.source}, {role}", s.times, windows)
+        for role, s in columns.samples.items()
+    }
+    kept = {r: s.taken(mask_of(spans[r], len(s.values))) for r, s in columns.samples.items()}
     reached = reaching(windows, float(np.nanmin(clock)), float(np.nanmax(clock)))
     return replace(
         columns.repaired(kept, window_repair(windows, motion_spans, len(clock))),

@@ -132,8 +132,11 @@ def drawn_between(
                 samples, values=at_times(samples.times, written.times, written.values, how)
             )
         way = {"spline": "by a cubic spline", "linear": "straight"}.get(how, "held")
-        text = f"{role}: {len(fresh)} values for {count} samples, {way} between"
-        repair = Repair(kind="between", count=count - len(fresh), text=text)
+        repair = Repair(
+            kind="between",
+            count=count - len(fresh),
+            text=f"{role}: {len(fresh)} values for {count} samples, {way} between",
+        )
         columns = columns.repaired({role: written}, repair)
     return columns
 
@@ -265,13 +268,18 @@ def shifted(columns: RoleColumns, shifts: Mapping[str, Shift], *, uneven: bool) 
     samples, source, clock = columns.samples, columns.source, columns.motion.times
     check_movable(source, samples, shifts)
     if uneven:
-        for role, shift in shifts.items():
-            column, step = samples[role], _step(samples[role].times)
-            later = replace(column, clock=column.times + shift.seconds(step))
-            columns = columns.repaired(
-                {role: later}, _shift_repair(role, step, shift, len(column.values), 0)
-            )
-        return columns
+        steps = {role: _step(samples[role].times) for role in shifts}
+        return columns.repaired(
+            {
+                role: replace(s, clock=s.times + shifts[role].seconds(steps[role]))
+                for role, s in samples.items()
+                if role in shifts
+            },
+            *(
+                _shift_repair(role, steps[role], shift, len(samples[role].values), 0)
+                for role, shift in shifts.items()
+            ),
+        )
     if any(len(column.values) != len(clock) for column in samples.values()):
         raise DataError(
             f"{source}: the columns differ in length, so that none can be moved beside the others; "

@@ -9,7 +9,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from axisid.estimation.data_tables import Repair, Samples
 from axisid.estimation.records.columns import RoleColumns
@@ -18,10 +17,9 @@ from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 
 from .clocks import long_steps
+from .shifts import Rows
 
 _MAX_WRAPPED_SPAN = 1.001  # moduli that a wrapped position spans, with noise
-
-Places = NDArray[np.intp]
 
 #: A modulus of a turn.
 _IN_DEGREES = 'wrap = "360:deg" in run.toml'
@@ -146,8 +144,14 @@ def _signed(columns: RoleColumns, role: str, modulus: Modulus) -> RoleColumns:
     beyond = values >= modulus.si / 2
     signed = replace(samples[role], values=np.where(beyond, values - modulus.si, values))
     count = int(np.count_nonzero(beyond))
-    text = f"{role} of half the modulus {modulus} and more taken as negative: {count}"
-    return columns.repaired({role: signed}, Repair(kind="wrap", count=count, text=text))
+    return columns.repaired(
+        {role: signed},
+        Repair(
+            kind="wrap",
+            count=count,
+            text=f"{role} of half the modulus {modulus} and more taken as negative: {count}",
+        ),
+    )
 
 
 def _on_positions_turn(
@@ -173,9 +177,7 @@ def _on_positions_turn(
     return shifted, int(np.count_nonzero(turns))
 
 
-def _check_seams(
-    source: str, unwrapped: Array, places: Places, gaps: Places, modulus: Modulus
-) -> None:
+def _check_seams(source: str, unwrapped: Array, places: Rows, gaps: Rows, modulus: Modulus) -> None:
     """Refuse a modulus that leaves a jump where it undid one.
 
     There the motion then bends more than anywhere else: its step is not the mean of its neighbours.
