@@ -126,8 +126,11 @@ class RecordScores:
         own = columns - self.basis @ (self.basis.T @ columns)
         sizes, least = np.linalg.norm(own, axis=0), _RANK * np.linalg.norm(columns, axis=0)
         shown = sizes > least  # none of a column that the model spans, or that no row shows
-        basis = np.hstack([self.basis, np.linalg.qr(own[:, shown] / sizes[shown])[0]])
-        return replace(self, basis=basis, columns=np.hstack([self.columns, columns]))
+        return replace(
+            self,
+            basis=np.hstack([self.basis, np.linalg.qr(own[:, shown] / sizes[shown])[0]]),
+            columns=np.hstack([self.columns, columns]),
+        )
 
     def nearest(self, instruments: Array, columns: Array) -> int:
         """The place of columns (n, m, g) that fits the residuals best, by their instruments.

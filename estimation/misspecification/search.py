@@ -117,12 +117,10 @@ def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
         declared = scores.with_columns(
             np.hstack([each.columns(each.places)[:, 0] for each in held])
         )
-        own = [declared.test(each.columns(each.places)).values.any() for each in found]
-        found = [each for each, is_own in zip(found, own, strict=True) if is_own]
-    found += held
-    found += _changing(scores, commanded=commanded and bool(scores.twins))
-    found += _of_signals(scores) if axis.signals else []
-    return [each for each in found if len(each.places)]
+        found = [e for e in found if declared.test(e.columns(e.places)).values.any()]
+    changing = _changing(scores, commanded=commanded and bool(scores.twins))
+    of_signals = _of_signals(scores) if axis.signals else []
+    return [each for each in (*found, *held, *changing, *of_signals) if len(each.places)]
 
 
 def _of_user(term: Term, make: Callable[..., Array], *arguments: Any) -> Array:
@@ -155,8 +153,10 @@ def _columns(term: Term, most: int, along: Along, places: Array) -> Array:
 
 def _changing(scores: RecordScores, *, commanded: bool) -> list[Hypothesis]:
     """Each parameter, and the drive gain, as it drifts or is another from some time on."""
-    parameters = [(q.name, str(q.unit)) for q in scores.data.axis.parameters]
-    of = dict(zip(parameters, scores.regressor.T, strict=True))
+    of = {
+        (q.name, str(q.unit)): column
+        for q, column in zip(scores.data.axis.parameters, scores.regressor.T, strict=True)
+    }
     if commanded:
         of[GAIN, "times"] = scores.along.reduce(scores.along.force)
     times = scores.data.times_of_rows
@@ -439,8 +439,7 @@ def _tested(
         sizes = np.where(first == 0, np.inf, first)
         taken = taken * (2 / sizes - 1 / sizes**2)
     p_values = np.clip(tested.p_values * len(hypothesis.places), hypothesis.least, 1.0)
-    if hypothesis.is_positive:
-        p_values = np.where(first <= 0, 1.0, p_values)
+    p_values[hypothesis.is_positive & (first <= 0)] = 1.0
     told = p_values <= sure
     best = int(np.argmax(np.where(told, taken, -np.inf)) if told.any() else np.argmin(p_values))
     moved = np.abs(scores.moved_by(columns[:, best], tested.values[best]))
@@ -462,10 +461,11 @@ def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
         return found
     near = hypothesis.between(hypothesis.places, found.at)
     columns = hypothesis.columns(near)
-    if hypothesis.measured is None:
-        best = int(np.argmax(scores.test(columns).powers))
-    else:
-        best = scores.nearest(columns, hypothesis.measured(near))
+    best = (
+        int(np.argmax(scores.test(columns).powers))
+        if hypothesis.measured is None
+        else scores.nearest(columns, hypothesis.measured(near))
+    )
     if hypothesis.is_positive and scores.test(columns[:, [best]]).values[0, 0] <= 0:
         return found
     return replace(found, at=float(near[best]), columns=columns[:, best])
@@ -518,9 +518,8 @@ def _told(scores: RecordScores, name: TestedHypothesis) -> Misspecification:
 def sentence(lack: Misspecification, axis: GeneratedAxis, record: Record) -> str:
     """What is missing, changes or is logged wrongly, how much of it, and what to do about it."""
     size, deviation, unit = lack.size, lack.deviation, lack.unit
-    kind, name, part = lack.kind, lack.parameter, "this is more than the force"
-    if lack.share <= 1:
-        part = f"{100 * lack.share:.2g} % of the force is this"
+    kind, name, share = lack.kind, lack.parameter, f"{100 * lack.share:.2g} % of the force is this"
+    part = share if lack.share <= 1 else "this is more than the force"
     by = f"{size:+.3g} +- {deviation:.1g} {unit}".rstrip()
     if not name:
         term, drive = TERMS[kind], axis.axis.drive
