@@ -97,16 +97,17 @@ def alignment_of(scores: RecordScores) -> Alignment | Missing:
     along the simulated loop where there is one, and each step is taken by a cubic spline of the
     recorded force. What the filter makes of that loop, and noise of its twins, is taken off.
     """
-    data, made = scores.data, scores.form.equations(scores.signals)
-    force = made.intercept + made.regressor @ scores.physical
+    data, force = scores.data, scores.form.equations(scores.signals).predicted(scores.physical)
     column = scores.along.reduce(scores.along.by_stretch(np.gradient, force))[:, None]
     declared = math.floor(declared_lateness(data) / data.period)
     tried = (min(_EARLIEST, -1 - min(declared, _MOST_DECLARED)), _LATEST)
-    commanded = data.record.force is None and data.axis.axis.jumps
-    start = delay = data.hold_delay
-    if scores.by_loop and commanded and data.prefilter.hold == "raw":
+    commanded = scores.by_loop and data.record.force is None and data.axis.axis.jumps
+    start = delay = (
         # The loop holds a command whatever the filter supposes.
-        start = delay = hold_delay(data.axis.axis.control, data.period, clock_of(data.record))
+        hold_delay(data.axis.axis.control, data.period, clock_of(data.record))
+        if commanded and data.prefilter.hold == "raw"
+        else data.hold_delay
+    )
     deviation = np.inf
     for _ in range(_STEPS):
         tested = _delayed(scores, delay - start).test(column[:, None])
@@ -133,10 +134,10 @@ def _delayed(scores: RecordScores, samples: float) -> RecordScores:
     """With the record's force delayed by so many samples."""
     from scipy.ndimage import shift
 
-    def change(force: Array) -> Array:
-        return np.asarray(shift(force, samples, order=3, mode="nearest") - force)
-
-    delayed = scores.along.by_stretch(change, scores.data.signals.force)
+    delayed = scores.along.by_stretch(
+        lambda force: shift(force, samples, order=3, mode="nearest") - force,
+        scores.data.signals.force,
+    )
     column, residuals = scores.along.reduce(delayed)[:, None], scores.residuals.copy()
     residuals[:, 0] += column[:, 0] + scores.columns @ scores.moved_by(column, np.ones(1))
     return replace(scores, residuals=residuals)
@@ -188,8 +189,7 @@ def alignment_check(
         and timing.role == "control"
         and law.delay == -timing.samples != 0
     )
-    hold, used = str(data.prefilter.hold), data.hold_delay
-    apart = delay.best - used
+    used, apart = data.hold_delay, delay.best - data.hold_delay
     far = delay.at_the_end and abs(apart) > MAX_DELAY_DISTANCE.value * delay.deviation
     if delay.deviation > MAX_DELAY_DEVIATION.value and not far:
         return Missing(
@@ -200,7 +200,6 @@ def alignment_check(
         f"{name} by {slope:+.2g} {unit}"
         for name, slope, unit in zip(delay.names, delay.sensitivity, delay.units, strict=True)
     )
-    by_ls = "" if delay.by_instruments else " (by least squares, which noise may bias)"
     size = first_case(
         (
             delay.at_the_end,
@@ -211,11 +210,14 @@ def alignment_check(
     side, supposed = ("before" if each < 0 else "after" for each in (delay.best, used))
     fits = (
         f"the force fits the motion best {size} {side} it is recorded; "
-        f"hold {hold} supposes {abs(used):g} samples {supposed}{by_ls}"
+        f"hold {data.prefilter.hold} supposes {abs(used):g} samples {supposed}"
+        f"{'' if delay.by_instruments else ' (by least squares, which noise may bias)'}"
     )
     advice = _advice(delay, data, _remedy(timing, data.axis.axis.control, law), by_log=by_log)
-    column = "control" if data.record.force is None else "force"
-    off = f"the {column} is {abs(apart):.2g} samples {'early' if apart > 0 else 'late'}"
+    off = (
+        f"the {'control' if data.record.force is None else 'force'} is {abs(apart):.2g} samples "
+        f"{'early' if apart > 0 else 'late'}"
+    )
     aligned = not (delay.at_the_end if isinstance(late, Missing) else late)
     return Check(
         name="alignment",
@@ -248,16 +250,16 @@ def _advice(delay: Alignment, data: FilteredRecord, remedy: str, *, by_log: bool
         f"{'at least ' * delay.at_the_end}{-late * period:.3g} s too long: declare {instead}"
         f"{' or less' * (delay.at_the_end and left > 0)}"
     )
-    missing = (
-        f"Declare what lies between command and force, the drive's delay or its lag, "
-        f"{late * period:.3g} s {'more ' * bool(declared)}in all"
-    )
     return first_case(
         (by_hold, f'Try hold="{other}"'),
         (by_log or data.record.force is not None or is_continuous, remedy),
         (late < 0 and declared, f"{too_long}{rest}{remedy}"),
         (late <= 0 or delay.at_the_end, remedy),
-        (True, f"{missing}{rest}{remedy}"),
+        (
+            True,
+            f"Declare what lies between command and force, the drive's delay or its lag, "
+            f"{late * period:.3g} s {'more ' * bool(declared)}in all{rest}{remedy}",
+        ),
     )
 
 
@@ -298,27 +300,31 @@ def law_in_time(
     if not (law.delay and law.advice) or declared is None or declared.continuous:
         return law
     if isinstance(timing, Missing):
-        advice = f"{law.advice}. Which of them, this record does not tell: {timing}"
-        return replace(law, advice=advice)
+        return replace(
+            law, advice=f"{law.advice}. Which of them, this record does not tell: {timing}"
+        )
     late = declared.delay + law.delay
-    advice = first_case(
-        (timing.role != "control", law.advice),
-        (
-            timing.samples,
-            f"the log is to blame, as the control {timing.text}: move it there with "
-            f"{timing.shift}{_and_delay(declared, law, timing.samples)}",
-        ),
-        (
-            late < 0 and not declared.delay,
-            f"and the control {timing.text}: see whether position or reference is written "
-            f"late, and move it with shift.reference = {law.delay} in run.toml or the like",
-        ),
-        (
-            True,
-            f"declare delay={max(late, 0)}. The motion supports that: the control {timing.text}",
+    return replace(
+        law,
+        advice=first_case(
+            (timing.role != "control", law.advice),
+            (
+                timing.samples,
+                f"the log is to blame, as the control {timing.text}: move it there with "
+                f"{timing.shift}{_and_delay(declared, law, timing.samples)}",
+            ),
+            (
+                late < 0 and not declared.delay,
+                f"and the control {timing.text}: see whether position or reference is written "
+                f"late, and move it with shift.reference = {law.delay} in run.toml or the like",
+            ),
+            (
+                True,
+                f"declare delay={max(late, 0)}. The motion supports that: the control "
+                f"{timing.text}",
+            ),
         ),
     )
-    return replace(law, advice=advice)
 
 
 def _remedy(

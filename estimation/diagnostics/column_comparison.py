@@ -131,8 +131,8 @@ class ColumnComparison:
 
         def fit(given: Array, target: Array) -> Solution:
             columns = np.column_stack([given, np.gradient(given), np.ones_like(given)])[rows]
-            regressor = factor(columns, ("factor", "delay", "offset"), neighbours=order)
-            return least_squares(target[rows], regressor)
+            names = ("factor", "delay", "offset")
+            return least_squares(target[rows], factor(columns, names, neighbours=order))
 
         delay, moved = 0.0, computed
         try:
@@ -335,10 +335,9 @@ def _compared(record: Record, commanded: Array) -> tuple[float, ColumnComparison
     """
     slow, target = commanded, np.asarray(record.force)
     columns = low_passed(record, commanded, target)
-    found: ColumnComparison | Missing = Missing("too few samples")
     if not isinstance(columns, Missing):
         slow, target = (each[columns[2]] for each in columns[:2])
-        found = ColumnComparison.of(*columns)
+    found = columns if isinstance(columns, Missing) else ColumnComparison.of(*columns)
     if isinstance(found, Missing):  # nothing tells how well the factor is known
         found = ColumnComparison(
             factor=float(slow @ target / (slow @ slow)),
@@ -419,12 +418,11 @@ def derivative_check(
         f"{abs(found.delay):.2f} +- {max(found.delay_deviation, 1e-2):.1g} samples {way} and "
         f"{found.offset:+.3g} +- {found.offset_deviation:.1g} {unit}"
     )
-    is_other, column = found.distances["left"] > 1, f"columns {role}=NAME:UNIT"
     meaning = first_case(
         (
-            is_other,
+            found.distances["left"] > 1,
             f"is not {against}: {found.left_percent:.3g} % are left whatever factor, delay and "
-            f"constant ({told}): check the column ({column})",
+            f"constant ({told}): check the column (columns {role}=NAME:UNIT)",
         ),
         (
             found.worst > 1,

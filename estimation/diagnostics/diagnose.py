@@ -133,8 +133,12 @@ def _missing_terms(lacking: Sequence[Misspecification], case: Case) -> Check | M
         return replace(found, status="note")  # what the steps move is left, and counts once
     early = isinstance(aligned, Check) and _fails(aligned) and (aligned.figure or 0.0) < 0
     if early and declared_lateness(case.data) > 0:  # friction is wrong at low speed then
-        said = "the delay or lag that is declared too long, see alignment, may make it"
-        return replace(found, status="note", meaning=f"{found.meaning}; {said}: mend that first")
+        return replace(
+            found,
+            status="note",
+            meaning=f"{found.meaning}; the delay or lag that is declared too long, see alignment, "
+            "may make it: mend that first",
+        )
     return found
 
 
@@ -200,8 +204,10 @@ def _advice(axis: GeneratedAxis, record: Record, found: Misspecification) -> str
     vague = 0.02 + MIN_DISTANCE_FROM_NOISE.value * deviation / abs(value)
     if known := scale_remedy(name, column, str(declared.unit), 1 / value, vague):
         return known
-    scaled = f"columns {name}={column}:UNIT*{value:.4g}"
-    return f"check its unit and its scale ({scaled}), and what is declared as known of its force"
+    return (
+        f"check its unit and its scale (columns {name}={column}:UNIT*{value:.4g}), and what is "
+        "declared as known of its force"
+    )
 
 
 #: By name, in the order of the verdict.
@@ -444,7 +450,6 @@ def simulation_error_check(preferred: Estimate, rest: float) -> Check | Missing:
         f"check the law, signs and units, or see whether the record is noise{noise}, or a motion "
         "that the model does not have"
     )
-    lost = f"the simulated loop leaves {error:.3g} % of the {form.left} unexplained; {blamed}"
     return Check(
         name="simulation",
         status=status_of(good),
@@ -452,5 +457,7 @@ def simulation_error_check(preferred: Estimate, rest: float) -> Check | Missing:
         threshold=MAX_SIMULATION_ERROR.value,
         source="simulation error in percent of the left side; at 50 the loop explains three "
         "quarters of its power, at 100 nothing",
-        meaning="the simulated loop follows the record" + but if good else lost,
+        meaning=f"the simulated loop follows the record{but}"
+        if good
+        else f"the simulated loop leaves {error:.3g} % of the {form.left} unexplained; {blamed}",
     )

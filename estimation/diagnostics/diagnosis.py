@@ -218,9 +218,8 @@ class Case:
     @cached_property
     def alike(self) -> Alike | Missing:
         """Each of several records against the others."""
-        if len(self.problem.data) == 1:
-            return _ALONE
-        return rows_alike(self.problem, self.preferred, self.levels)
+        alone = len(self.problem.data) == 1
+        return _ALONE if alone else rows_alike(self.problem, self.preferred, self.levels)
 
     @property
     def preferred(self) -> Estimate:

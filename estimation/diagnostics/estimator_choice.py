@@ -207,9 +207,11 @@ def _least_squares_judged(
         )
     shifts = {n: abs(by) / values[n].deviation for n, by in moved.items() if values[n].deviation}
     far = {n: moved[n] for n, shift in shifts.items() if shift > NOTICEABLE}
-    by = ", ".join(f"{n} by about {by:+.2g} {values[n].unit}" for n, by in far.items())
-    if not np.all(np.isfinite([*far.values()])):
-        by = f"by what none tells, as there are fewer than {FEWEST_STEPS} in the whole motion"
+    by = (
+        ", ".join(f"{n} by about {by:+.2g} {values[n].unit}" for n, by in far.items())
+        if np.all(np.isfinite([*far.values()]))
+        else f"by what none tells, as there are fewer than {FEWEST_STEPS} in the whole motion"
+    )
     large = bias is None and any(
         abs(by) > levels.least_share * abs(values[n].value) for n, by in far.items()
     )

@@ -234,10 +234,13 @@ def precision(estimate: Estimate, excitation: Sequence[Excitation]) -> Check:
         relative[s.name] = 100 * deviation / abs(value.corrected) if value.corrected else np.inf
     vague = [s for s in excitation if relative[s.name] > MAX_RELATIVE_DEVIATION.value]
     small = [s for s in vague if _is_nothing(s, values[s.name])]
-    unclear = [s for s in vague if s not in small]
     return precision_check(
         max(relative.values()),
-        [f"{s.name} is not identified by this record, because {s.reason}" for s in unclear],
+        [
+            f"{s.name} is not identified by this record, because {s.reason}"
+            for s in vague
+            if s not in small
+        ],
         [s.name for s in small],
         "force",
         "relative HAC deviation in percent, or the i.i.d. one where it is larger and few "
@@ -382,13 +385,13 @@ def fixed_check(estimate: Estimate, level: float = CHECK_LEVEL.value) -> Check |
         if alone := estimate.parameters.get(p.name):
             deviation = np.hypot(alone.deviation, alone.sd_gain)
             sides[-1] += f", the record alone gives {alone.corrected:.4g} +- {deviation:.2g}"
-    unknown = "; its bias, which could do it too, is not known without a control law"
     fault = (
         f"no values of the parameters agree with the record{' and what was fixed' * bool(sides)} "
         f"(squared distance {physical.statistic:.3g}, restrictions {physical.dof})"
         f"{': ' * bool(sides)}{'; '.join(sides)}. "
         "Check what was fixed, the drive gain and the terms of the model"
-        f"{unknown * (estimate.filter_bias is None)}"
+        + "; its bias, which could do it too, is not known without a control law"
+        * (estimate.filter_bias is None)
     )
     good = physical.p_value >= level
     return Check(

@@ -276,8 +276,11 @@ def rows_alike(
             *["a record's own"] * columns.shape[1],
         ]
         regressor = checked_columns(np.hstack([X, columns]), names, neighbours=estimate.neighbours)
-        Z_of_all = factor(np.hstack([Z, instruments]), names)
-        solution = instrumental_variables(weights * estimate.net_residuals, regressor, Z_of_all)
+        solution = instrumental_variables(
+            weights * estimate.net_residuals,
+            regressor,
+            factor(np.hstack([Z, instruments]), names),
+        )
         by_twins = None
         if residuals is not None and common is not None:
             moved = solution.influence.T @ (weights[:, None] * residuals)
@@ -317,8 +320,9 @@ def covariance_of_twins(moved: Array, columns: int) -> CovarianceEstimate | None
     pairs = moved.shape[1] / 2  # opposite twins are one sample
     if pairs - columns + 1 < _FEWEST:
         return None
-    matrix, freedom = np.atleast_2d(np.cov(moved)), np.full(len(moved), pairs)
-    return CovarianceEstimate(matrix=matrix, freedom=freedom)
+    return CovarianceEstimate(
+        matrix=np.atleast_2d(np.cov(moved)), freedom=np.full(len(moved), pairs)
+    )
 
 
 def records_alike(
@@ -373,16 +377,17 @@ def alike_check(
     output: str = "force",
 ) -> Check:
     """Whether the records are alike, as a check; each record has a name."""
-    shares = [each.share_percent for each in found.records if isinstance(each, RecordDifference)]
     untold = "; ".join(
         f"{name} alone would not tell {'them' if isinstance(e, Missing) else ', '.join(e.untold)}"
         for name, e in zip(names, found.records, strict=True)
         if isinstance(e, Missing) or e.untold
     )
     against, differing, said = [names[i] for i in found.against], found.differing, ""
-    lead = f"{' and '.join(against)} {'speak' if len(against) > 1 else 'speaks'} against the rest"
-    if len(names) == 2:
-        lead = f"{names[0]} and {names[1]} speak against one another"
+    lead = (
+        f"{names[0]} and {names[1]} speak against one another"
+        if len(names) == 2
+        else f"{' and '.join(against)} {'speak' if len(against) > 1 else 'speaks'} against the rest"
+    )
     if differing is not None:
         rest = names[1 - differing.number] if len(names) == 2 else "the rest"
         said = f": {differing.told(names[differing.number], rest)}"
@@ -408,7 +413,7 @@ def alike_check(
     return Check(
         name="records alike",
         status="fail" if against else "note" if differing else "pass",
-        figure=max(shares),
+        figure=max(e.share_percent for e in found.records if isinstance(e, RecordDifference)),
         threshold=100 * levels.least_share,
         p_value=found.p_value,
         source=f"percent of a record's {output} that the parameters it has alone make otherwise "
@@ -433,7 +438,6 @@ def _tested(
 ) -> EstimateDifference | Missing:
     """A record against those that have no parameters of their own, as records aside have."""
     columns = instruments = np.zeros((len(base), 0))
-    alone, own = list[int](), list[int]()
     for i in (*aside, number):
         record = records[i]
         alone = _independent(record.instruments, record.instruments[:, :0])
@@ -453,12 +457,13 @@ def _tested(
         return Missing("too few of the residuals are independent to tell what is chance")
     part, to_own = record.only([alone[j] for j in own]), np.eye(len(change))[-q:]
     to_others = np.pad(part.slopes, ((0, 0), (0, len(change) - base.shape[1])))
-    mapped = (to_own, to_own + to_others, to_others)
     return EstimateDifference(
         number=number,
         of=replace(part, values=part.values + to_others @ change),
         difference=to_own @ change,
-        covariances=tuple(each @ covariance @ each.T for each in mapped),
+        covariances=tuple(
+            each @ covariance @ each.T for each in (to_own, to_own + to_others, to_others)
+        ),
         freedom=freedom,
         untold=tuple(name for j, name in enumerate(record.names) if j not in alone),
         levels=levels,
