@@ -216,13 +216,14 @@ def load_result(
     document = read_document(
         file, WrittenIdentification, WrittenOutputFit, SavedMonteCarlo, SavedFitValidation
     )
-    if isinstance(document, WrittenIdentification):
-        return joined(_checked(file, document), axis)
-    saved = (
-        SavedOutputFit.of(str(file), document)
-        if isinstance(document, WrittenOutputFit)
-        else document
-    )
+    saved: SavedOutputFit | SavedMonteCarlo | SavedFitValidation
+    match document:
+        case WrittenIdentification():
+            return joined(_checked(file, document), axis)
+        case WrittenOutputFit():
+            saved = SavedOutputFit.of(str(file), document)
+        case SavedMonteCarlo() | SavedFitValidation():
+            saved = document
     _told(str(file), saved.summary)
     return saved
 

@@ -20,6 +20,7 @@ from axisid.estimation.monte_carlo import (
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.presentation.documents import (
     Block,
+    Cell,
     Column,
     Document,
     Heading,
@@ -103,7 +104,7 @@ def _estimands(result: SavedMonteCarlo, listed: Sequence[EstimandFigures], title
         Column("95 % interval", "%", group="holds"),
         *(Column(_label(of), "%") for of in others),
     )
-    rows = tuple(
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
         (
             *(method_title(each.method), each.name, each.unit, _number(each.truth, 6)),
             *(mean_cell(each.bias), mean_cell(each.scatter)),
