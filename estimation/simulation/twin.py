@@ -41,6 +41,7 @@ def trajectory(moves: tuple[Move, ...], period: float) -> Array:
     (N,) array
         From 0, in the coordinate's unit.
     """
+    check_sample_period(period)
     pieces = [np.zeros(1)]
     begin, start, taken = 0.0, 0.0, 0  # time and position where the move begins, samples so far
     for move in moves:
