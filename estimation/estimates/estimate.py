@@ -227,7 +227,7 @@ class Estimate(EstimateReading, Presentable, Exact):
         Of `ROW_LOSSES`, how the rows counted.
     counts : LossWeights or None
         What each row counted by it, 1 for a small residual; None where all count alike.
-    row_weights : (n,) array
+    weights : (n,) array or None
         Of the rows in the fit, where records differ in noise; rows and residuals are without them.
     deferred : Deferred of Inference
         Covariances, the bias of filter and noise and the gain's part; see `inference`.
@@ -255,12 +255,12 @@ class Estimate(EstimateReading, Presentable, Exact):
     iterates: tuple[Iterate, ...]
     remarks: tuple[str, ...]
     covariance_model: Covariance
-    row_weights: Array
     deferred: Deferred[Inference]
     started: str = ""
     times: Array | None = None
     chosen: str = "hac"
     gain_relative_sd: float = 0.0
+    weights: Array | None = None
     loss: str = ROW_LOSSES[0]
     counts: LossWeights | None = None
 
@@ -313,6 +313,11 @@ class Estimate(EstimateReading, Presentable, Exact):
         """The same, each row as it would count more with its size: what `X` meets, (n, k)."""
         columns = self.X if self.Z is None else self.Z
         return columns if self.counts is None else self.counts.slopes[:, None] * columns
+
+    @property
+    def row_weights(self) -> Array:
+        """Of every row in the fit, (n,): 1 where all count alike."""
+        return np.ones(len(self.y)) if self.weights is None else self.weights
 
     @property
     def light_rows(self) -> Array:
@@ -454,12 +459,10 @@ class Estimate(EstimateReading, Presentable, Exact):
     @property
     def residual_tests(self) -> ResidualTests:
         """Tests of the net residuals, against the instruments or the regressor of least squares."""
-        weights = self.row_weights
-        return residual_tests(
-            weights * self.net_residuals,
-            weights[:, None] * self.score_columns,
-            neighbours=self.neighbours,
-        )
+        residuals, columns = self.net_residuals, self.score_columns
+        if self.weights is not None:
+            residuals, columns = self.weights * residuals, self.weights[:, None] * columns
+        return residual_tests(residuals, columns, neighbours=self.neighbours)
 
     @property
     def _curvature(self) -> Callable[[Array, Array], float]:

@@ -47,7 +47,7 @@ def part_of(estimate: Estimate, problem: Problem, record: int) -> Estimate:
         simulation_error_percent=None
         if isinstance(simulated, NotSimulated) or not len(left)
         else relative_error_percent(left - simulated, left),
-        row_weights=np.ones(len(left)),
+        weights=None,
         counts=counts and LossWeights(weights=counts.weights[span], slopes=counts.slopes[span]),
     ).with_inference(
         noise_free=None if told.noise_free is None else told.noise_free[span],

@@ -112,7 +112,7 @@ def estimate_by(
         chosen=covariance,
         gain_relative_sd=gain_relative_sd(problem),
         deferred=Deferred(inference),
-        row_weights=weights,
+        weights=weights,
         loss=method.loss,
         counts=solution.counts,
     )
@@ -292,8 +292,10 @@ def gain_relative_sd(problem: Problem) -> float:
     return 0.0 if measured or estimated else problem.axis.axis.drive.relative_sd
 
 
-def _own_rows(values: Array, weights: Array) -> Array:
+def _own_rows(values: Array, weights: Array | None) -> Array:
     """Rows, (n,) or (n, k), as they were before each was weighted."""
+    if weights is None:
+        return values
     return values / (weights if values.ndim == 1 else weights[:, None])
 
 

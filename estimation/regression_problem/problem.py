@@ -247,10 +247,16 @@ class Problem(Uncached):
         return tuple(slice(a, b) for a, b in zip([0, *ends], ends, strict=False))
 
     @property
-    def row_weights(self) -> Array:
-        """Of each row, (n,); 1 where all are of one noise."""
-        rows = [len(data.sampling.rows) for data in self.data]
-        return np.repeat(self.weights or np.ones(len(rows)), rows)
+    def row_weights(self) -> Array | None:
+        """Of each row, (n,); None where all are of one."""
+        if not self.weights:
+            return None
+        return np.concatenate(
+            [
+                np.full(span.stop - span.start, weight)
+                for span, weight in zip(self.spans, self.weights, strict=True)
+            ]
+        )
 
     @property
     def rest(self) -> float:
