@@ -215,7 +215,10 @@ def fit(
         keeps_rests=rests == RESTS[1] or OPEN_LOOP in outputs,
         progress=progress,
     )
-    levels, asked = Levels(level=level, least_share=least_share), checked_horizon(horizon, outputs)
+    levels, asked = (
+        Levels(level=level, least_share=least_share),
+        checked_horizon(horizon, outputs, given),
+    )
     if time is None:
         first, last = _in_steady_windows(search, generated, start, asked)
     else:

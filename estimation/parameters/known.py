@@ -162,7 +162,8 @@ def prefilters_of(asked: Prefilter, designed: float, periods: Sequence[float]) -
         listed = ", ".join(f"{period:.6g}" for period in periods)
         raise UsageError(
             f"the records are sampled every {listed} s, which have no common multiple for "
-            "rows to be apart by; resample them to one rate with resample=HZ.",
+            "rows to be apart by; check the unit of each record's time (columns time=NAME:UNIT), "
+            "or resample them to one rate with resample=HZ.",
             code="parameters",
         )
     return [

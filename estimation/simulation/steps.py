@@ -267,7 +267,8 @@ def _held(axis: GeneratedAxis, position: Array, signals: Sequence[Array]) -> Arr
     size = _held_values(axis)
     held = np.zeros((len(position), size))
     held[:, size - 2 * len(signals) :: 2] = np.transpose(signals)
-    if law_of(axis).continuous:
+    law = axis.axis.control
+    if law is not None and law.continuous:
         held[:, 0] = position
     return held
 

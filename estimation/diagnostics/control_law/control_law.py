@@ -171,9 +171,9 @@ def _compared(
     control, made, *counted = compared_with_law(axis, law, record)
     if not np.all(np.isfinite(made)):
         return Missing("the declared law is not finite on this record")
-    if counted[0].sum() < least:
-        return Missing("the control is at the drive's limit, or masked, nearly all the time")
     by_gains = LawByGains.of(axis, law, record, *counted)
+    if len(by_gains.control) < least:
+        return Missing("the control is at the drive's limit, or masked, nearly all the time")
     shift = best_shift(made, control, counted[0])
     # A shift that explains the control shows through whatever the log leaves open.
     if by_gains.possible and not shift:

@@ -366,9 +366,10 @@ def study(
             progress=line,
             keep=keep,
         )
-    # Before what is printed, whose reader may have gone.
-    written = _written(result, output, report, figures)
-    put_result(result, json_file)
+    try:  # before what is printed, whose reader may have gone
+        written = _written(result, output, report, figures)
+    finally:
+        put_result(result, json_file)
     for path in written:
         click.echo(f"wrote {path}", err=json_file == "-")
 

@@ -108,8 +108,13 @@ class Inputs:
 
 
 def names_in(text: str | None) -> tuple[str, ...]:
-    """The names of a list as options take it, ``M,Fv``."""
-    return tuple(name.strip() for name in (text or "").split(",") if name.strip())
+    """The names of a list as options take it, ``M,Fv``, none of them twice."""
+    names = tuple(map(str.strip, text.split(","))) if text else ()
+    for name in names:
+        if not name or names.count(name) > 1:
+            fault = f"{name!r} twice" if name else "an empty name"
+            raise click.BadParameter(f"{text!r} has {fault}; name each once, as in M,Fv.")
+    return names
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
