@@ -31,7 +31,7 @@ from axisid.control import (
     pid_ideal,
     state_feedback,
 )
-from axisid.estimation import LawCheck, check_law
+from axisid.estimation import LawAgreement, law_agreement
 
 _T, _KV = 1e-3, 243.45
 _OFF = (1.05, 1.1)
@@ -217,8 +217,8 @@ def figures_of(name: str, log: str, *, runs: int, seed: int, right_alone: bool =
         found.failed += passed is False
         found.unjudged += passed is None
         for (gain, times), axis in wrong.items():
-            check = check_law(axis, record)
-            told = isinstance(check, LawCheck)
+            check = law_agreement(axis, record)
+            told = isinstance(check, LawAgreement)
             key = f"{gain} {100 * (times - 1):.0f} %"
             found.changed[key] = found.changed.get(key, 0) + 1
             found.noticed[key] = found.noticed.get(key, 0) + (told and not check.passed)
@@ -231,11 +231,11 @@ def figures_of(name: str, log: str, *, runs: int, seed: int, right_alone: bool =
 
 def _passed(axis: GeneratedAxis, record: Record) -> bool | None:
     """Whether the law passes; None where the check says why it cannot tell."""
-    check = check_law(axis, record)
-    return check.passed if isinstance(check, LawCheck) else None
+    check = law_agreement(axis, record)
+    return check.passed if isinstance(check, LawAgreement) else None
 
 
-def _named(check: LawCheck, gain: str, times: float) -> bool:
+def _named(check: LawAgreement, gain: str, times: float) -> bool:
     """Whether the gain is named with what it is."""
     said = re.search(rf"\b{gain} is ([\d.]+) times", check.sentence)
     return said is not None and math.isclose(float(said[1]), times, rel_tol=0.02)

@@ -17,7 +17,7 @@ from figures import give, parser_of
 
 from axisid import Record, identify, load_axis
 from axisid.codegen.generated_axes import GeneratedAxis, build
-from axisid.estimation.diagnostics import rows_alike
+from axisid.estimation.diagnostics import pooling_test
 from axisid.estimation.simulation import twin_record
 from axisid.modeling.declaration import Axis, leave_out
 from axisid.modeling.quantities import Parameter
@@ -145,7 +145,7 @@ def by_equality(other: float, runs: int) -> dict[str, float]:
             twin(5000 + 3 * run + i, gain, M=mass * (1 + other * (i == 2))) for i in range(3)
         ]
         result = identify(plain(), records, methods=[METHOD])
-        found = rows_alike(result.problem, result[METHOD])
+        found = pooling_test(result.problem, result[METHOD])
         if isinstance(found, Missing):
             raise SystemExit(f"the records cannot be told apart: {found}")
         rejected += bool(found.against)

@@ -17,7 +17,7 @@ from .diagnostics import (
     Excitation as Excitation,
     estimate_delay as estimate_delay,
 )
-from .diagnostics.control_law import LawCheck as LawCheck, check_law as check_law
+from .diagnostics.control_law import LawAgreement as LawAgreement, law_agreement as law_agreement
 from .estimates import Iterate as Iterate, Value as Value
 from .identification import DriveTime as DriveTime
 from .lack_of_fit import JackknifeInterval as JackknifeInterval, LackOfFit as LackOfFit

@@ -110,14 +110,14 @@ axis = replace(
     experiment=replace(axis.experiment, position_noise=1e-7),
 )
 record = axisid.twin_record(axis)
-print(axisid.estimation.check_law(axisid.build(axis), record).sentence)
+print(axisid.estimation.law_agreement(axisid.build(axis), record).sentence)
 
 # %% [markdown]
 # The wrong law, with another gain, is told apart, and the factors say in what:
 
 # %%
 wrong = replace(axis.control, gains={"p": 39000.0, "i": 50.0, "d": 300.0})
-check = axisid.estimation.check_law(axisid.build(replace(axis, control=wrong)), record)
+check = axisid.estimation.law_agreement(axisid.build(replace(axis, control=wrong)), record)
 print(check.sentence)
 
 # %% [markdown]

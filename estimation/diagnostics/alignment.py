@@ -17,7 +17,7 @@ import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.diagnostic_checks import Check, first_case, status_of
-from axisid.estimation.diagnostics.control_law import LawCheck
+from axisid.estimation.diagnostics.control_law import LawAgreement
 from axisid.estimation.methods import METHODS, bound_record
 from axisid.estimation.misspecification import Misspecification, RecordScores, scores_of
 from axisid.estimation.records import Record, clock_of, hold_delay
@@ -173,7 +173,7 @@ def alignment_check(
     data: FilteredRecord,
     *,
     late: Misspecification | Missing | None,
-    law: LawCheck | Missing,
+    law: LawAgreement | Missing,
     timing: ForceTiming | Missing,
 ) -> Check | Missing:
     """The delay that fits best against the one that the hold takes.
@@ -184,7 +184,7 @@ def alignment_check(
     the log wrote it at another time, by as much, that is the only remedy, and counts once.
     """
     by_log = (
-        isinstance(law, LawCheck)
+        isinstance(law, LawAgreement)
         and isinstance(timing, ForceTiming)
         and timing.role == "control"
         and law.delay == -timing.samples != 0
@@ -294,8 +294,8 @@ def force_timing(profile: Alignment, data: FilteredRecord) -> ForceTiming | Miss
 
 
 def law_in_time(
-    law: LawCheck, declared: ControlLaw | None, timing: ForceTiming | Missing
-) -> LawCheck:
+    law: LawAgreement, declared: ControlLaw | None, timing: ForceTiming | Missing
+) -> LawAgreement:
     """A law check that says which of shift and delay the motion supports, where it is one."""
     if not (law.delay and law.advice) or declared is None or declared.continuous:
         return law
@@ -328,7 +328,7 @@ def law_in_time(
 
 
 def _remedy(
-    timing: ForceTiming | Missing, declared: ControlLaw | None, law: LawCheck | Missing
+    timing: ForceTiming | Missing, declared: ControlLaw | None, law: LawAgreement | Missing
 ) -> str:
     """What to do about a force that acts whole samples after it is recorded."""
     if isinstance(timing, Missing) or not timing.samples:
@@ -341,7 +341,7 @@ def _remedy(
     )
 
 
-def _and_delay(declared: ControlLaw | None, law: LawCheck | Missing, samples: int) -> str:
+def _and_delay(declared: ControlLaw | None, law: LawAgreement | Missing, samples: int) -> str:
     """The delay of the law that goes with a control that is moved, where it is another one."""
     if declared is None or declared.continuous or isinstance(law, Missing):
         return ""

@@ -13,7 +13,7 @@ from axisid.estimation.diagnostic_checks import (
     told_or,
     unless_faulty,
 )
-from axisid.estimation.diagnostics.control_law import LawCheck, check_law
+from axisid.estimation.diagnostics.control_law import LawAgreement, law_agreement
 from axisid.estimation.estimates import (
     Estimate,
     HausmanTest,
@@ -59,7 +59,7 @@ from .estimator_choice import (
     vaguer,
 )
 from .excitation import Excitation, excitation
-from .records_alike import Alike, RecordDifference, rows_alike
+from .records_alike import PoolingTest, RecordDifference, pooling_test
 
 _ALONE = Missing("there is one record")
 
@@ -70,7 +70,7 @@ class RecordDiagnosis(Exact):
 
     Attributes
     ----------
-    law : LawCheck or Missing
+    law : LawAgreement or Missing
         The control law against the record, or why it cannot be checked.
     alignment : Alignment or Missing
         The delay of the force, or why it cannot be measured.
@@ -84,7 +84,7 @@ class RecordDiagnosis(Exact):
         The record alone beside the others.
     """
 
-    law: LawCheck | Missing
+    law: LawAgreement | Missing
     alignment: Alignment | Missing
     verdict: tuple[Check, ...]
     lack_of_fit: LackOfFit | None = None
@@ -162,16 +162,17 @@ class Case:
         return first if vaguer(moved, self.estimates[first], self.estimates[by_law]) else by_law
 
     @cached_property
-    def laws(self) -> tuple[LawCheck | Missing, ...]:
+    def laws(self) -> tuple[LawAgreement | Missing, ...]:
         """The control law against each record, or why it cannot be checked."""
         return tuple(
-            unless_faulty(partial(check_law, data.axis, data.record)) for data in self.problem.data
+            unless_faulty(partial(law_agreement, data.axis, data.record))
+            for data in self.problem.data
         )
 
     @property
     def laws_hold(self) -> bool:
         """Whether every record's control is the declared law's."""
-        return all(isinstance(law, LawCheck) and law.passed for law in self.laws)
+        return all(isinstance(law, LawAgreement) and law.passed for law in self.laws)
 
     def _less(self, one: str, other: str) -> Mapping[str, HausmanTest] | Missing:
         """Estimate by one method less that by another, by parameter, or why that is not known."""
@@ -216,10 +217,10 @@ class Case:
         return len(self.problem.data) > 1 or self.problem.layout is not None
 
     @cached_property
-    def alike(self) -> Alike | Missing:
+    def alike(self) -> PoolingTest | Missing:
         """Each of several records against the others."""
         alone = len(self.problem.data) == 1
-        return _ALONE if alone else rows_alike(self.problem, self.preferred, self.levels)
+        return _ALONE if alone else pooling_test(self.problem, self.preferred, self.levels)
 
     @property
     def preferred(self) -> Estimate:
@@ -227,7 +228,7 @@ class Case:
         return self.estimates[(self.whole or self).method]
 
     @cached_property
-    def law(self) -> LawCheck | Missing:
+    def law(self) -> LawAgreement | Missing:
         """The control law against the record, or why it cannot be checked."""
         found = (self.whole or self).laws[self.number]
         if isinstance(found, Missing) or not found.delay:

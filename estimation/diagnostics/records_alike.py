@@ -232,8 +232,8 @@ class EstimateDifference:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Alike:
-    """Several records, one against the others.
+class PoolingTest:
+    """Whether several records may be pooled: one against the others.
 
     Attributes
     ----------
@@ -255,9 +255,9 @@ class Alike:
     differing: EstimateDifference | None = None
 
 
-def rows_alike(
+def pooling_test(
     problem: Problem, estimate: Estimate, levels: Levels = DEFAULT_LEVELS
-) -> Alike | Missing:
+) -> PoolingTest | Missing:
     """Hold each record against the others, by the rows of an estimate of all.
 
     Chance is what twins of the records make of them, or HAC of too few.
@@ -330,7 +330,7 @@ def records_alike(
     records: Sequence[RecordRegressor],
     extended: Solved,
     levels: Levels = DEFAULT_LEVELS,
-) -> Alike | Missing:
+) -> PoolingTest | Missing:
     """Hold each record against the others.
 
     Parameters
@@ -361,7 +361,7 @@ def records_alike(
         differences = {i: tested(aside, i) for i in left}
     most = next(iter(against or aside), None)
     of_most = None if most is None else tested([i for i in aside if i != most], most)
-    return Alike(
+    return PoolingTest(
         records=first,
         against=tuple(against),
         p_value=_allowed(min(chances), len(chances)),
@@ -371,7 +371,7 @@ def records_alike(
 
 @unless_missing
 def alike_check(
-    found: Alike,
+    found: PoolingTest,
     names: Sequence[str],
     levels: Levels = DEFAULT_LEVELS,
     output: str = "force",

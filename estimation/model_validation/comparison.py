@@ -17,7 +17,7 @@ from axisid.estimation.choices import (
     is_output_error,
 )
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked, Levels, first_case
-from axisid.estimation.diagnostics.control_law import LawCheck, first_failing
+from axisid.estimation.diagnostics.control_law import LawAgreement, first_failing
 from axisid.estimation.identification import (
     HasRecords,
     Identification,
@@ -71,7 +71,7 @@ class Comparison(HasRecords, Checked, Presentable, Exact):
         one.
     reason : str
         Why that one, or none, in one sentence.
-    law : LawCheck or Missing
+    law : LawAgreement or Missing
         The first candidate's control law against the record.
     set_aside : mapping of str to str
         Records that could not be used, with the reason.
@@ -90,7 +90,7 @@ class Comparison(HasRecords, Checked, Presentable, Exact):
     recommended: str | None
     tied: tuple[str, ...]
     reason: str
-    law: LawCheck | Missing
+    law: LawAgreement | Missing
     set_aside: Mapping[str, str] = field(default_factory=dict)
     result: Identification | None = None
 

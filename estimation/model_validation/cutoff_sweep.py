@@ -28,7 +28,7 @@ from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.estimation.choices import INSTRUMENT_STARTS, same_estimates
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked
 from axisid.estimation.diagnostics import tests_of_instruments
-from axisid.estimation.diagnostics.control_law import LawCheck, first_failing
+from axisid.estimation.diagnostics.control_law import LawAgreement, first_failing
 from axisid.estimation.estimates import Estimate, hausman, significant_differences
 from axisid.estimation.identification import Identification, identify, records_of
 from axisid.estimation.methods import METHODS
@@ -250,7 +250,7 @@ class Sweep(Checked, Presentable, Exact):
         Cut-off, Hz; None where none can be named.
     reason : str
         Why that one, or none, in one sentence.
-    law : LawCheck or Missing
+    law : LawAgreement or Missing
         The declared control law against the record, whatever the cut-off.
     """
 
@@ -258,7 +258,7 @@ class Sweep(Checked, Presentable, Exact):
     failures: Mapping[float, str]
     recommended: float | None
     reason: str
-    law: LawCheck | Missing
+    law: LawAgreement | Missing
 
     def with_result(self, result: Identification) -> "Sweep":
         """The sweep with a result of the same record among its own, by the sweep's methods."""

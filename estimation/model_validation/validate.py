@@ -19,7 +19,7 @@ from axisid.estimation.bootstrap import DEFAULT_COUNT
 from axisid.estimation.choices import OPEN_LOOP, check_among, is_output_error
 from axisid.estimation.diagnostic_checks import Check, Checked, Levels
 from axisid.estimation.diagnostics import EstimateDifference, RecordRegressor, common_samples
-from axisid.estimation.diagnostics.control_law import LawCheck, check_law
+from axisid.estimation.diagnostics.control_law import LawAgreement, law_agreement
 from axisid.estimation.estimates import Estimate, SamplingDistribution
 from axisid.estimation.identification import Identification, RecordInfo
 from axisid.estimation.methods import METHODS, Bootstrap, bound_record, estimate_by
@@ -103,7 +103,7 @@ def validate(
             result.axis, record, requested.at_period(result.record.period, record.period)
         )
         own_data = result.problem.data if isinstance(result, Identification) else ()
-        law = check_law(result.axis, record)
+        law = law_agreement(result.axis, record)
         anew = _estimated_anew(data, [*result.estimates], law)
         of_each = replace(levels, level=levels.level / len(result.estimates))
         methods = tuple(
@@ -125,7 +125,7 @@ def validate(
 
 
 def _estimated_anew(
-    data: FilteredRecord, methods: Sequence[str], law: LawCheck | Missing
+    data: FilteredRecord, methods: Sequence[str], law: LawAgreement | Missing
 ) -> dict[str, Estimate]:
     """The second record's own estimates, with its twins; without those that it does not give."""
     problem, found = Problem(axis=data.axis, data=(data,)), {}
@@ -133,7 +133,7 @@ def _estimated_anew(
         problem=problem,
         count=DEFAULT_COUNT,
         methods=methods,
-        has_laws=lambda: isinstance(law, LawCheck) and law.passed,
+        has_laws=lambda: isinstance(law, LawAgreement) and law.passed,
     )
     for method in methods:
         with suppress(ModelError, DataError, EstimationError):
@@ -477,7 +477,7 @@ def _checks(
     yield checked_law(
         Missing("an open loop is followed without any law")
         if result.outputs == (OPEN_LOOP,)
-        else check_law(axis, record),
+        else law_agreement(axis, record),
         "the record's control is not the law's of the fit's axis: ",
     )
     own = max(each.percent for each in result.of_records if each.output == output)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from axisid.estimation.choices import check_among
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.estimation.diagnostics import EstimateDifference
-from axisid.estimation.diagnostics.control_law import LawCheck, law_check
+from axisid.estimation.diagnostics.control_law import LawAgreement, law_check
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds import MIN_COMMON_SAMPLES
 from axisid.support.arrays import Exact
@@ -110,7 +110,7 @@ class Validation(Checked, Presentable, Exact):
         Part of its samples that the estimates were made from, which says nothing new of them.
     time_base : str or None
         What speaks against the record's sampling period.
-    law : LawCheck or Missing
+    law : LawAgreement or Missing
         The declared control law against the record.
     levels : Levels
         From when on the parameters count as others.
@@ -121,7 +121,7 @@ class Validation(Checked, Presentable, Exact):
     methods: tuple[MethodValidation, ...]
     known_share: float = 0.0
     time_base: str | None = None
-    law: LawCheck | Missing = field(default_factory=lambda: Missing("it was not looked at"))
+    law: LawAgreement | Missing = field(default_factory=lambda: Missing("it was not looked at"))
     levels: Levels = DEFAULT_LEVELS
 
     def __iter__(self) -> Iterator[MethodValidation]:
@@ -281,7 +281,7 @@ class Validation(Checked, Presentable, Exact):
         )
 
 
-def checked_law(law: LawCheck | Missing, lead: str) -> Check:
+def checked_law(law: LawAgreement | Missing, lead: str) -> Check:
     """The declared law against a second record; `lead` begins what is told where it fails."""
     found = law_check(law)
     if isinstance(found, Missing):

@@ -22,7 +22,7 @@ from axisid.estimation.diagnostics import (
     records_alike,
     repeated_check,
 )
-from axisid.estimation.diagnostics.control_law import LawCheck, law_check
+from axisid.estimation.diagnostics.control_law import LawAgreement, law_check
 from axisid.estimation.estimates import few_rows, student_interval
 from axisid.estimation.nonlinear_least_squares import MOST_STEPS
 from axisid.estimation.parameters import GAIN, START
@@ -83,7 +83,7 @@ def _is_law_nearly_right(of: OutputFit) -> bool:
     Nor would the scale of the recorded control, from which the law does not tell factors.
     """
     law = of.law
-    if not isinstance(law, LawCheck) or not isinstance(of.law_shift, tuple):
+    if not isinstance(law, LawAgreement) or not isinstance(of.law_shift, tuple):
         return False
     most = np.maximum(NOTICEABLE_BIAS.value * np.abs(of.physical), of.deviations)
     near = (np.abs(of.law_shift[0]) <= most) | of.of_start
@@ -304,7 +304,7 @@ def missing_terms_check(of: OutputFit) -> Check | None:
     # What the model lacks moves the gains that are found with it.
     law, most = of.law, MIN_DISTANCE_FROM_NOISE.value
     refuted = [each.name for each in of.held if each.distance > most]
-    if isinstance(law, LawCheck) and not law.passed and not law.found_apart:
+    if isinstance(law, LawAgreement) and not law.passed and not law.found_apart:
         more = ". The law is not the record's, which asks for such forces too"
     elif refuted:
         more = f". The bound of {' and '.join(refuted)} leaves such forces too: mend that first"

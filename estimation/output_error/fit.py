@@ -18,7 +18,7 @@ from axisid.estimation.choices import (
     check_among,
 )
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels
-from axisid.estimation.diagnostics.control_law import LawCheck, check_law, first_failing
+from axisid.estimation.diagnostics.control_law import LawAgreement, first_failing, law_agreement
 from axisid.estimation.identification import at_time, bound_records, records_of, shared_records
 from axisid.estimation.methods import scale_of
 from axisid.estimation.nonlinear_least_squares import (
@@ -495,8 +495,8 @@ class _FitRun:
             f" The {begin.named} estimate itself is {below}, below the bounds: "
             "check the signs of the control, of the positions and of the drive gain."
         )
-        law = first_failing([*map(check_law, self.form.axes, self.records)])
-        if isinstance(law, LawCheck) and not law.passed:
+        law = first_failing([*map(law_agreement, self.form.axes, self.records)])
+        if isinstance(law, LawAgreement) and not law.passed:
             said += f" The control law: {law.sentence}."
         return said
 

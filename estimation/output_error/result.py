@@ -20,9 +20,9 @@ from axisid.estimation.diagnostic_checks import (
 )
 from axisid.estimation.diagnostics.control_law import (
     EstimatedGains,
-    LawCheck,
-    check_found_law,
+    LawAgreement,
     first_failing,
+    found_law_agreement,
 )
 from axisid.estimation.estimates import SamplingDistribution, Value, degrees_of_freedom_of
 from axisid.estimation.methods import bound_record
@@ -248,7 +248,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         return tuple(whole) if count == 1 else tuple(each.reshape(-1, count) for each in whole)
 
     @cached_property
-    def law(self) -> LawCheck | Missing:
+    def law(self) -> LawAgreement | Missing:
         """The declared control law against the records: that of the first that fails."""
         return first_failing(self._laws)
 
@@ -316,12 +316,12 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         return self.judge(self)
 
     @cached_property
-    def _laws(self) -> tuple[LawCheck | Missing, ...]:
+    def _laws(self) -> tuple[LawAgreement | Missing, ...]:
         if self.outputs == (OPEN_LOOP,):
             why = Missing("no law is simulated: the control is the recorded one")
             return (why,) * len(self.records)
         return tuple(
-            unless_faulty(partial(check_found_law, axis, record, self.estimated_gains))
+            unless_faulty(partial(found_law_agreement, axis, record, self.estimated_gains))
             for axis, record in zip(self.axes, self.records, strict=True)
         )
 

@@ -17,7 +17,11 @@ import numpy as np
 from scipy.special import ndtri, stdtrit
 
 from axisid.estimation.bootstrap import Chain, measured_chain, twins_of
-from axisid.estimation.diagnostics.control_law import EstimatedGains, LawCheck, check_found_law
+from axisid.estimation.diagnostics.control_law import (
+    EstimatedGains,
+    LawAgreement,
+    found_law_agreement,
+)
 from axisid.estimation.parameters import ExtendedForm, axis_at
 from axisid.estimation.prediction_errors import PredictionErrors, record_rows
 from axisid.estimation.records import Record
@@ -162,7 +166,7 @@ _LEVEL = 0.975  # at which eight twins are as sure as the normal law has it
 
 
 def factors_in_twins(
-    law: LawCheck | Missing, loops: RecordLoops | Missing, found: EstimatedGains
+    law: LawAgreement | Missing, loops: RecordLoops | Missing, found: EstimatedGains
 ) -> Sequence[Mapping[str, float]]:
     """Factors that the law has in twins, which are under the declared one; none without twins.
 
@@ -171,7 +175,7 @@ def factors_in_twins(
 
     Parameters
     ----------
-    law : LawCheck or Missing
+    law : LawAgreement or Missing
     loops : RecordLoops or Missing
         Of the record.
     found : EstimatedGains
@@ -181,15 +185,15 @@ def factors_in_twins(
     if not law.factors or loops.chain.is_silent:
         return []
     twins = loops.twins(loops.chain, _TWINS, paired=False)
-    checked = (check_found_law(loops.data.axis, twin, found) for twin in twins)
-    factors = [each.factors for each in checked if isinstance(each, LawCheck)]
+    checked = (found_law_agreement(loops.data.axis, twin, found) for twin in twins)
+    factors = [each.factors for each in checked if isinstance(each, LawAgreement)]
     same = [each for each in factors if each.keys() == law.factors.keys()]
     return same if 2 * len(same) >= _TWINS else []
 
 
 def move_by_record(
     of_records: Sequence[Mapping[str, Array]],
-    laws: Sequence[LawCheck | Missing],
+    laws: Sequence[LawAgreement | Missing],
     every: Sequence[RecordLoops | Missing],
     found: EstimatedGains,
 ) -> tuple[Array, Array] | None:
@@ -202,7 +206,7 @@ def move_by_record(
     ----------
     of_records : sequence of mapping of str to (P,) array
         Of each term, 1 % larger, by its gains.
-    laws : sequence of LawCheck or Missing
+    laws : sequence of LawAgreement or Missing
     every : sequence of RecordLoops or Missing
         Of the records, whose twins tell how sure the factors are; HAC does where there are none.
     found : EstimatedGains
@@ -214,7 +218,7 @@ def move_by_record(
         factors, or only those of another sign.
     """
     names = [*of_records[0]]
-    factors = [law.factors if isinstance(law, LawCheck) else {} for law in laws]
+    factors = [law.factors if isinstance(law, LawAgreement) else {} for law in laws]
     # Of a law with another sign, straight lines from the declared one tell nothing.
     factors = [f if all(f.get(name, 0.0) > 0 for name in names) else {} for f in factors]
     telling = [each for each in factors if each]
@@ -232,7 +236,7 @@ def move_by_record(
             shift = shift - np.mean(of_twins, axis=0)
             widened = (1 + 1 / count) * (stdtrit(count - 1, _LEVEL) / ndtri(_LEVEL)) ** 2
             variances.append(widened * np.var(of_twins, axis=0, ddof=1))
-        elif isinstance(law, LawCheck):
+        elif isinstance(law, LawAgreement):
             deviations = np.array([law.deviations.get(n, 0.0) for n in names])
             variances.append(deviations**2 @ slopes**2)
         shifts.append(shift)

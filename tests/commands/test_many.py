@@ -11,6 +11,7 @@ import pytest
 from fleet_logs import AXIS, write_logs
 
 from axisid.commands import twin_study_paper as command
+from axisid.support.errors import UsageError
 from tests.estimation.monte_carlo.short import MOVES
 
 Run = Callable[..., tuple[int, str, str]]
@@ -94,6 +95,20 @@ def test_numbers_are_written_though_nobody_reads_what_is_printed(
     with np.load(file) as arrays:
         settings = json.loads(str(arrays["axisid.monte_carlo"]))["settings"]
     assert settings["loss"] == "huber"
+
+
+@pytest.mark.usefixtures("short")
+def test_tables_are_printed_though_their_numbers_cannot_be_written(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: Any) -> None:
+        raise UsageError("no space is left.", code="output")
+
+    monkeypatch.setattr(command.stages, "write_runs", full)
+    arguments = ["--method", "idm-ls", "--output", str(tmp_path / "runs.npz")]
+    code, out, err = run("study", "emps2015", "--runs", "1", *arguments)
+    assert (code, err) == (2, "axisid: no space is left.\n")
+    assert "IDM-LS" in out
 
 
 @pytest.mark.usefixtures("short")

@@ -26,7 +26,7 @@ from axisid import (
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.control import cascade_pd_difference
 from axisid.elements import Drive, coulomb, viscous
-from axisid.estimation.diagnostics.control_law import check_law
+from axisid.estimation.diagnostics.control_law import law_agreement
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling.declaration import back_and_forth
 from benchmarks.machines import Machine, records, white
@@ -114,7 +114,7 @@ def test_a_wrong_place_sign_or_size_is_told(stage: GeneratedAxis) -> None:
     size = "check the size of the test signal, such as a gain"  # no unit is 7 or 1.04 of another
     others = [(size, replace(right, injected=times * right.injected)) for times in (7, 1.04)]
     for words, record in (*said.items(), *others):
-        law = check_law(stage, record)
+        law = law_agreement(stage, record)
         assert not law.passed
         assert words in law.sentence
 
@@ -166,7 +166,7 @@ def test_a_twin_has_the_signal_that_it_is_given(emps2015: GeneratedAxis) -> None
     added = 0.2 * np.sin(2 * np.pi * 11 * plain.time)
     twin = twin_record(emps2015, injected=added, injected_at="control")
     assert twin.injected_at == "control"
-    law = check_law(emps2015, twin)
+    law = law_agreement(emps2015, twin)
     assert law.factors["injected"] == pytest.approx(1.0, abs=0.05)
     moved = twin_record(emps2015, injected=1e-5 * added, injected_at="reference")
     np.testing.assert_allclose(moved.commanded, moved.reference + 1e-5 * added)

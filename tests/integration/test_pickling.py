@@ -57,7 +57,7 @@ from axisid.estimation import (
     validate_fit,
 )
 from axisid.estimation.control_law_search import find_law
-from axisid.estimation.diagnostics.control_law.control_law import check_law
+from axisid.estimation.diagnostics.control_law.control_law import law_agreement
 from axisid.estimation.identification import DriveTime
 from axisid.fleets import Fleet, FleetRow
 from axisid.modeling import LIBRARY, Column
@@ -140,7 +140,7 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         "simulation": simulate(axis, axis.nominal, reference, record.period),
         "batch": simulate_batch(axis, [axis.nominal], reference, record.period),
         "lanes": (lanes, identify_lanes(axis, lanes)),
-        "law check": check_law(axis, record),
+        "law check": law_agreement(axis, record),
         "law search": find_law(axis, record.windowed((0.0, 1.0))),
         "study": (
             judged(),

@@ -1,15 +1,15 @@
 """The declared control law held against what the drive did.
 
-In: an axis and a record. Out: `LawCheck`, with what would mend it.
+In: an axis and a record. Out: `LawAgreement`, with what would mend it.
 Knows nothing of estimates, and of what the loop makes of the law.
 """
 
 from .control_law import (
     EstimatedGains as EstimatedGains,
-    LawCheck as LawCheck,
-    check_found_law as check_found_law,
-    check_law as check_law,
+    LawAgreement as LawAgreement,
     first_failing as first_failing,
+    found_law_agreement as found_law_agreement,
+    law_agreement as law_agreement,
     law_check as law_check,
 )
 from .control_residuals import compared_as as compared_as

@@ -59,7 +59,7 @@ _SIZE_OF_INJECTED = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LawCheck:
+class LawAgreement:
     """The recorded control against the declared law.
 
     Attributes
@@ -115,13 +115,13 @@ class LawCheck:
         )
 
 
-def first_failing(laws: Sequence[LawCheck | Missing]) -> LawCheck | Missing:
+def first_failing(laws: Sequence[LawAgreement | Missing]) -> LawAgreement | Missing:
     """The first check that fails its record, those before that factors tell; else the first."""
-    failing = [each for each in laws if isinstance(each, LawCheck) and not each.passed]
+    failing = [each for each in laws if isinstance(each, LawAgreement) and not each.passed]
     return min(failing, key=lambda each: each.is_told_by_factors, default=laws[0])
 
 
-def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
+def law_agreement(axis: GeneratedAxis, record: Record) -> LawAgreement | Missing:
     """Check an axis's control law against a record; or say why it cannot be checked."""
     law = axis.axis.control
     if law is None:
@@ -162,7 +162,7 @@ def check_law(axis: GeneratedAxis, record: Record) -> LawCheck | Missing:
 
 def _compared(
     axis: GeneratedAxis, law: ControlLaw, record: Record, *, advises: bool = True
-) -> LawCheck | Missing:
+) -> LawAgreement | Missing:
     """A law against the samples of a record, with what would mend it where that is asked for."""
     record = record.longest()  # a law's memory does not outlast a gap
     least = MIN_SAMPLES_PER_FACTOR.value * len(law.terms)
@@ -189,7 +189,7 @@ def _compared(
             f"{left_open:.2g} % of the declared law's control open"
         )
     declared, factors = by_gains.percent, by_gains.factors
-    check = LawCheck(
+    check = LawAgreement(
         factors={name: value for name, (value, _) in factors.items()},
         deviations={name: deviation for name, (_, deviation) in factors.items()},
         residual_percent=declared,
@@ -215,8 +215,8 @@ def _compared(
 
 
 def _fault(
-    axis: GeneratedAxis, record: Record, check: LawCheck, by_gains: LawByGains
-) -> tuple[float, LawCheck]:
+    axis: GeneratedAxis, record: Record, check: LawAgreement, by_gains: LawByGains
+) -> tuple[float, LawAgreement]:
     """What a law that fails looks like; what is left where gains explain it, percent of control."""
     declared = by_gains.percent
     large = declared >= MAX_LAW_RESIDUAL.value
@@ -278,7 +278,7 @@ def _fault(
 
 
 @unless_missing
-def law_check(law: LawCheck) -> Check:
+def law_check(law: LawAgreement) -> Check:
     """The declared law against the recorded control."""
     return Check(
         name="control law",
@@ -295,14 +295,14 @@ def law_check(law: LawCheck) -> Check:
 
 def _incomparable(
     axis: GeneratedAxis, law: ControlLaw, record: Record
-) -> LawCheck | Missing | None:
+) -> LawAgreement | Missing | None:
     """Why a record is not compared with a law, or is of another one by its period alone."""
     clock = clock_of(record)
     # The period is the only thing of a law that can be checked without a reference.
     apart = period_conflict(law, record.period, clock)
     if apart is not None and not apart.confirmed:
         # A law of differences has other gains at another period, and its record another time.
-        return LawCheck(
+        return LawAgreement(
             factors={},
             residual_percent=None,
             fitted_residual_percent=None,
@@ -353,9 +353,9 @@ class EstimatedGains:
     freedom: float
 
 
-def check_found_law(
+def found_law_agreement(
     axis: GeneratedAxis, record: Record, found: EstimatedGains
-) -> LawCheck | Missing:
+) -> LawAgreement | Missing:
     """Check an axis's control law, some gains of which were found, against a record.
 
     Parameters
@@ -368,17 +368,17 @@ def check_found_law(
 
     Returns
     -------
-    LawCheck or Missing
+    LawAgreement or Missing
         Of the law with the values of those gains that the recorded control asks for. It fails where
         that law is not the control's, or where those values are not what was found.
     """
-    law, first, names = axis.axis.control, check_law(axis, record), found.names
+    law, first, names = axis.axis.control, law_agreement(axis, record), found.names
     if law is None or not names or isinstance(first, Missing) or first.residual_percent is None:
         return first
     record = record.longest()
     by_gains = LawByGains.of(axis, law, record, *compared_with_law(axis, law, record)[2:])
     best = by_gains.best(names)
-    there = check_law(axis.with_gains(best.gains), record)
+    there = law_agreement(axis.with_gains(best.gains), record)
     if isinstance(there, Missing):
         return first
     if there.passed:
@@ -398,7 +398,7 @@ def check_found_law(
         )
     listed, held = " and ".join(names), [name for name in law.gains if name not in names]
     asked = by_gains.best([*law.gains]).gains if held else {}
-    whole = check_law(axis.with_gains(asked), record) if held else there
+    whole = law_agreement(axis.with_gains(asked), record) if held else there
     if isinstance(whole, Missing) or not whole.passed:
         return replace(there, meaning=f"with the {listed} that suit best, {there.meaning}")
     off = [n for n in held if abs(asked[n] / law.gains[n] - 1) > MAX_SCALE_ERROR.value] or held
@@ -415,8 +415,8 @@ def _listed(gains: Mapping[str, float], names: Sequence[str]) -> str:
 
 
 def _beside_found(
-    there: LawCheck, best: LawByGains, law: ControlLaw, found: EstimatedGains
-) -> LawCheck:
+    there: LawAgreement, best: LawByGains, law: ControlLaw, found: EstimatedGains
+) -> LawAgreement:
     """The check of the law with the gains that the control asks for, held against those found."""
     asked, was = (np.array([of[name] for name in found.names]) for of in (best.gains, law.gains))
     covariance = found.covariance + best.covariance(found.names) * np.outer(was, was)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.estimation.thresholds import FLEET_LEVEL
-from axisid.robust_statistics import Usual, alike_points, spread_of
+from axisid.robust_statistics import RandomEffects, detect_outliers, spread_of
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
 from axisid.support.mappings import grouped
@@ -56,7 +56,7 @@ class AxisGroup:
         That are held against one another: each log its own, unless serial numbers say otherwise.
     untold : int
         Logs that are not, since no serial number says of which machine they are.
-    usual : Usual or Missing
+    usual : RandomEffects or Missing
     outliers : tuple of Outlier
         The furthest first.
     """
@@ -67,7 +67,7 @@ class AxisGroup:
     rows: tuple[FleetRow, ...]
     machines: int
     untold: int
-    usual: Usual | Missing
+    usual: RandomEffects | Missing
     outliers: tuple[Outlier, ...]
 
 
@@ -113,7 +113,7 @@ def _machines(rows: Sequence[FleetRow]) -> list[list[FleetRow]]:
 
 def _judged(
     names: Sequence[str], machines: Sequence[Sequence[FleetRow]]
-) -> tuple[Usual | Missing, tuple[Outlier, ...]]:
+) -> tuple[RandomEffects | Missing, tuple[Outlier, ...]]:
     values = np.array(
         [np.mean([[v.value for v in r.parameters.values()] for r in each], 0) for each in machines]
     )
@@ -129,7 +129,7 @@ def _judged(
     covariances = np.array(
         [np.mean([row.covariance for row in each], axis=0) / len(each) for each in machines]
     )
-    alike = alike_points(values, covariances, FLEET_LEVEL.value)
+    alike = detect_outliers(values, covariances, FLEET_LEVEL.value)
     outliers = []
     for i in alike.far:
         scatter = np.sqrt(np.diag(alike.usual.between + covariances[i]))

@@ -8,9 +8,9 @@ Knows nothing of axes, logs and results.
 from .changes import Change as Change, Drift as Drift, Step as Step, change_in as change_in
 from .robust_centre import (
     LARGEST as LARGEST,
-    Alike as Alike,
-    Usual as Usual,
-    alike_points as alike_points,
-    limit_of_a_new_point as limit_of_a_new_point,
+    DetectedOutliers as DetectedOutliers,
+    RandomEffects as RandomEffects,
+    detect_outliers as detect_outliers,
+    prediction_limit as prediction_limit,
     spread_of as spread_of,
 )

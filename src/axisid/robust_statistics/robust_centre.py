@@ -103,8 +103,8 @@ def _moments(points: Array) -> tuple[Array, Array]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Usual(Exact):
-    """What is usual among points.
+class RandomEffects(Exact):
+    """Centre and scatter of the true values of several estimates, as of random effects.
 
     Attributes
     ----------
@@ -126,12 +126,12 @@ class Usual(Exact):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Alike(Exact):
+class DetectedOutliers(Exact):
     """Points that are like one another, and the others.
 
     Attributes
     ----------
-    usual : Usual
+    usual : RandomEffects
         Among the points that are alike.
     far : tuple of int
         Places of the others, the furthest first.
@@ -141,13 +141,13 @@ class Alike(Exact):
         Of a distance as large, of one point that is like those that are alike.
     """
 
-    usual: Usual
+    usual: RandomEffects
     far: tuple[int, ...]
     distances: Array
     p_values: Array
 
 
-def alike_points(values: Array, covariances: Array, level: float) -> Alike:
+def detect_outliers(values: Array, covariances: Array, level: float) -> DetectedOutliers:
     """Tell points that are not like the others.
 
     Parameters
@@ -161,20 +161,20 @@ def alike_points(values: Array, covariances: Array, level: float) -> Alike:
     """
     size = values.shape[1]
     centre, scatter = robust_scatter(values)
-    robust = _usual(centre, scatter, covariances).distances(values, covariances)
+    robust = _random_effects(centre, scatter, covariances).distances(values, covariances)
     order = np.argsort(-robust, kind="stable")
     near = max(1 - _LOOKED_AT / len(values), _NEAR)
     far = int(np.count_nonzero(robust > 2 * gammaincinv(size / 2, near)))
     most = min(far, (len(values) - size) // 2)
     count = _outlying(values[order], covariances[order], most, level)
     alike = order[count:]
-    usual = _usual_of(values[alike], covariances[alike])
+    usual = _effects_of(values[alike], covariances[alike])
     distances = usual.distances(values, covariances)
-    return Alike(
+    return DetectedOutliers(
         usual=usual,
         far=tuple(sorted(map(int, order[:count]), key=lambda i: -distances[i])),
         distances=distances,
-        p_values=np.asarray(of_a_new_point(distances, len(alike), size)),
+        p_values=np.asarray(prediction_p_value(distances, len(alike), size)),
     )
 
 
@@ -191,21 +191,21 @@ def _outlying(values: Array, covariances: Array, most: int, level: float) -> int
     size = values.shape[1]
     outliers = 0
     for i in range(most):
-        usual = _usual_of(values[i + 1 :], covariances[i + 1 :])
+        usual = _effects_of(values[i + 1 :], covariances[i + 1 :])
         (distance,) = usual.distances(values[i : i + 1], covariances[i : i + 1])
         remaining = len(values) - i
         share = (1 - _FIRST) * 6 / (np.pi * i) ** 2 if i else _FIRST
-        if of_a_new_point(distance, remaining - 1, size) * remaining < level * share:
+        if prediction_p_value(distance, remaining - 1, size) * remaining < level * share:
             outliers = i + 1
     return outliers
 
 
-def _usual_of(values: Array, covariances: Array) -> Usual:
-    """What is usual among points that are alike."""
-    return _usual(values.mean(axis=0), np.atleast_2d(np.cov(values.T)), covariances)
+def _effects_of(values: Array, covariances: Array) -> RandomEffects:
+    """Random effects of points that are alike."""
+    return _random_effects(values.mean(axis=0), np.atleast_2d(np.cov(values.T)), covariances)
 
 
-def _usual(centre: Array, scatter: Array, covariances: Array) -> Usual:
+def _random_effects(centre: Array, scatter: Array, covariances: Array) -> RandomEffects:
     """Scatter of the points without that of their estimates; none where that explains it."""
     within = np.median(covariances, axis=0)  # one that knows little says nothing of the others
     # Both in units of the scatter, so that no parameter's unit decides what is too small.
@@ -214,10 +214,10 @@ def _usual(centre: Array, scatter: Array, covariances: Array) -> Usual:
     sizes, axes = np.linalg.eigh((excess + excess.T) / 2)
     turned = root @ axes
     between = turned * np.maximum(sizes, 0.0) @ turned.T
-    return Usual(centre=centre, between=between, count=len(covariances))
+    return RandomEffects(centre=centre, between=between, count=len(covariances))
 
 
-def of_a_new_point(distance: Any, count: int, size: int) -> Any:
+def prediction_p_value(distance: Any, count: int, size: int) -> Any:
     """Probability of a squared distance as large, from the mean and covariance of other points.
 
     Parameters
@@ -230,7 +230,7 @@ def of_a_new_point(distance: Any, count: int, size: int) -> Any:
     return fdtrc(size, count - size, scaled)
 
 
-def limit_of_a_new_point(probability: float, count: int, size: int) -> float:
-    """The squared distance that has a probability by `of_a_new_point`."""
+def prediction_limit(probability: float, count: int, size: int) -> float:
+    """The squared distance that has a probability by `prediction_p_value`."""
     scaled = float(fdtri(size, count - size, 1 - probability))
     return scaled * (count + 1) * (count - 1) * size / (count * (count - size))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from axisid.estimation.diagnostic_checks import Check, Checked
 from axisid.estimation.thresholds import TREND_LEVEL
 from axisid.fleets import FleetRow
-from axisid.robust_statistics import Drift, Step, alike_points, change_in, limit_of_a_new_point
+from axisid.robust_statistics import Drift, Step, change_in, detect_outliers, prediction_limit
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import Missing, first_of
 from axisid.support.mappings import grouped
@@ -132,9 +132,9 @@ def _limits(
     variances, residuals = deviations**2, (values - line)[before]
     if np.ptp(residuals) <= _ROUNDING * np.max(np.abs(values[before])):
         return Missing("the values do not scatter"), ()
-    alike = alike_points(residuals[:, None], variances[before, None, None], level)
+    alike = detect_outliers(residuals[:, None], variances[before, None, None], level)
     usual = alike.usual
-    each = limit_of_a_new_point(level / len(values), usual.count, 1)
+    each = prediction_limit(level / len(values), usual.count, 1)
     spread = np.sqrt(each * (usual.between[0, 0] + variances))
     centre = usual.centre[0] + line
     lower, upper = centre - spread, centre + spread

@@ -22,7 +22,7 @@ from axisid import (
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.control import cascade_pd_difference
 from axisid.elements import Drive, coulomb, viscous
-from axisid.estimation import check_law
+from axisid.estimation import law_agreement
 from axisid.estimation.diagnostic_checks import Check
 from axisid.estimation.diagnostics import estimate_delay
 from axisid.modeling import Experiment, back_and_forth
@@ -198,5 +198,5 @@ def test_shifted_as_advised_it_is_the_truth() -> None:
 def test_a_reference_or_position_at_another_time_is_named(role: str, samples: int) -> None:
     axis = build(load_axis("rotary_table"))
     record = twin_record(axis, seed=2)
-    check = check_law(axis, record.shifted(**{role: samples}))
+    check = law_agreement(axis, record.shifted(**{role: samples}))
     assert f"shift.{role} = {-samples}" in check.sentence

@@ -11,7 +11,7 @@ from axisid import Identification, build, identify, leave_out
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.diagnostics.records_alike import (
-    Alike,
+    PoolingTest,
     RecordRegressor,
     alike_check,
     records_alike,
@@ -120,7 +120,7 @@ def _asked(
     *,
     windows: int = 1,
     clustered: bool = False,
-) -> Alike | Missing:
+) -> PoolingTest | Missing:
     """Of least squares over records of 400 rows, in so many windows each."""
     long, firsts = 400 // windows, range(0, len(J), 400)
     spans = tuple(tuple(slice(i, i + long) for i in range(a, a + 400, long)) for a in firsts)

@@ -1,6 +1,7 @@
 """Functions of the parameters: values, units, uncertainty, and what cannot be read."""
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -186,6 +187,11 @@ def test_draws_of_the_inertia_have_the_quantiles_of_a_reciprocal(result: Identif
     assert drawn.value == pytest.approx(wide.physical[0])
     assert drawn.unit == "kg"
     assert drawn.lost == 0
+
+
+def test_draws_need_no_control_law(emps2015: GeneratedAxis, twin: Record) -> None:
+    found = identify(replace(emps2015.axis, control=None), twin, methods="ddm-ls")
+    assert found["ddm-ls"].propagate("M", draws=50).lost == 0
 
 
 def test_draws_without_inertia_are_counted_and_left_out(result: Identification) -> None:

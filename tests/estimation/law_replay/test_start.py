@@ -9,7 +9,7 @@ import pytest
 from axisid import Record, build, load_axis, simulate, twin_record
 from axisid.codegen import GeneratedAxis
 from axisid.control import BALANCED
-from axisid.estimation import check_law
+from axisid.estimation import law_agreement
 from axisid.estimation.law_replay import (
     LawAlong,
     LawInputs,
@@ -63,7 +63,7 @@ def test_a_load_that_an_integral_holds_neither_drops_nor_disturbs_the_law(
 ) -> None:
     record, position = carried(delay, noise, cut)
     axis = vertical(start, delay)
-    check = check_law(axis, record)
+    check = law_agreement(axis, record)
     assert check.passed
     assert check.residual_percent < 1e-6
     (loop,) = simulated_loops(axis, record, THETA)

@@ -8,7 +8,7 @@ import pytest
 from axisid import Axis, Record, UsageError, build, identify, simulate, twin_record
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.control import BALANCED, ControlLaw, cascade_pd_averaged
-from axisid.estimation import check_law
+from axisid.estimation import law_agreement
 from axisid.estimation.law_replay import two_clocks
 from axisid.estimation.regression.record_loops import simulated_loops
 from axisid.estimation.simulation import TwoClocks, signals_about
@@ -74,7 +74,7 @@ def test_instruments_are_within_a_fifth_of_a_percent(law: ControlLaw, log: float
     record = logged(axis, log)
     estimate = identify(axis, record, methods=["idm-iv"])["idm-iv"]
     assert estimate.physical == pytest.approx(THETA, rel=2e-3)
-    check = check_law(axis, record)
+    check = law_agreement(axis, record)
     assert check.passed
     assert check.residual_percent < 0.1
     (loop,) = simulated_loops(axis, record, THETA)
@@ -85,16 +85,16 @@ def test_instruments_are_within_a_fifth_of_a_percent(law: ControlLaw, log: float
 def test_the_law_check_says_what_the_log_leaves_open_and_finds_a_wrong_law() -> None:
     law = cascade_p_pi(1 / 16e3)
     axis = stage(law)
-    check = check_law(axis, logged(axis, 1e-3, noise=1e-8))
+    check = law_agreement(axis, logged(axis, 1e-3, noise=1e-8))
     assert check.passed
     assert "what it reads between the samples leaves 0." in check.meaning
-    blurred = check_law(axis, logged(axis, 1e-3, noise=1e-6))
+    blurred = law_agreement(axis, logged(axis, 1e-3, noise=1e-6))
     assert isinstance(blurred, Missing)
     assert "of its control open" in blurred.reason
     record = logged(axis, 1e-3, noise=1e-8, moves=SHORT)
     for name in ("kp", "kv"):
         wrong = replace(law, gains={**law.gains, name: 1.1 * law.gains[name]})
-        assert not check_law(stage(wrong), record).passed
+        assert not law_agreement(stage(wrong), record).passed
 
 
 @pytest.mark.slow
@@ -105,7 +105,7 @@ def test_a_faster_log_tells_when_its_law_is_evaluated(late: int) -> None:
     part = record.windowed((late * record.period, None))
     clocks = two_clocks(axis, part, (0, len(part)))
     assert clocks.first == pytest.approx(-late * 0.25e-3)
-    check = check_law(axis, part)
+    check = law_agreement(axis, part)
     assert check.passed
     assert check.delay == 0
 

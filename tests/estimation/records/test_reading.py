@@ -17,7 +17,7 @@ import axisid
 from axisid import DataError, Record, build, identify, load_axis, read_record, validate
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation import Repairs
-from axisid.estimation.diagnostics.control_law.control_law import LawCheck, check_law
+from axisid.estimation.diagnostics.control_law.control_law import LawAgreement, law_agreement
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
@@ -384,7 +384,7 @@ def test_a_signal_of_its_own_clock_is_resampled_as_it_runs(between: str) -> None
     assert f"pressure {how}" in "".join(repair.text for repair in record.provenance.repairs)
 
 
-def in_words(check: LawCheck | Missing) -> str:
+def in_words(check: LawAgreement | Missing) -> str:
     """Whether a check failed, and what it says."""
     if isinstance(check, Missing):
         return f"not evaluated: {check}"
@@ -401,7 +401,7 @@ def timed(record: Record, factor: float, **changes: Any) -> Record:
 def test_other_time_fails_without_a_reference_but_crystals_may_differ(
     emps2015: GeneratedAxis, twin: Record, factor: float
 ) -> None:
-    said = in_words(check_law(emps2015, timed(twin, factor)))
+    said = in_words(law_agreement(emps2015, timed(twin, factor)))
     if abs(factor - 1) < 5e-4:
         assert "not evaluated: " in said
         return
@@ -427,20 +427,20 @@ def test_confirmation_is_that_of_the_log_that_was_read(
 ) -> None:
     read = read_record(twin.channels(), emps2015, sample_period=1e-3)
     changed = replace(read, time=1.05 * read.time, sample_period=None)
-    assert in_words(check_law(emps2015, changed)).startswith("failed")
+    assert in_words(law_agreement(emps2015, changed)).startswith("failed")
 
 
 def test_resampling_hides_no_other_time(emps2015: GeneratedAxis, twin: Record) -> None:
     slower = timed(twin, 2.0).channels()
     asked = Repairs(resample=1000.0)
-    said = in_words(check_law(emps2015, read_record(slower, emps2015, repairs=asked)))
+    said = in_words(law_agreement(emps2015, read_record(slower, emps2015, repairs=asked)))
     assert said.startswith("failed: the record is sampled every 0.002 s")
     confirmed = read_record(slower, emps2015, sample_period=2e-3, repairs=asked)
-    assert in_words(check_law(emps2015, confirmed)).startswith("not evaluated")
+    assert in_words(law_agreement(emps2015, confirmed)).startswith("not evaluated")
     with refuses("time", says=r"0\.003 s, but the time column steps by 0\.002"):
         read_record(slower, emps2015, sample_period=3e-3, repairs=asked)
     finer = read_record(twin.channels(), emps2015, repairs=Repairs(resample=2000.0))
-    assert in_words(check_law(emps2015, finer)) == (
+    assert in_words(law_agreement(emps2015, finer)) == (
         "not evaluated: the record was resampled at 2000 Hz, the control law runs at 1000 Hz"
     )
     with refuses("loop-period", says=r"resampled every 0\.0005 s"):
@@ -458,5 +458,5 @@ def test_jitter_and_lost_samples_are_no_other_time(
     for factor, status in ((1.0, "passed"), (1.05, "failed: the record is sampled")):
         log = uneven | {"time": factor * uneven["time"]}
         record = read_record(log, emps2015, repairs=Repairs(resample="auto", gaps="split"))
-        said = in_words(check_law(emps2015, record))
+        said = in_words(law_agreement(emps2015, record))
         assert said.startswith(status) or (status == "passed" and "is sampled" not in said)

@@ -150,6 +150,8 @@ def test_the_command_line_takes_several_logs(logs: list[str], tmp_path: Path) ->
         (3, ("--known", "m_add=0"), "has 1 known value,"),
         (3, ("--known", "m_add=0,x"), "number 2 is no value"),
         (3, ("--local", "nothing"), "no parameter 'nothing'"),
+        (3, ("--local", "M,M"), "'M' twice"),
+        (3, ("--local", ","), "an empty name"),
         (2, ("--local", "tau0"), "there is 1 record; give several"),
     ],
 )

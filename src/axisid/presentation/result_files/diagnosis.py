@@ -6,7 +6,7 @@ from typing import Annotated, Any
 from msgspec import UNSET, UnsetType
 
 from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis
-from axisid.estimation.diagnostics.control_law import LawCheck
+from axisid.estimation.diagnostics.control_law import LawAgreement
 from axisid.support.errors import Missing
 
 from .json_objects import JsonObject, about, written_as
@@ -131,7 +131,7 @@ def record_members(found: Diagnosis | RecordDiagnosis, names: Sequence[str]) -> 
     }
 
 
-def written_law(check: LawCheck | Missing) -> WrittenLawCheck:
+def written_law(check: LawAgreement | Missing) -> WrittenLawCheck:
     """The control law's check; `passed` is None where it could not be made."""
     if isinstance(check, Missing):
         return WrittenLawCheck(passed=None, meaning=f"{NOT_EVALUATED}{check}")

@@ -22,7 +22,7 @@ from axisid.estimation.diagnostics import (
     RecordDiagnosis,
     RecordDifference,
 )
-from axisid.estimation.diagnostics.control_law import LawCheck
+from axisid.estimation.diagnostics.control_law import LawAgreement
 from axisid.estimation.estimates import (
     HausmanTest,
     Physical,
@@ -652,7 +652,7 @@ def _measured(
     return {
         "law": Missing(law.meaning.removeprefix(NOT_EVALUATED))
         if law.passed is None
-        else read_as(LawCheck, law, factors=dict(law.factors or {}), delay=law.delay or 0),
+        else read_as(LawAgreement, law, factors=dict(law.factors or {}), delay=law.delay or 0),
         "alignment": _read_alignment(written.alignment, units),
         "verdict": written.verdict,
         "lack_of_fit": written.lack_of_fit or None,

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 from axisid.estimation.diagnostic_checks import Check
 from axisid.estimation.diagnostics import Alignment, ColumnComparison, Diagnosis, InstrumentTests
-from axisid.estimation.diagnostics.control_law import LawCheck
+from axisid.estimation.diagnostics.control_law import LawAgreement
 from axisid.estimation.estimates import COVARIANCES, Physical, Value
 from axisid.estimation.lack_of_fit import JackknifeInterval, LackOfFit
 from axisid.modeling.declaration import known_text
@@ -221,7 +221,7 @@ def _intervals(title: str, estimates: Mapping[str, SavedEstimate]) -> Table:
     )
 
 
-def _law(law: LawCheck | Missing) -> Table | Paragraph:
+def _law(law: LawAgreement | Missing) -> Table | Paragraph:
     title = "Control law"
     if isinstance(law, Missing):
         return paragraph(f"not checked: {law.reason}", title=title, filled=False)

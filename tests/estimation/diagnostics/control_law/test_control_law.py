@@ -28,7 +28,7 @@ from axisid.control import (
     BALANCED,
     gain,
 )
-from axisid.estimation import LawCheck, Repairs, check_law
+from axisid.estimation import LawAgreement, Repairs, law_agreement
 from axisid.estimation.diagnostics.control_law.law_faults import position_zero
 from axisid.modeling.control_laws.cascades import CASCADES
 from axisid.modeling.declaration import back_and_forth
@@ -42,7 +42,7 @@ from tests.estimation.simulation.test_loop_start import vertical
 def test_emps_law_reproduces_the_record_to_a_quarter_percent(
     emps: GeneratedAxis, emps_record: Record
 ) -> None:
-    check = check_law(emps, emps_record)
+    check = law_agreement(emps, emps_record)
     assert check.passed
     assert check.residual_percent == pytest.approx(0.24, abs=0.005)
     assert check.factors == pytest.approx({"kp*kv": 1.0, "kv": 1.0}, abs=1e-3)
@@ -60,7 +60,7 @@ def test_a_right_law_passes_where_the_reference_has_corners_and_steps(
     made = simulate(axis, [100.0, 200.0, 20.0], reference, 1e-3)
     motion = {"position": made.position, "control": made.control}
     record = read_record({"time": time, "reference": reference, **motion}, axis)
-    check = check_law(axis, record)
+    check = law_agreement(axis, record)
     assert check.passed, check.meaning
 
 
@@ -72,9 +72,9 @@ def test_a_drive_at_its_limit_hides_no_law_and_blames_none(
     axis, experiment = emps2015.axis, emps2015.axis.experiment
     record = twin_record(replace(axis, experiment=replace(experiment, moves=moves)), seed=7)
     assert np.mean(np.abs(record.control) == axis.drive.limit) > share
-    assert check_law(emps2015, record).passed
+    assert law_agreement(emps2015, record).passed
     wrong = {"kv": 1.1 * axis.control.gains["kv"]}
-    assert not check_law(emps2015.with_gains(wrong), record).passed
+    assert not law_agreement(emps2015.with_gains(wrong), record).passed
 
 
 FAULTS: dict[str, tuple[Callable[[Record], Record], str]] = {
@@ -124,7 +124,7 @@ def test_faults_of_the_record_are_recognised(
     emps: GeneratedAxis, emps_record: Record, fault: str
 ) -> None:
     spoil, message = FAULTS[fault]
-    check = check_law(emps, spoil(emps_record))
+    check = law_agreement(emps, spoil(emps_record))
     assert not check.passed
     assert message in check.sentence
 
@@ -136,7 +136,7 @@ def test_terms_that_do_nothing_or_cannot_be_told_apart_have_no_factor(
     law = emps.axis.control
     output = law.output + sum(map(gain, idle))
     declared = replace(law, gains={**law.gains, **idle}, output=output)
-    check = check_law(build(replace(emps.axis, control=declared)), emps_record)
+    check = law_agreement(build(replace(emps.axis, control=declared)), emps_record)
     assert check.passed
     assert {*check.factors} == {"kp*kv", "kv"}
 
@@ -150,7 +150,7 @@ def test_a_span_that_is_no_measurement_moves_no_law_of_an_ideal_velocity(
     position = record.position.copy()
     position[still] = position[still.start]
     stuck = replace(record, position=position, masked=((still.start, still.stop),))
-    check = check_law(emps, replace(stuck, control=times * record.control))
+    check = law_agreement(emps, replace(stuck, control=times * record.control))
     assert check.passed is (times == 1.0), check.sentence
     assert check.factors == pytest.approx({"kp*kv": times, "kv": times}, rel=1e-3)
     assert ("is recorded 0.8 times" in check.meaning) is (times == 0.8)
@@ -172,12 +172,12 @@ def test_what_no_gain_multiplies_has_a_factor_and_no_gain_is_named_for_it(
 ) -> None:
     record, kv = twin_record(emps), sympy.Float(wrong * emps.axis.control.gains["kv"])
     stiff = gain("kp") * emps.axis.control.gains["kv"]
-    check = check_law(_rearranged(emps, stiff=stiff, damped=kv), record)
+    check = law_agreement(_rearranged(emps, stiff=stiff, damped=kv), record)
     assert check.passed is (wrong == 1.0), check.sentence
     assert check.factors == pytest.approx({"kp": 1.0, "1": 1 / wrong}, abs=1e-3)
     assert "kp is" not in check.meaning
     kp = sympy.Float(emps.axis.control.gains["kp"])
-    whole = check_law(_rearranged(emps, stiff=kp * kv, damped=kv), record)
+    whole = law_agreement(_rearranged(emps, stiff=kp * kv, damped=kv), record)
     assert whole.factors == pytest.approx({"1": 1 / wrong}, abs=1e-3)
 
 
@@ -188,7 +188,7 @@ def test_a_product_of_gains_that_are_in_no_other_has_a_factor(
 ) -> None:
     axis = _rearranged(emps, stiff=gain("kp") * gain("kv"), damped=gain("kd"))
     declared = axis.with_gains({"kp": wrong * axis.axis.control.gains["kp"]})
-    check = check_law(declared, twin_record(emps))
+    check = law_agreement(declared, twin_record(emps))
     assert check.passed is (wrong == 1.0), check.sentence
     assert check.factors == pytest.approx({"kp*kv": 1 / wrong, "kd": 1.0}, abs=1e-3)
 
@@ -202,7 +202,7 @@ def test_a_wrong_gain_is_named_beside_a_test_signal_of_another_size(
     added = 0.5 * np.sin(2 * np.pi * 17 * time) + 0.4 * np.sin(2 * np.pi * 31 * time)
     record = twin_record(emps2015, injected=added, injected_at="control")
     declared = emps2015.with_gains({"kp": 0.95 * emps2015.axis.control.gains["kp"]})
-    check = check_law(declared, replace(record, injected=size * record.injected))
+    check = law_agreement(declared, replace(record, injected=size * record.injected))
     assert "kp is 1.053 times the declared one" in check.meaning
     assert ("check the size of the test signal" in check.meaning) is (size != 1.0)
     assert check.factors == pytest.approx({"kp*kv": 1.053, "kv": 1.0, "injected": 1 / size}, 0.01)
@@ -214,7 +214,9 @@ def test_the_velocity_that_the_drive_forms_is_found(emps2015: GeneratedAxis, dri
     gains = {"kp": 160.18, "kv": 243.45, "period": 1e-3}
     record = twin_record(replace(emps2015.axis, control=CASCADES[drives](**gains)))
     for declared, law in CASCADES.items():
-        found = check_law(build(replace(emps2015.axis, control=law(**gains)), native=False), record)
+        found = law_agreement(
+            build(replace(emps2015.axis, control=law(**gains)), native=False), record
+        )
         assert found.passed is (declared == drives), (declared, found)
         assert found.passed or f"that of the law {drives} with the same gains" in found.meaning
 
@@ -230,7 +232,7 @@ def test_a_limit_that_the_drive_does_not_declare_is_named_with_its_size() -> Non
         (axis, twin_record(limited, seed=1), True),
         (free, replace(twin, control=spike), False),
     ):
-        found = check_law(build(declared), record)
+        found = law_agreement(build(declared), record)
         assert not found.passed
         assert (f"at its limit of {most:.6g} {axis.drive.unit}" in found.meaning) is named
 
@@ -252,7 +254,7 @@ def test_a_gain_that_is_declared_a_little_wrong_is_named_with_its_value(
     axis = build(load_axis(name))
     law = axis.axis.control
     declared = (1 + off) * law.gains[gain]
-    found = check_law(axis.with_gains({gain: declared}), twin_record(axis))
+    found = law_agreement(axis.with_gains({gain: declared}), twin_record(axis))
     assert not found.passed
     (told,) = re.findall(rf"\b{gain} is [\d.]+ times the declared one, ([\d.]+) for", found.meaning)
     assert float(told) == pytest.approx(law.gains[gain], rel=0.1 * abs(off))
@@ -265,23 +267,23 @@ def test_a_gain_that_is_declared_a_little_wrong_is_named_with_its_value(
 def test_a_zero_apart_is_told_with_its_size_and_taken_off(name: str) -> None:
     axis = build(load_axis(name))
     record, law = twin_record(axis), axis.axis.control
-    assert check_law(axis, record).passed
+    assert law_agreement(axis, record).passed
     control = np.asarray(record.control)
     unit, _ = position_zero(axis, law, replace(record, control=control + 1.0))
     away = unit / 3 * float(np.std(control))  # as much as makes a third of the control
     off = replace(record, position=record.position + away)
-    found = check_law(axis, off)
+    found = law_agreement(axis, off)
     assert not found.passed
     assert f"{away:+.3g} {axis.axis.coordinate.unit} away from its zero" in found.meaning
     told, _ = position_zero(axis, law, off)
     assert told == pytest.approx(away, rel=2e-2)
-    assert check_law(axis, replace(off, position=off.position - told)).passed
+    assert law_agreement(axis, replace(off, position=off.position - told)).passed
 
 
 @pytest.mark.slow
 def test_a_law_that_integrates_is_told_the_position_alone() -> None:
     record, _ = carried(0)
-    found = check_law(vertical(BALANCED), replace(record, position=record.position + 1e-3))
+    found = law_agreement(vertical(BALANCED), replace(record, position=record.position + 1e-3))
     assert not found.passed
     assert "+0.001 m away from its zero" in found.meaning
     assert "off the control" not in found.sentence
@@ -318,7 +320,7 @@ def test_a_right_law_passes_and_a_wrong_gain_is_named_whatever_of_a_log_jitters(
 ) -> None:
     gains = {name: 1.1 * emps.axis.control.gains[name] for name in [wrong] if name}
     record = read(emps, log(emps, share, sampled=sampled), resampled=resampled)
-    found = check_law(emps.with_gains(gains), record)
+    found = law_agreement(emps.with_gains(gains), record)
     assert found.passed is not bool(wrong), found.meaning
     assert (f"{wrong} is 0.909" in found.meaning) is bool(wrong)
 
@@ -328,7 +330,7 @@ def test_a_right_law_passes_and_a_wrong_gain_is_named_whatever_of_a_log_jitters(
 def test_noise_of_its_own_between_the_ticks_leaves_the_law_open(resampled: bool) -> None:
     axis = build(load_axis("pendulum"))
     columns = log(axis, 0.05, sampled=True, noise=1e-5)
-    found = check_law(axis, read(axis, columns, resampled=resampled))
+    found = law_agreement(axis, read(axis, columns, resampled=resampled))
     assert isinstance(found, Missing), found.meaning
     assert "leaves" in str(found)
 
@@ -344,7 +346,7 @@ def test_stamps_alone_that_jitter_need_no_resampling_and_few_digits_excuse_no_wr
     assert "leave resample out" in told.meaning
     columns = log(emps, 1e-4, sampled=False)
     columns |= {"time": np.round(columns["time"], 7), "control": 1.2 * columns["control"]}
-    assert not check_law(emps, read(emps, columns, resampled=False)).passed
+    assert not law_agreement(emps, read(emps, columns, resampled=False)).passed
 
 
 P_PI, BACK = "cascade_p_pi, clamped", "cascade_p_pi, back-calculation"
@@ -363,12 +365,12 @@ def _record(name: str, limit: float = 10.0) -> Record:
     return twin_record(_axis(name, limit))
 
 
-def _checked(name: str, gains: Mapping[str, float], limit: float = 10.0) -> LawCheck:
+def _checked(name: str, gains: Mapping[str, float], limit: float = 10.0) -> LawAgreement:
     """The check of a law with some gains divided by what is given."""
     axis, law = _axis(name, limit).axis, LAWS[name]()
     declared = {**law.gains, **{gain: law.gains[gain] / off for gain, off in gains.items()}}
     axis = replace(axis, control=replace(law, gains=declared))
-    return check_law(build(axis, native=False), _record(name, limit))
+    return law_agreement(build(axis, native=False), _record(name, limit))
 
 
 @pytest.mark.slow
@@ -420,7 +422,7 @@ def test_another_scale_of_the_control_is_told_beside_the_gain_that_makes_as_much
 ) -> None:
     record = _record(P_PI)
     scaled = replace(record, control=times * np.asarray(record.control))
-    check = check_law(_axis(P_PI), scaled)
+    check = law_agreement(_axis(P_PI), scaled)
     assert not check.passed
     assert said in check.meaning
     assert ("kv is 0.8 times the declared one" in check.meaning) == (times == 0.8)
@@ -431,7 +433,9 @@ def test_what_no_gain_explains_is_said_to_be_something_else() -> None:
     """The drive averages its velocity; the law that is declared does not."""
     name = "cascade_p_pi, feed-forward"
     plain = replace(LAWS["cascade_p_pi"](), gains={"kp": 10.0, "kv": 400.0, "tn": 0.1})
-    check = check_law(build(replace(_axis(name).axis, control=plain), native=False), _record(name))
+    check = law_agreement(
+        build(replace(_axis(name).axis, control=plain), native=False), _record(name)
+    )
     assert "no change of its gains explains it" in check.meaning
     assert "axisid law (estimation.find_law) finds which ready law it is of" in check.meaning
     assert not check.passed
@@ -449,7 +453,7 @@ def _seven_digits(record: Record) -> Record:
 def test_seven_digits_or_another_start_of_an_integral_are_no_fault(
     name: str, written: Callable[[Record], Record]
 ) -> None:
-    check = check_law(_axis(name), written(_record(name)))
+    check = law_agreement(_axis(name), written(_record(name)))
     assert check.passed, check.sentence
 
 
@@ -466,7 +470,7 @@ def _behind_encoder(step: float) -> tuple[GeneratedAxis, Record]:
 def test_steps_of_an_encoder_excuse_no_other_control(step: float) -> None:
     """What they leave open of the control is that of a log which rounds, and this one does not."""
     axis, record = _behind_encoder(step)
-    assert check_law(axis, record).passed
+    assert law_agreement(axis, record).passed
     wave = np.sqrt(2 * np.mean(record.control**2)) * np.sin(2 * np.pi * 11 * record.time)
     for control, said in (
         (-record.control, "its sign is opposite"),
@@ -474,7 +478,7 @@ def test_steps_of_an_encoder_excuse_no_other_control(step: float) -> None:
         (record.control + 0.2 * wave, "off by 19"),
         (record.control + 0.1 * wave, "off by "),
     ):
-        found = check_law(axis, replace(record, control=control))
+        found = law_agreement(axis, replace(record, control=control))
         assert not found.passed
         assert said in found.meaning
 
@@ -484,6 +488,6 @@ def test_steps_of_an_encoder_excuse_no_other_control(step: float) -> None:
 def test_a_right_law_behind_a_log_that_rounds_is_not_refused(coarser: int) -> None:
     axis, record = _behind_encoder(1e-6)
     rounded = coarser * 1e-6 * np.round(record.position / (coarser * 1e-6))
-    found = check_law(axis, replace(record, position=rounded))
+    found = law_agreement(axis, replace(record, position=rounded))
     assert isinstance(found, Missing) or found.passed
-    assert not check_law(axis, replace(record, control=-record.control)).passed
+    assert not law_agreement(axis, replace(record, control=-record.control)).passed

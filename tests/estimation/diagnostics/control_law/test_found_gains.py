@@ -10,7 +10,11 @@ from scipy.stats import norm, t as student
 
 from axisid import Record, build, fit, load_axis, twin_record
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.diagnostics.control_law import EstimatedGains, LawCheck, check_found_law
+from axisid.estimation.diagnostics.control_law import (
+    EstimatedGains,
+    LawAgreement,
+    found_law_agreement,
+)
 from axisid.estimation.diagnostics.control_law.control_law import apart_in_deviations
 from tests.axes.ready_laws import with_law
 
@@ -35,11 +39,11 @@ def _record(name: str, **changes: int | float) -> Record:
     return twin_record(made, seed=100, position_noise=1e-6)
 
 
-def _checked(name: str, sd: float, record: Record, **off: float) -> LawCheck:
+def _checked(name: str, sd: float, record: Record, **off: float) -> LawAgreement:
     """By an axis with gains that are off by such factors, each known to a share of itself."""
     gains = {n: _axis(name).axis.control.gains[n] * factor for n, factor in off.items()}
     found = EstimatedGains(tuple(gains), np.diag((sd * np.array([*gains.values()])) ** 2), math.inf)
-    return check_found_law(_axis(name).with_gains(gains), record, found)
+    return found_law_agreement(_axis(name).with_gains(gains), record, found)
 
 
 @pytest.mark.parametrize("name", ["emps2015", P_PI])
