@@ -246,7 +246,7 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         ),
     ),
     "instruments are of the motion after a sample alone": (
-        "estimation/regression/record_loops.py",
+        "estimation/regression/simulated_instruments.py",
         "after, earlier = map(at.equations, signals_about(form.axis, physical, loop))",
         "after = earlier = at.equations(signals_about(form.axis, physical, loop)[0])",
         (

@@ -111,8 +111,8 @@ print(
 # `Fit` of it, and that becomes an `Estimate` with covariances and what the filter moves it by.
 
 # %%
+from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.methods import METHODS, estimate_by
-from axisid.estimation.regression_problem import Problem
 
 second = FilteredRecord.bind(generated, axisid.twin_record(generated, seed=2), axisid.Prefilter())
 problem = Problem(axis=generated, data=(data, second))

@@ -9,7 +9,6 @@ from .control_law_search import (
     LawSearch as LawSearch,
     find_law as find_law,
 )
-from .data_tables import Provenance as Provenance, Repair as Repair
 from .diagnostic_checks import Check as Check, Levels as Levels
 from .diagnostics import (
     Alignment as Alignment,
@@ -44,6 +43,7 @@ from .monte_carlo import (
     write_runs as write_runs,
 )
 from .output_error import OutputFit as OutputFit
+from .raw_tables import Provenance as Provenance, Repair as Repair
 from .records import Repairs as Repairs
 from .regression import (
     Classical as Classical,

@@ -29,7 +29,7 @@ FLOORS = (
     ("codegen.generated_axes",),
     ("estimation.thresholds", "estimation.choices"),
     ("estimation.diagnostic_checks",),
-    ("estimation.data_tables",),
+    ("estimation.raw_tables",),
     ("estimation.logs.text",),
     ("estimation.logs",),
     ("estimation.records.columns",),
@@ -39,7 +39,7 @@ FLOORS = (
     ("estimation.law_replay",),
     ("estimation.regression",),
     ("estimation.parameters",),
-    ("estimation.regression_problem",),
+    ("estimation.estimation_problem",),
     ("estimation.bootstrap",),
     ("estimation.estimates",),
     ("estimation.methods",),
@@ -227,5 +227,5 @@ def test_modules_are_imported_by_text_in_few_places(modules: dict[str, Path]) ->
     rows = {"exports.targets", "estimation.methods.methods", "estimation.estimates.value"}
     assert (
         found
-        == {"support.presentable", "estimation.data_tables.table", "modeling.library"} | stub | rows
+        == {"support.presentable", "estimation.raw_tables.table", "modeling.library"} | stub | rows
     )

@@ -10,7 +10,7 @@ from .drive import (
 )
 from .expressions import over_time as over_time
 from .feed_forward import FeedForward as FeedForward, feed_forward as feed_forward
-from .loop_settings import (
+from .loop_interface import (
     BLOCK as BLOCK,
     HELD_REFERENCE as HELD_REFERENCE,
     PASSED as PASSED,

@@ -16,7 +16,7 @@ from axisid.modeling.quantities import DIRECTION, FORCE, Signal
 from .drive import DriveInMode, acting_from_sample, drive_response, forces_in_step, later_force
 from .expressions import Arguments
 from .friction_states import STATES, Remembering, state_dynamics, state_start, with_mode
-from .loop_settings import HELD_REFERENCE, PASSED, PROBE, PROBED, RESOLVED, RESOLVED_STATES
+from .loop_interface import HELD_REFERENCE, PASSED, PROBE, PROBED, RESOLVED, RESOLVED_STATES
 from .program import Program
 from .switching import Switching, largest_wave, switching, wave_number
 

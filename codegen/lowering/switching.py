@@ -22,7 +22,7 @@ from axisid.modeling.derivation import AxisModel, motion_point
 from axisid.modeling.quantities import Signal, at_start, signals_in, with_numbers
 
 from .expressions import Arguments
-from .loop_settings import PASSED, RESOLVED
+from .loop_interface import PASSED, RESOLVED
 from .program import Program
 
 _RELATIONS = (

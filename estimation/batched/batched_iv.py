@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from axisid.codegen.native import LaneLibrary
 from axisid.estimation.estimates import COVARIANCES
+from axisid.estimation.estimation_problem import SignalRanges, shown_up_to
 from axisid.estimation.methods import StepControl
 from axisid.estimation.regression import Equations, Hac, InverseForm, Solution, most_lags
-from axisid.estimation.regression_problem import SignalRanges, shown_up_to
 from axisid.estimation.signals import (
     Prefilter,
     RowTimes,

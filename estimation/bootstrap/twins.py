@@ -8,6 +8,7 @@ from zlib import crc32
 
 import numpy as np
 
+from axisid.estimation.estimation_problem import Problem, Solver, noise_free_record
 from axisid.estimation.records import Record
 from axisid.estimation.regression import (
     Covariance,
@@ -18,7 +19,6 @@ from axisid.estimation.regression import (
     delta_method,
     recorded_loops,
 )
-from axisid.estimation.regression_problem import Problem, Solver, noise_free_record
 from axisid.estimation.signals import FilteredRecord, Signals
 from axisid.estimation.simulation import measured_positions
 from axisid.support.arrays import Array, in_few_digits

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
-from axisid.estimation.diagnostics.control_law import LawByGains, compared_as
+from axisid.estimation.diagnostics.control_law import LawByGains, comparison_filter
 from axisid.estimation.law_replay import (
     LawAlong,
     LawInputs,
@@ -188,7 +188,7 @@ class _AlongRecord:
         return float(np.linalg.norm(control - regressor @ (values / sizes))), law
 
     def _by_gains(self, law: ControlLaw) -> LawByGains:
-        smooth = compared_as(law, self.record)
+        smooth = comparison_filter(law, self.record)
         along = LawAlong.of(self.axis, law, self.ticks, self.record)
         return LawByGains(
             along=along,
@@ -203,7 +203,7 @@ class _AlongRecord:
         None where it does not explain the control at all. Deviations are of the gains that the
         record tells apart.
         """
-        best, smooth = self._by_gains(law).best([*law.gains]), compared_as(law, self.record)
+        best, smooth = self._by_gains(law).best([*law.gains]), comparison_filter(law, self.record)
         along, gains = best.along, best.gains
         control, off = smooth(along.control), smooth(along.control - along.output(best.point))
         left = [

@@ -27,8 +27,8 @@ from .diagnosis import (
 from .estimator_choice import (
     DDM_LESS_IDM as DDM_LESS_IDM,
     SECOND_OPINION as SECOND_OPINION,
+    InstrumentStrength as InstrumentStrength,
     InstrumentTests as InstrumentTests,
-    Strength as Strength,
     forms_check as forms_check,
     method_check as method_check,
     tests_of_instruments as tests_of_instruments,

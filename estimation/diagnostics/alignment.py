@@ -18,10 +18,10 @@ import numpy as np
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.diagnostic_checks import Check, first_case, status_of
 from axisid.estimation.diagnostics.control_law import LawAgreement
+from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.methods import METHODS, bound_record
 from axisid.estimation.misspecification import Misspecification, RecordScores, scores_of
 from axisid.estimation.records import Record, clock_of, hold_delay
-from axisid.estimation.regression_problem import Problem
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.thresholds import (
     MAX_DELAY_DEVIATION,

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import minimum_filter1d, shift
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.data_tables import exact_unit
 from axisid.estimation.diagnostic_checks import Check, first_case, status_of
+from axisid.estimation.raw_tables import exact_unit
 from axisid.estimation.records import Record, advised_interpolation, advised_shift, samples_apart
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
 from axisid.estimation.signals import (

@@ -17,9 +17,14 @@ from axisid.estimation.diagnostics.control_law import LawAgreement, law_agreemen
 from axisid.estimation.estimates import (
     Estimate,
     HausmanTest,
+    estimate_of_record,
     hausman,
-    part_of,
     significant_differences,
+)
+from axisid.estimation.estimation_problem import (
+    Problem,
+    noise_free_record,
+    quantisation_bias,
 )
 from axisid.estimation.lack_of_fit import (
     JackknifeInterval,
@@ -35,11 +40,6 @@ from axisid.estimation.misspecification import (
     scores_at,
 )
 from axisid.estimation.regression import DirectForm, position_step, recorded_loops
-from axisid.estimation.regression_problem import (
-    Problem,
-    noise_free_record,
-    rounding_sensitivity,
-)
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import Missing
@@ -203,7 +203,9 @@ class Case:
         return tuple(
             Case(
                 problem=Problem(axis=data.axis, data=(data,)),
-                estimates={n: part_of(e, self.problem, i) for n, e in self.estimates.items()},
+                estimates={
+                    n: estimate_of_record(e, self.problem, i) for n, e in self.estimates.items()
+                },
                 levels=self.levels,
                 whole=self,
                 number=i,
@@ -309,7 +311,7 @@ class Case:
             return {}
         if float(np.ptp(record.position)) < FEWEST_STEPS * step:
             return dict.fromkeys(ls.parameters, np.inf)
-        by = rounding_sensitivity(ls.form, self.data, step, ls.physical)
+        by = quantisation_bias(ls.form, self.data, step, ls.physical)
         return dict(zip(ls.parameters, map(float, by), strict=True))
 
     @cached_property

@@ -256,7 +256,7 @@ def forms_check(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Strength:
+class InstrumentStrength:
     """How strongly the instruments move one column of the regressor.
 
     Attributes
@@ -285,12 +285,12 @@ class InstrumentTests:
 
     Attributes
     ----------
-    columns : tuple of Strength
+    columns : tuple of InstrumentStrength
     condition_number : float
         Of ``Z'X``, unit columns.
     """
 
-    columns: tuple[Strength, ...]
+    columns: tuple[InstrumentStrength, ...]
     condition_number: MaybeInfinite
 
     @property
@@ -367,7 +367,9 @@ def instrument_tests(X: Array, Z: Array, names: Sequence[str]) -> InstrumentTest
         )
     return InstrumentTests(
         columns=tuple(
-            Strength(r_squared=float(r), shea=float(shea), f=float(f), conditional_f=float(c))
+            InstrumentStrength(
+                r_squared=float(r), shea=float(shea), f=float(f), conditional_f=float(c)
+            )
             for r, shea, f, c in columns
         ),
         condition_number=float(

@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 
 from axisid.estimation.diagnostic_checks import Check, first_case, status_of
 from axisid.estimation.estimates import Estimate, Value, physical_parameters
-from axisid.estimation.parameters import GAIN
-from axisid.estimation.regression import Form, InverseForm
-from axisid.estimation.regression_problem import (
+from axisid.estimation.estimation_problem import (
     ParameterAtBound,
     Problem,
     SignalRanges,
     typical_magnitudes,
 )
+from axisid.estimation.parameters import GAIN
+from axisid.estimation.regression import Form, InverseForm
 from axisid.estimation.signals import (
     FilteredRecord,
     Signals,

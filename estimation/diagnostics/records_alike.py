@@ -27,7 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Levels, first_case
-from axisid.estimation.estimates import Estimate, part_of
+from axisid.estimation.estimates import Estimate, estimate_of_record
+from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.regression import (
     CovarianceEstimate,
@@ -38,7 +39,6 @@ from axisid.estimation.regression import (
     joint_p,
     wald,
 )
-from axisid.estimation.regression_problem import Problem
 from axisid.estimation.thresholds import MAX_REPEATED_SAMPLES, MIN_COMMON_SAMPLES
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import EstimationError, Missing, unless_missing
@@ -292,7 +292,7 @@ def pooling_test(
 
     records = []
     for number, span in enumerate(problem.spans):
-        part, own = part_of(estimate, problem, number), weights[span]
+        part, own = estimate_of_record(estimate, problem, number), weights[span]
         records.append(
             RecordRegressor(
                 names=tuple(q.name for q in part.quantities),

@@ -6,7 +6,7 @@ Knows nothing of methods, of verdicts and of how it is shown.
 
 from .estimate import (
     Estimate as Estimate,
-    EstimateReading as EstimateReading,
+    EstimateAccessors as EstimateAccessors,
     Inference as Inference,
     Iterate as Iterate,
     NotSimulated as NotSimulated,
@@ -22,7 +22,7 @@ from .physical import (
     PhysicalByMethod as PhysicalByMethod,
     physical_parameters as physical_parameters,
 )
-from .record_estimate import part_of as part_of
+from .record_estimate import estimate_of_record as estimate_of_record
 from .value import (
     CORRECTED as CORRECTED,
     COVARIANCES as COVARIANCES,

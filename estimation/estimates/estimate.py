@@ -125,7 +125,7 @@ class _HasDistribution(Protocol):
     def distribution(self) -> SamplingDistribution: ...
 
 
-class EstimateReading:
+class EstimateAccessors:
     """What is told of an estimate by its distribution, whether it has its rows or is of a file."""
 
     __slots__ = ()
@@ -164,7 +164,7 @@ class EstimateReading:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
-class Estimate(EstimateReading, Presentable, Exact):
+class Estimate(EstimateAccessors, Presentable, Exact):
     """An estimate of the physical parameters, and of the direct model's where it is regressed.
 
     Attributes

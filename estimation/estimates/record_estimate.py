@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.parameters import JointForm
 from axisid.estimation.regression import (
     LossWeights,
@@ -11,13 +12,12 @@ from axisid.estimation.regression import (
     simulated_loops,
     simulated_rows,
 )
-from axisid.estimation.regression_problem import Problem
 from axisid.support.arrays import relative_error_percent
 
 from .estimate import Estimate, NotSimulated
 
 
-def part_of(estimate: Estimate, problem: Problem, record: int) -> Estimate:
+def estimate_of_record(estimate: Estimate, problem: Problem, record: int) -> Estimate:
     """The part of an estimate that is of one of its records, in the parameters of its axis.
 
     With the drive gain among the parameters of all, those of the record are of the declared gain,

@@ -20,7 +20,7 @@ from .result import (
     Identification as Identification,
     RecordInfo as RecordInfo,
     RecordResult as RecordResult,
-    record_place as record_place,
+    record_index as record_index,
 )
 from .shared import (
     JointRecords as JointRecords,

@@ -32,11 +32,11 @@ from axisid.estimation.choices import (
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels, unless_faulty
 from axisid.estimation.diagnostics import Case
 from axisid.estimation.estimates import COVARIANCES, Estimate, student_interval
+from axisid.estimation.estimation_problem import ParameterAtBound, Problem, check_has_rows
 from axisid.estimation.methods import METHODS, Bootstrap, estimate_by
 from axisid.estimation.parameters import KnownValue, bounded_quadratic_minimum
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import LoopDataError, covariance_root
-from axisid.estimation.regression_problem import ParameterAtBound, Problem, check_has_rows
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.modeling.declaration import HIDDEN_FROM, Axis, leave_out

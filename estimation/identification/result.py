@@ -19,8 +19,8 @@ from axisid.estimation.estimates import (
     Value,
     physical_parameters,
 )
+from axisid.estimation.estimation_problem import ParameterAtBound, Problem
 from axisid.estimation.records import Record, record_labels
-from axisid.estimation.regression_problem import ParameterAtBound, Problem
 from axisid.estimation.signals import FilteredRecord, Prefilter, Sampling
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Exact, Uncached
@@ -69,7 +69,7 @@ class RecordResult:
     p_value: float | None
 
 
-def record_place(number: object, records: int) -> int:
+def record_index(number: object, records: int) -> int:
     """Where one of several records is, by its number from 1; one by itself is the first.
 
     Raises
@@ -289,7 +289,7 @@ class Identification(HasRecords, ByMethod, Uncached, Presentable, Exact):
         UsageError
             There is no such record.
         """
-        return self.parts[record_place(number, len(self.problem.data))]
+        return self.parts[record_index(number, len(self.problem.data))]
 
     @cached_property
     def of_records(self) -> tuple[RecordResult, ...]:

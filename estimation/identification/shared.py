@@ -9,6 +9,7 @@ import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.choices import ROW_LOSSES, check_among, listed
+from axisid.estimation.estimation_problem import Problem, check_time_known
 from axisid.estimation.methods import METHODS, bound_record, scale_of
 from axisid.estimation.parameters import (
     JointForm,
@@ -19,7 +20,6 @@ from axisid.estimation.parameters import (
     prefilters_of,
 )
 from axisid.estimation.records import Record, record_labels
-from axisid.estimation.regression_problem import Problem, check_time_known
 from axisid.estimation.signals import (
     FilteredRecord,
     Prefilter,

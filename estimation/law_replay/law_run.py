@@ -17,8 +17,8 @@ from axisid.estimation.records import Record, at_times, clock_of, evaluations_pe
 from axisid.estimation.signals import (
     Prefilter,
     SampledFilter,
-    acting_along,
     drive_force,
+    lagged_force,
     recorded_signals,
     through_path,
 )
@@ -236,7 +236,7 @@ def as_logged(axis: GeneratedAxis, values: Array) -> Array:
         return values
     if drive.logged == "current":
         columns = values.reshape(len(values), -1).T
-        seen = [acting_along(column, response).at_samples for column in columns]
+        seen = [lagged_force(column, response).at_samples for column in columns]
         return np.stack(seen, axis=1).reshape(values.shape) if seen else values
     return values[np.maximum(np.arange(len(values)) - response.late, 0)]
 

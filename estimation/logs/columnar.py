@@ -20,7 +20,8 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from axisid.estimation.data_tables import (
+from axisid.estimation.logs.text import NoStampsError, is_stamp, stamp_seconds
+from axisid.estimation.raw_tables import (
     UNITS_ENTRY,
     Table,
     TableBuilder,
@@ -29,7 +30,6 @@ from axisid.estimation.data_tables import (
     refusing,
     split_labels,
 )
-from axisid.estimation.logs.text import NoStampsError, is_stamp, stamp_seconds
 from axisid.support.errors import DataError, UsageError
 from axisid.support.memory import Room
 

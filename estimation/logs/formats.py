@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from axisid.estimation.data_tables import Repair, Table, library, refusing
 from axisid.estimation.logs.text import read_text
+from axisid.estimation.raw_tables import Repair, Table, library, refusing
 from axisid.support.errors import DataError
 from axisid.support.files import digest_of, unchanged
 from axisid.support.memory import SHORTER_FILES, Room, room_for

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.data_tables import (
+from axisid.estimation.raw_tables import (
     Table,
     TableBuilder,
     library,

@@ -17,13 +17,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from axisid.estimation.estimation_problem import Solver
 from axisid.estimation.regression import (
     Equations,
     PublishedCovariance,
     QrFactors,
     Solution,
 )
-from axisid.estimation.regression_problem import Solver
 from axisid.estimation.thresholds import CONVERGED, MAX_SIMULATION_ERROR
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError

@@ -18,6 +18,7 @@ from axisid.estimation.estimates import (
     few_rows,
     fewest,
 )
+from axisid.estimation.estimation_problem import Problem, jacobian_by_gain, noise_free_residuals
 from axisid.estimation.parameters import perturbed_layouts
 from axisid.estimation.regression import (
     Covariance,
@@ -27,7 +28,6 @@ from axisid.estimation.regression import (
     condition_number,
     delta_method,
 )
-from axisid.estimation.regression_problem import Problem, jacobian_by_gain, noise_free_residuals
 from axisid.estimation.signals import rests_first
 from axisid.estimation.thresholds import NO_RELATION
 from axisid.modeling.declaration import Axis

@@ -18,6 +18,7 @@ import numpy as np
 from axisid.codegen.lowering import STEPS_OF_SEARCH
 from axisid.estimation.choices import LEAST_SQUARES_START, NOMINAL_START
 from axisid.estimation.estimates import Iterate, NotSimulated
+from axisid.estimation.estimation_problem import Problem, Solver
 from axisid.estimation.regression import (
     Equations,
     Form,
@@ -32,7 +33,6 @@ from axisid.estimation.regression import (
     loop_reference,
     search_bounds,
 )
-from axisid.estimation.regression_problem import Problem, Solver
 from axisid.estimation.signals import rests_first
 from axisid.estimation.simulation import Simulation, StepBudget
 from axisid.estimation.thresholds import CONVERGED

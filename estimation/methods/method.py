@@ -26,6 +26,7 @@ from axisid.estimation.choices import (
     SQUARES_LOSS,
 )
 from axisid.estimation.estimates import Iterate, NotSimulated
+from axisid.estimation.estimation_problem import Problem, Solver
 from axisid.estimation.regression import (
     Columns,
     Equations,
@@ -38,7 +39,6 @@ from axisid.estimation.regression import (
     least_squares,
     variable_projection,
 )
-from axisid.estimation.regression_problem import Problem, Solver
 from axisid.estimation.simulation import Simulation
 from axisid.estimation.thresholds import (
     BISQUARE_TUNING,

@@ -11,10 +11,10 @@ import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.choices import METHOD_ROWS, MethodRow
+from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.law_replay import control_at_ticks, law_ticks, start_of_law, two_clocks
 from axisid.estimation.records import Record
 from axisid.estimation.regression import simulated_position
-from axisid.estimation.regression_problem import Problem
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError

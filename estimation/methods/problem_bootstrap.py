@@ -9,8 +9,8 @@ import numpy as np
 
 from axisid.estimation.bootstrap import Chain, Twins, bootstrap_correction, measured_chain
 from axisid.estimation.choices import ROW_LOSSES
+from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.regression import Form, Hac, LoopDataError, recorded_loops
-from axisid.estimation.regression_problem import Problem
 from axisid.estimation.simulation import Simulation
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError

@@ -16,16 +16,16 @@ from scipy.linalg import orth
 from scipy.special import fdtrc
 
 from axisid.estimation.bootstrap import DEFAULT_COUNT, Chain, twins_of
+from axisid.estimation.estimation_problem import noise_free_record
 from axisid.estimation.regression import (
     Equations,
     Hac,
     InverseForm,
-    follows_noise,
     joint_p,
+    loop_carries_noise,
     recorded_loops,
     score_products,
 )
-from axisid.estimation.regression_problem import noise_free_record
 from axisid.estimation.signals import FilteredRecord, Signals
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
@@ -247,7 +247,7 @@ def scores_of(
         Whether the simulated loop gives the instruments without a chain too, from which no twins
         are made then.
     """
-    if follows_noise(data):
+    if loop_carries_noise(data):
         return Missing(
             "the control law reads a velocity that is in no record, without which noise of the "
             "position is in the loop that follows it: record the reference"

@@ -19,6 +19,7 @@ from scipy.special import stdtr
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.estimates import Estimate
+from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.parameters import GAIN
 from axisid.estimation.regression import (
     Classical,
@@ -29,7 +30,6 @@ from axisid.estimation.regression import (
     joint_p,
     wald,
 )
-from axisid.estimation.regression_problem import Problem
 from axisid.estimation.thresholds import SIGNIFICANCE_LEVEL
 from axisid.support.arrays import Array, Exact, MaybeNan
 from axisid.support.errors import Missing

@@ -18,6 +18,7 @@ from axisid.estimation.choices import (
 )
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked, Levels, first_case
 from axisid.estimation.diagnostics.control_law import LawAgreement, first_failing
+from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.identification import (
     HasRecords,
     Identification,
@@ -27,7 +28,6 @@ from axisid.estimation.identification import (
 )
 from axisid.estimation.parameters import KnownValue, KnownValues, declared_names
 from axisid.estimation.records import Record
-from axisid.estimation.regression_problem import Problem
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds import NO_RELATION
 from axisid.modeling.declaration import Axis

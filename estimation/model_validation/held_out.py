@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.estimates import Estimate
+from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.regression import (
     InverseForm,
     Solution,
@@ -20,7 +21,6 @@ from axisid.estimation.regression import (
     least_squares,
     search_bounds,
 )
-from axisid.estimation.regression_problem import Problem
 from axisid.estimation.signals import RowTimes
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import DataError, EstimationError, Missing, ModelError

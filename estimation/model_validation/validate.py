@@ -21,6 +21,7 @@ from axisid.estimation.diagnostic_checks import Check, Checked, Levels
 from axisid.estimation.diagnostics import EstimateDifference, RecordRegressor, common_samples
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_agreement
 from axisid.estimation.estimates import Estimate, SamplingDistribution
+from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.identification import Identification, RecordInfo
 from axisid.estimation.methods import METHODS, Bootstrap, bound_record, estimate_by
 from axisid.estimation.output_error import OutputFit, checked_horizon
@@ -36,7 +37,6 @@ from axisid.estimation.regression import (
     simulated_loops,
     simulated_position,
 )
-from axisid.estimation.regression_problem import Problem
 from axisid.estimation.signals import FilteredRecord, RowTimes
 from axisid.estimation.simulation import Simulation
 from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from axisid.estimation.choices import check_among, fitted_output
-from axisid.estimation.data_tables import library, npz_bytes, parquet_bytes
 from axisid.estimation.methods import METHODS
+from axisid.estimation.raw_tables import library, npz_bytes, parquet_bytes
 from axisid.estimation.simulation import twin_plan
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.support.arrays import Array, Exact, Uncached

@@ -5,5 +5,5 @@ Knows nothing of filters beyond those of its start, and nothing of how it is sho
 """
 
 from .fit import fit as fit
+from .fit_setup import checked_horizon as checked_horizon
 from .result import OutputFit as OutputFit, RecordError as RecordError
-from .starting import checked_horizon as checked_horizon

@@ -58,9 +58,7 @@ from axisid.support.progress import Progress
 
 from .checks_of_fit import judged
 from .covariance import sandwich_of, unseen_directions
-from .inference import FitSearch
-from .result import OutputFit
-from .starting import (
+from .fit_setup import (
     FitStart,
     StartLike,
     check_remembered,
@@ -71,6 +69,8 @@ from .starting import (
     split_free,
     starts_from,
 )
+from .inference import FitSearch
+from .result import OutputFit
 
 _MOST_STARTS = 1000
 # periods from the loop's own drive time, where the output is a straight line of it and the loop

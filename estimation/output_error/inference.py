@@ -13,6 +13,7 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.choices import SQUARES
 from axisid.estimation.diagnostic_checks import unless_faulty
 from axisid.estimation.estimates import NamedValues, Value, student_interval
+from axisid.estimation.estimation_problem import ParameterAtBound
 from axisid.estimation.nonlinear_least_squares import SearchResult, WeightedLoss
 from axisid.estimation.parameters import (
     ExtendedForm,
@@ -23,13 +24,12 @@ from axisid.estimation.parameters import (
 from axisid.estimation.prediction_errors import PredictionErrors
 from axisid.estimation.records import Record
 from axisid.estimation.regression import CovarianceEstimate, widened
-from axisid.estimation.regression_problem import ParameterAtBound
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.support.arrays import Array, column_sizes
 from axisid.support.errors import EstimationError, Missing
 
 from .covariance import Sandwich, moved_by_start, sandwich_of, unseen_directions
-from .twins import RecordLoops, calibrated_covariance, outputs_by_noise
+from .parametric_bootstrap import RecordLoops, calibrated_covariance, outputs_by_noise
 
 _EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding
 

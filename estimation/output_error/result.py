@@ -38,7 +38,7 @@ from axisid.support.presentable import Presentable
 
 from .covariance import unseen_in_words
 from .inference import FitInference, FitSearch, inferred
-from .twins import PERCENT, move_by_record, outputs_by_noise
+from .parametric_bootstrap import PERCENT, move_by_record, outputs_by_noise
 
 _OF_POSITION = 16  # twins with noise of the position alone
 

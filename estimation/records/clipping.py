@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from axisid.estimation.data_tables import Repair, Samples
+from axisid.estimation.raw_tables import Repair, Samples
 from axisid.estimation.records.columns import Mask, RoleColumns
 from axisid.estimation.thresholds import LIMIT_TOLERANCE, MAX_SMOOTH_STEP
 from axisid.modeling.declaration import Axis

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.data_tables import Repair, Table
+from axisid.estimation.raw_tables import Repair, Table
 from axisid.estimation.records.columns import RoleColumns
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_MEAN_STEP_DEVIATION
 from axisid.support.arrays import Array

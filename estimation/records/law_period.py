@@ -8,7 +8,7 @@ declared to have a clock of its own. A continuous law has none.
 
 from dataclasses import dataclass, replace
 
-from axisid.estimation.data_tables import PeriodSource
+from axisid.estimation.raw_tables import PeriodSource
 from axisid.modeling.declaration import ControlLaw
 
 from .clocks import period_uncertainty

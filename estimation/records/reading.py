@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_declared
-from axisid.estimation.data_tables import Provenance, Table
 from axisid.estimation.logs import read_table
+from axisid.estimation.raw_tables import Provenance, Table
 from axisid.estimation.records.columns import RoleColumns, role_columns
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_UNEVEN_STEP
 from axisid.modeling.declaration import ROLES, Axis, Column, column_texts

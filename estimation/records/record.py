@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_declared
-from axisid.estimation.data_tables import Provenance, Repair, Samples
+from axisid.estimation.raw_tables import Provenance, Repair, Samples
 from axisid.estimation.records.columns import log_content
 from axisid.estimation.thresholds import LARGEST_VALUE, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from axisid.estimation.data_tables import PeriodSource, Repair, Samples
+from axisid.estimation.raw_tables import PeriodSource, Repair, Samples
 from axisid.estimation.records.columns import RoleColumns, motion_role
 from axisid.estimation.thresholds import MAX_UNEVEN_STEP
 from axisid.support.arrays import Array

@@ -17,8 +17,8 @@ from typing import Any, Literal
 import numpy as np
 
 from axisid.estimation.choices import LOG_KEYS, check_among
-from axisid.estimation.data_tables import Table as LogTable
 from axisid.estimation.logs import read_table
+from axisid.estimation.raw_tables import Table as LogTable
 from axisid.estimation.records.columns import expected_units, to_si
 from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
 from axisid.modeling.parsing import Table, nearest, read_columns, read_toml, toml_document

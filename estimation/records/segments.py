@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from axisid.estimation.data_tables import PeriodSource, Repair, Samples
+from axisid.estimation.raw_tables import PeriodSource, Repair, Samples
 from axisid.estimation.records.columns import RoleColumns
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MIN_RECORD_SAMPLES
 from axisid.support.arrays import Array, mask_of

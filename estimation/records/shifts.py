@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.choices import check_among
-from axisid.estimation.data_tables import Repair, Samples, exact_unit
+from axisid.estimation.raw_tables import Repair, Samples, exact_unit
 from axisid.estimation.records.columns import RoleColumns
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError, is_real, quoted

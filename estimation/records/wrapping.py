@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from axisid.estimation.data_tables import Repair, Samples
+from axisid.estimation.raw_tables import Repair, Samples
 from axisid.estimation.records.columns import RoleColumns
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array

@@ -52,12 +52,17 @@ from .propagation import (
     slopes_and_bends as slopes_and_bends,
     summary_of_draws as summary_of_draws,
 )
-from .record_loops import (
+from .residual_tests import (
+    ResidualTests as ResidualTests,
+    power_density as power_density,
+    residual_tests as residual_tests,
+)
+from .simulated_instruments import (
     LoopDataError as LoopDataError,
-    follows_noise as follows_noise,
     is_measured_by_law as is_measured_by_law,
     lacking_law as lacking_law,
     lacking_loop as lacking_loop,
+    loop_carries_noise as loop_carries_noise,
     loop_reference as loop_reference,
     position_step as position_step,
     recorded_loops as recorded_loops,
@@ -65,11 +70,6 @@ from .record_loops import (
     simulated_loops as simulated_loops,
     simulated_position as simulated_position,
     simulated_rows as simulated_rows,
-)
-from .residual_tests import (
-    ResidualTests as ResidualTests,
-    power_density as power_density,
-    residual_tests as residual_tests,
 )
 from .variable_projection import (
     damped_step as damped_step,

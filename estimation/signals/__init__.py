@@ -6,8 +6,8 @@ Knows nothing of methods.
 
 from .drive_response import (
     DriveAlong as DriveAlong,
-    acting_along as acting_along,
     acting_control as acting_control,
+    lagged_force as lagged_force,
     through_path as through_path,
 )
 from .filtered_record import FilteredRecord as FilteredRecord, show_too_little as show_too_little
@@ -21,9 +21,9 @@ from .sampling import RowTimes as RowTimes, Sampling as Sampling
 from .signals import (
     Motion as Motion,
     Signals as Signals,
-    about_samples as about_samples,
     dependence as dependence,
     drive_force as drive_force,
+    hold_mean as hold_mean,
     motion_lacks as motion_lacks,
     one_direction as one_direction,
     one_speed as one_speed,

@@ -88,7 +88,7 @@ def acting_control(
     return np.concatenate([through_path(drive.path, piece, period) for piece in pieces])
 
 
-def acting_along(
+def lagged_force(
     forces: Array, response: Response, *, logged: str = "command", start: float | None = None
 ) -> Acting:
     """What becomes of the forces of held commands, (N,), of one stretch.
@@ -166,7 +166,7 @@ class DriveAlong:
         pieces, response = np.split(forces, list(self.starts)[1:]), drive.response(self.period)
         if not self.held:
             return np.concatenate([_running_along(p, response, drive.logged) for p in pieces])
-        responses = [acting_along(piece, response, logged=drive.logged) for piece in pieces]
+        responses = [lagged_force(piece, response, logged=drive.logged) for piece in pieces]
         return np.concatenate([each.mean if self.mean else each.at_samples for each in responses])
 
     def force(

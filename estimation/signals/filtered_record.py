@@ -20,9 +20,9 @@ from .sampling import Sampling
 from .signals import (
     Motion,
     Signals,
-    about_samples,
     check_position,
     columns_of,
+    hold_mean,
     recorded_signals,
     remaining_information,
     resting,
@@ -308,10 +308,10 @@ class FilteredRecord(Exact, Uncached):
             position=q,
             velocity=velocity,
             acceleration=acceleration,
-            force=about_samples(force, starts, delay) if delay else force,
+            force=hold_mean(force, starts, delay) if delay else force,
             direction=np.sign(velocity),
             recorded=tuple(
-                about_samples(values, starts) if signal.is_held else values
+                hold_mean(values, starts) if signal.is_held else values
                 for signal, values in zip(self.axis.axis.signals, self.recorded, strict=True)
             ),
         )

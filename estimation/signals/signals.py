@@ -63,7 +63,7 @@ def drive_force(
     return axis.evaluate("drive_force", control, position, velocity, *recorded)[0][:, 0]
 
 
-def about_samples(values: Array, starts: Sequence[int], delay: float = 0.5) -> Array:
+def hold_mean(values: Array, starts: Sequence[int], delay: float = 0.5) -> Array:
     """The mean of what is held just before and just after each sample, (N,), segment by segment.
 
     That is half a sample late. Of what is held for less than a sample, only the value at each is

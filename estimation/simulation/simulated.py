@@ -9,7 +9,7 @@ import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
-from axisid.estimation.signals import Signals, acting_along, drive_force, through_path
+from axisid.estimation.signals import Signals, drive_force, lagged_force, through_path
 from axisid.support.arrays import Array
 
 from .inputs import LoopInputs, axis_of, law_of
@@ -19,15 +19,12 @@ from .inputs import LoopInputs, axis_of, law_of
 class Simulation(Signals):
     """A simulated closed loop, at the reference's samples, (N,) each, SI.
 
-    Force, acceleration and friction direction are those just after the control was updated at the
-    sample; with position and velocity they satisfy the model row by row.
+    Its position, velocity, acceleration, force, direction of friction (+1 or -1 while sliding,
+    between them while stuck) and recorded signals are those just after the control was updated at
+    the sample, and satisfy the model row by row.
 
     Attributes
     ----------
-    position, velocity, acceleration, force, direction : array
-        As of `Signals`; the direction is +1 or -1 while sliding, between them while stuck.
-    recorded : tuple of array
-        The recorded signals that the axis declares, in its order.
     time : array
     control : array
         In the drive's unit.
@@ -109,7 +106,7 @@ def forces_about(axis: GeneratedAxis, simulation: Simulation) -> tuple[Array, Ar
         return s.force, _one_later(s.force)
     acting = through_path(axis.axis.drive.path, s.control, response.period)
     if response.holds_control:
-        control = acting_along(acting, response).mean
+        control = lagged_force(acting, response).mean
         sides = ((control, s.direction), (_one_later(control), s.direction_before))
         mean, before = (
             axis.force_in_mode(each, s.position, s.velocity, direction, s.recorded)
@@ -121,7 +118,7 @@ def forces_about(axis: GeneratedAxis, simulation: Simulation) -> tuple[Array, Ar
         half = response.period / 2
         position, velocity = position + half * velocity, velocity + half * s.acceleration
     force = drive_force(axis, acting, position, velocity, s.recorded)
-    mean = acting_along(force, response, start=float(s.force[0])).mean
+    mean = lagged_force(force, response, start=float(s.force[0])).mean
     return mean, _one_later(s.force if axis.axis.holds_force else mean)
 
 

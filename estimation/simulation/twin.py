@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.codegen.lowering import LoopStart
-from axisid.estimation.data_tables import Provenance
+from axisid.estimation.raw_tables import Provenance
 from axisid.estimation.records import Record, check_sample_period
-from axisid.estimation.signals import about_samples
+from axisid.estimation.signals import hold_mean
 from axisid.estimation.thresholds import MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import Axis, ControlLaw, Experiment, Move
 from axisid.support.arrays import Array
@@ -306,7 +306,7 @@ class TwinPlan:
         if loop.held is not None or (axis.jumps and not axis.holds_force):
             before = signals_about(self.axis, self.truth, loop)[1].acceleration
             return (loop.acceleration + before) / 2
-        return about_samples(loop.acceleration, [0]) if axis.jumps else loop.acceleration
+        return hold_mean(loop.acceleration, [0]) if axis.jumps else loop.acceleration
 
 
 def _planned(axis: Axis, sample_period: float | None) -> tuple[Experiment, ControlLaw, float]:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from fleet_logs import AXIS, write_logs
 
-from axisid.commands import twin_study_paper as command
+from axisid.commands import simulation_commands as command
 from axisid.support.errors import UsageError
 from tests.estimation.monte_carlo.short import MOVES
 

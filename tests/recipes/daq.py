@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from axisid.estimation.data_tables import Table, TableBuilder, split_labels
+from axisid.estimation.raw_tables import Table, TableBuilder, split_labels
 from axisid.support.errors import DataError
 from axisid.support.memory import Room
 

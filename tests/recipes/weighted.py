@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.regression import factor, instrumental_variables
-from axisid.estimation.regression_problem import Problem
 
 from .method import Fit, Method
 

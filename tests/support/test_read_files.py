@@ -14,8 +14,8 @@ import pytest
 from scipy.io import savemat
 
 from axisid import read_record
-from axisid.estimation.data_tables.table import Table
 from axisid.estimation.logs import formats, read_table
+from axisid.estimation.raw_tables.table import Table
 from axisid.estimation.records.record import Record
 from axisid.support import memory
 from tests.bounded import within

@@ -23,7 +23,7 @@ from axisid import AxisidError, Record, read_record
 from axisid.codegen.generated_axes import write_files
 from axisid.estimation import Repairs
 from axisid.estimation.estimates import Value
-from axisid.estimation.regression.record_loops import loop_reference
+from axisid.estimation.regression.simulated_instruments import loop_reference
 from axisid.estimation.signals import FilteredRecord
 from axisid.modeling.parsing.grammar import TextError
 from axisid.support.arrays import Deferred

@@ -12,5 +12,5 @@ from .control_law import (
     law_agreement as law_agreement,
     law_check as law_check,
 )
-from .control_residuals import compared_as as compared_as
+from .control_residuals import comparison_filter as comparison_filter
 from .gain_sensitivities import LawByGains as LawByGains

@@ -75,7 +75,7 @@ def compared_with_law(
     if not law.takes_velocity:
         return control, made, ~limited, limited
     if np.all(np.isfinite(made)):
-        smooth = compared_as(law, record)
+        smooth = comparison_filter(law, record)
         # What the limit cut off would be spread far over the neighbours.
         control, made = smooth(np.where(limited, made, control)), smooth(made)
     spread = limited.copy()
@@ -95,7 +95,7 @@ def noisy_ticks(axis: GeneratedAxis, law: ControlLaw, record: Record) -> tuple[L
     return ticks, start_of_law(axis, record, whole, quiet)
 
 
-def compared_as(law: ControlLaw, record: Record) -> Callable[[Array], Array]:
+def comparison_filter(law: ControlLaw, record: Record) -> Callable[[Array], Array]:
     """What both sides are filtered by: a low-pass, where the law reads an ideal velocity."""
     if not law.takes_velocity:
         return lambda signal: signal

@@ -37,7 +37,7 @@ from .control_residuals import (
     DRIFT,
     INJECTED,
     NO_GAINS,
-    compared_as,
+    comparison_filter,
     hac_fit,
     noisy_ticks,
     offset_and_drift,
@@ -121,7 +121,7 @@ class LawByGains:
         limited : (N,) array of bool
             Samples whose control is not the law's, see `compared_with_law`.
         """
-        smooth, (ticks, start) = compared_as(law, record), noisy_ticks(axis, law, record)
+        smooth, (ticks, start) = comparison_filter(law, record), noisy_ticks(axis, law, record)
         along = LawAlong.of(axis, law, ticks, record)
         declared = LawPoint(along.declared.gains, start[: len(law.memory)])
         output = along.output(declared)

@@ -9,7 +9,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from axisid.estimation.data_tables import is_unit, split_labels
+from axisid.estimation.raw_tables import is_unit, split_labels
 from axisid.support.errors import DataError
 
 from .time_stamps import is_stamp

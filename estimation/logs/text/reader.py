@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from axisid.estimation.data_tables import Column, Repair, Samples, Table
+from axisid.estimation.raw_tables import Column, Repair, Samples, Table
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 

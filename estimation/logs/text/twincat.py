@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from axisid.estimation.data_tables import Column, Samples, Table, numbered
+from axisid.estimation.raw_tables import Column, Samples, Table, numbered
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 

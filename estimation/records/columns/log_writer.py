@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from axisid.estimation.data_tables import (
+from axisid.estimation.logs.text import is_number
+from axisid.estimation.raw_tables import (
     UNITS_ENTRY,
     TableBuilder,
     is_unit,
@@ -15,7 +16,6 @@ from axisid.estimation.data_tables import (
     parquet_bytes,
     split_labels,
 )
-from axisid.estimation.logs.text import is_number
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, ModelError, UsageError

@@ -7,7 +7,7 @@ from difflib import get_close_matches
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.data_tables import PeriodSource, Repair, Samples, Table
+from axisid.estimation.raw_tables import PeriodSource, Repair, Samples, Table
 from axisid.modeling.declaration import ROLES, Axis
 from axisid.support.errors import DataError, UsageError, quoted
 

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from axisid.estimation.data_tables import COUNTS, LABEL_WITH_UNIT, Quantity, exact_unit, is_unit
+from axisid.estimation.raw_tables import COUNTS, LABEL_WITH_UNIT, Quantity, exact_unit, is_unit
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import angle_power, parse_unit
 from axisid.support.arrays import Array

@@ -28,7 +28,7 @@ from .fit_sweep_law import fit, law, sweep
 from .fleet_and_trend import fleet, trend
 from .identify import identify
 from .new_and_show import new, show
-from .twin_study_paper import paper, study, twin
+from .simulation_commands import paper, study, twin
 
 _USAGE, _DATA, _INTERRUPTED = 2, 3, 130
 

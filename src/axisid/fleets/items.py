@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from axisid.estimation.choices import listed
-from axisid.estimation.data_tables import library
 from axisid.estimation.logs import log_endings
+from axisid.estimation.raw_tables import library
 from axisid.estimation.records import log_of
 from axisid.support.errors import DataError, UsageError, quoted
 from axisid.support.files import opened_regular, read_regular

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from axisid.estimation.data_tables import UNITS_ENTRY, npz_bytes, parquet_bytes, split_labels
 from axisid.estimation.diagnostic_checks import Belief, Check, Checked
+from axisid.estimation.raw_tables import UNITS_ENTRY, npz_bytes, parquet_bytes, split_labels
 from axisid.presentation.documents import (
     Block,
     Document,

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from axisid.estimation.control_law_search import LawSearch
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.identification import Identification, record_place
+from axisid.estimation.identification import Identification, record_index
 from axisid.estimation.model_validation import Comparison, FitValidation, Sweep, Validation
 from axisid.estimation.monte_carlo import MonteCarlo, run_columns
 from axisid.estimation.output_error import OutputFit
@@ -210,7 +210,7 @@ def _of_identification(
 ) -> Plot:
     """Of several records a figure is of one, by its number; the iteration is of all."""
     if isinstance(result, Identification):
-        place = record_place(1 if record is None else record, len(result.parts))
+        place = record_index(1 if record is None else record, len(result.parts))
         result = result if what == "convergence" else result.parts[place]
     estimate = result.preferred if method is None else result[method]
     figures = _figures_of(result, estimate)
@@ -422,7 +422,7 @@ _VIEWS: Mapping[type, _View] = {
         _of_fit,
         {
             "output": lambda fit, record=None: output_plot(
-                fit, record_place(1 if record is None else record, len(fit.records))
+                fit, record_index(1 if record is None else record, len(fit.records))
             )
         },
     ),

@@ -26,7 +26,7 @@ from axisid.estimation.law_replay.start import (
     first_velocity,
     loop_starts,
 )
-from axisid.estimation.regression.record_loops import simulated_loops
+from axisid.estimation.regression.simulated_instruments import simulated_loops
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import LIBRARY
 from axisid.modeling.declaration.experiment import back_and_forth

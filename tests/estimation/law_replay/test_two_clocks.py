@@ -10,7 +10,7 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.control import BALANCED, ControlLaw, cascade_pd_averaged
 from axisid.estimation import law_agreement
 from axisid.estimation.law_replay import two_clocks
-from axisid.estimation.regression.record_loops import simulated_loops
+from axisid.estimation.regression.simulated_instruments import simulated_loops
 from axisid.estimation.simulation import TwoClocks, signals_about
 from axisid.modeling import Experiment, Move, back_and_forth
 from axisid.support.errors import Missing

@@ -25,7 +25,7 @@ from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.elements import Drive
 from axisid.estimation.methods import bound_record
 from axisid.estimation.regression.inverse_and_direct import InverseForm
-from axisid.estimation.regression.record_loops import simulated_loops, simulated_rows
+from axisid.estimation.regression.simulated_instruments import simulated_loops, simulated_rows
 from axisid.modeling import Experiment, back_and_forth
 from tests.axes.bodies import b, c, m, stage, x
 from tests.refusals import refuses

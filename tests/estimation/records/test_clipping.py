@@ -9,7 +9,7 @@ import pytest
 from axisid import read_record, simulate, twin_record
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation import Repairs
-from axisid.estimation.data_tables import Samples
+from axisid.estimation.raw_tables import Samples
 from axisid.estimation.records.clipping import clipped
 from axisid.estimation.records.columns import RoleColumns
 from axisid.modeling.declaration import Axis

@@ -8,7 +8,7 @@ from hypothesis import given, strategies as st
 
 from axisid import Record, UsageError, read_record
 from axisid.estimation import Repairs
-from axisid.estimation.data_tables import Samples
+from axisid.estimation.raw_tables import Samples
 from axisid.estimation.records.columns import RoleColumns
 from axisid.estimation.records.resampling import own_period, resample
 from tests.refusals import refuses

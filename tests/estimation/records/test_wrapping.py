@@ -10,7 +10,7 @@ from hypothesis import given, strategies as st
 
 from axisid import load_axis, read_record
 from axisid.estimation import Repairs
-from axisid.estimation.data_tables import Samples
+from axisid.estimation.raw_tables import Samples
 from axisid.estimation.records.columns import RoleColumns
 from axisid.estimation.records.wrapping import Modulus, unwound
 from tests.refusals import refuses

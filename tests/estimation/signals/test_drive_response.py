@@ -9,7 +9,7 @@ from axisid import Axis, Prefilter, Record, build, twin_record
 from axisid.elements import Drive
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.signals import FilteredRecord
-from axisid.estimation.signals.drive_response import acting_along
+from axisid.estimation.signals.drive_response import lagged_force
 from axisid.modeling.declaration import Response
 from benchmarks.motor_joint import OHMS, TRUTH, Motor, integrated, joint, on_voltage
 
@@ -38,13 +38,13 @@ def by_fine_steps(forces: np.ndarray, lag: float, delay: float) -> tuple[np.ndar
 def test_mean_and_samples_are_those_of_small_steps(lag: float, delay: float) -> None:
     forces = np.random.default_rng(3).normal(size=20)
     response = Response.of(lag, delay, PERIOD)
-    found = acting_along(forces, response)
+    found = lagged_force(forces, response)
     at_samples, mean = by_fine_steps(forces, lag, delay)
     assert np.allclose(found.mean, mean, rtol=0, atol=1e-9)
     assert np.allclose(found.at_samples, at_samples, rtol=0, atol=1e-2)
     # What acts at a sample is recorded there: its end is not known yet at the last.
     recorded = np.concatenate([np.repeat(forces[:1], response.late), forces])[: len(forces)]
-    applied = acting_along(recorded, response, logged="applied")
+    applied = lagged_force(recorded, response, logged="applied")
     assert np.allclose(applied.mean[:-1], found.mean[:-1], rtol=0, atol=1e-12)
 
 

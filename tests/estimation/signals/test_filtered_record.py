@@ -26,7 +26,7 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.commands.options.estimator_options import Filtering
 from axisid.elements import Drive
 from axisid.estimation.regression import InverseForm
-from axisid.estimation.signals import FilteredRecord, RowTimes, SampledFilter, about_samples
+from axisid.estimation.signals import FilteredRecord, RowTimes, SampledFilter, hold_mean
 from axisid.modeling.quantities import expression
 from tests.axes.recorded import PERIOD_S, recorded_axis, recorded_values
 from tests.refusals import refuses
@@ -48,7 +48,7 @@ def test_signals_are_those_of_the_filter_itself(
     force = emps2015.axis.drive.gain * record.control
     motion = data.sampling.filter.motion(record.position)
     if data.prefilter.hold == "zoh":
-        force = about_samples(force, [0])
+        force = hold_mean(force, [0])
     wanted = (*motion, force, np.sign(motion[1]))
     for name, values in zip(SIGNALS, wanted, strict=True):
         np.testing.assert_array_equal(getattr(data.signals, name), values)
@@ -123,7 +123,7 @@ def test_a_signal_stands_in_the_rows_as_it_was_recorded(between: str) -> None:
     record = twin_record(axis, signals=recorded_values("pressure"))
     data = FilteredRecord.bind(axis, record, Prefilter())
     recorded = record.signals["pressure"]
-    expected = about_samples(recorded, [0]) if between == "held" else recorded
+    expected = hold_mean(recorded, [0]) if between == "held" else recorded
     (found,) = data.signals.recorded
     assert np.array_equal(found, expected)
     rows = InverseForm(axis).equations(data.signals).reduced(data).regressor
@@ -159,7 +159,7 @@ def test_the_drive_reads_the_signal_of_the_sample() -> None:
     data = FilteredRecord.bind(axis, record, Prefilter())
     made = 35.0 * record.control * record.signals["supply"] / 24
     assert data.force == pytest.approx(made, rel=1e-12)
-    assert data.signals.force == pytest.approx(about_samples(made, [0]), rel=1e-12)
+    assert data.signals.force == pytest.approx(hold_mean(made, [0]), rel=1e-12)
 
 
 FILTER = Prefilter(cutoff=60.0, decimate=5)

@@ -22,7 +22,7 @@ from axisid.elements import coulomb, viscous
 from axisid.estimation import Sweep
 from axisid.estimation.model_validation.friction_curve import friction_curve
 from axisid.presentation.matplotlib_backend.matplotlib import draw, rendered
-from axisid.presentation.plots.estimate import (
+from axisid.presentation.plots.fit_and_residuals import (
     autocorrelation_plot,
     convergence_plot,
     force_plot,

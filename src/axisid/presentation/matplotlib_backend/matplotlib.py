@@ -11,9 +11,9 @@ from typing import Any, cast
 
 import numpy as np
 
-from axisid.estimation.data_tables import one_line
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.model_validation import Sweep
+from axisid.estimation.raw_tables import one_line
 from axisid.presentation.plots import SHADED, Panel, Plot, Series, force_plot, row_times, sweep_plot
 from axisid.support.errors import UsageError
 from axisid.support.files import replace_file

@@ -3,7 +3,7 @@
 In: a result. Out: `Plot`. Knows nothing of Matplotlib and of pages.
 """
 
-from .estimate import (
+from .fit_and_residuals import (
     autocorrelation_plot as autocorrelation_plot,
     convergence_plot as convergence_plot,
     force_plot as force_plot,

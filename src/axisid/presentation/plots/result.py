@@ -15,7 +15,7 @@ from axisid.estimation.regression import loop_reference, simulated_loops, simula
 from axisid.support.arrays import Array, runs
 from axisid.support.errors import DataError, EstimationError, Missing, ModelError
 
-from .estimate import (
+from .fit_and_residuals import (
     autocorrelation_plot,
     convergence_plot,
     force_plot,

@@ -16,7 +16,7 @@ from axisid.codegen.generated_axes import GeneratedAxis, Quantity
 from axisid.estimation.bootstrap import Chain
 from axisid.estimation.estimates import (
     Estimate,
-    EstimateReading,
+    EstimateAccessors,
     Iterate,
     NamedValues,
     Physical,
@@ -304,7 +304,7 @@ def _named(quantities: Iterable[Quantity], values: Array) -> dict[str, float]:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class SavedEstimate(EstimateReading, Presentable, Exact):
+class SavedEstimate(EstimateAccessors, Presentable, Exact):
     """An estimate that was read from a file, with the names of `Estimate`.
 
     What is not listed is as of an `Estimate`.

@@ -35,7 +35,7 @@ from axisid.estimation.identification import (
     Identification,
     RecordInfo,
     RecordResult,
-    record_place,
+    record_index,
 )
 from axisid.estimation.lack_of_fit import JackknifeInterval, LackOfFit
 from axisid.estimation.model_validation import Validation, validate
@@ -550,7 +550,7 @@ class SavedIdentification(ByMethod, Presentable, Exact):
         UsageError
             There is no such record.
         """
-        place, records = record_place(number, len(self.of_records)), self.of_records
+        place, records = record_index(number, len(self.of_records)), self.of_records
         if not records:
             return self
         one, gain = records[place], self.declared_gain

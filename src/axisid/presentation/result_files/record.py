@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from msgspec import UNSET, UnsetType
 
-from axisid.estimation.data_tables import Provenance, Repair
+from axisid.estimation.raw_tables import Provenance, Repair
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Sampling
 from axisid.modeling.declaration import Drive

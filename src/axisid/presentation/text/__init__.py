@@ -9,6 +9,14 @@ from .estimate import (
     details_document as details_document,
     saved_estimate_document as saved_estimate_document,
 )
+from .fits_and_sweeps import (
+    fit_validation_document as fit_validation_document,
+    law_search_document as law_search_document,
+    output_fit_document as output_fit_document,
+    saved_fit_document as saved_fit_document,
+    sweep_document as sweep_document,
+    validation_document as validation_document,
+)
 from .identification import (
     diagnosis_blocks as diagnosis_blocks,
     judged_table as judged_table,
@@ -26,12 +34,4 @@ from .monte_carlo import (
 )
 from .record import (
     record_document as record_document,
-)
-from .studies import (
-    fit_validation_document as fit_validation_document,
-    law_search_document as law_search_document,
-    output_fit_document as output_fit_document,
-    saved_fit_document as saved_fit_document,
-    sweep_document as sweep_document,
-    validation_document as validation_document,
 )

@@ -22,7 +22,7 @@ from axisid.estimation.regression import (
     instrumental_variables,
     least_squares,
 )
-from axisid.estimation.signals import FilteredRecord, about_samples
+from axisid.estimation.signals import FilteredRecord, hold_mean
 from axisid.estimation.simulation import Simulation, logged_control
 from axisid.support.arrays import Array
 
@@ -122,9 +122,9 @@ def noise_free_record(data: FilteredRecord, loops: Sequence[Simulation]) -> Filt
     simulated: dict[str, Callable[[Simulation], Array]] = {
         "position": lambda s: s.position,
         "velocity": lambda s: s.velocity,
-        "acceleration": lambda s: about_samples(s.acceleration, [0]) if jumps else s.acceleration,
+        "acceleration": lambda s: hold_mean(s.acceleration, [0]) if jumps else s.acceleration,
         "control": lambda s: logged_control(data.axis, s),
-        "force": lambda s: about_samples(s.force, [0]) if sensed else s.force,
+        "force": lambda s: hold_mean(s.force, [0]) if sensed else s.force,
     }
     columns: dict[str, Any] = {
         role: np.concatenate([seen(loop) for loop in loops])
@@ -137,7 +137,7 @@ def noise_free_record(data: FilteredRecord, loops: Sequence[Simulation]) -> Filt
 _DRAWS = 4  # each once with either sign
 
 
-def rounding_sensitivity(form: Form, data: FilteredRecord, step: float, physical: Array) -> Array:
+def quantisation_bias(form: Form, data: FilteredRecord, step: float, physical: Array) -> Array:
     """About what the steps of a position, that no control answers to, move an estimate by, (p,).
 
     Rounding adds noise that is uniform within a step. As much again moves the estimate about as

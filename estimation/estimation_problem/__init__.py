@@ -10,7 +10,7 @@ from .solver import (
     jacobian_by_gain as jacobian_by_gain,
     noise_free_record as noise_free_record,
     noise_free_residuals as noise_free_residuals,
-    rounding_sensitivity as rounding_sensitivity,
+    quantisation_bias as quantisation_bias,
 )
 from .visibility import (
     SignalRanges as SignalRanges,

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from axisid.estimation.data_tables.unit_labels import exact_unit, split_label, split_labels
+from axisid.estimation.raw_tables.unit_labels import exact_unit, split_label, split_labels
 from axisid.modeling.quantities.units import parse_unit
 
 

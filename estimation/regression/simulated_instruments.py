@@ -36,7 +36,7 @@ from axisid.estimation.records import (
     period_conflict,
     quantisation_step,
 )
-from axisid.estimation.signals import FilteredRecord, about_samples, recorded_signals
+from axisid.estimation.signals import FilteredRecord, hold_mean, recorded_signals
 from axisid.estimation.simulation import (
     LoopInputs,
     Simulation,
@@ -302,7 +302,7 @@ def _start(data: FilteredRecord, first: int, last: int, away: float) -> LoopStar
     return shifted_start(data.axis, start, start.position, signals, away)
 
 
-def follows_noise(data: FilteredRecord) -> bool:
+def loop_carries_noise(data: FilteredRecord) -> bool:
     """Whether the loop of a record has noise of its position.
 
     It follows by a velocity that is in no record: that of the filter has the noise of the position,
@@ -360,7 +360,7 @@ def _answer(data: FilteredRecord, reference: Array, position: Array) -> Array:
         recorded = tuple(values[a:b] for values in data.recorded)
         ticks = LawInputs.at_samples(reference[a:b], position[a:b], velocity[a:b], recorded)
         made = law_along(data.axis, ticks, state_at_rest(data.axis, ticks))
-        pieces.append(about_samples(made, [0]) if averaged else made)
+        pieces.append(hold_mean(made, [0]) if averaged else made)
     return np.concatenate(pieces)
 
 

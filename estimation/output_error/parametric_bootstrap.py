@@ -22,11 +22,11 @@ from axisid.estimation.diagnostics.control_law import (
     LawAgreement,
     found_law_agreement,
 )
+from axisid.estimation.estimation_problem import noise_free_record
 from axisid.estimation.parameters import ExtendedForm, axis_at
 from axisid.estimation.prediction_errors import PredictionErrors, record_rows
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Hac, recorded_loops, score_products
-from axisid.estimation.regression_problem import noise_free_record
 from axisid.estimation.signals import FilteredRecord, Prefilter, RowTimes
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, Missing
