@@ -16,6 +16,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 import msgspec
 import numpy as np
@@ -51,6 +52,7 @@ def read_npz(file: Path, content: bytes, room: Room) -> Table:
     builder = TableBuilder(room=room)
     with (
         refusing(f"{file} cannot be read as a NumPy archive (write one with numpy.savez)"),
+        ZipFile(io.BytesIO(content)) as packed,
         np.load(io.BytesIO(content), allow_pickle=False) as archive,
     ):
         with refusing(
@@ -59,7 +61,7 @@ def read_npz(file: Path, content: bytes, room: Room) -> Table:
         ):
             written = archive[UNITS_ENTRY] if UNITS_ENTRY in archive.files else "{}"
             units = msgspec.json.decode(str(written), type=dict[str, str])
-        for name, entry in zip(archive.files, archive.zip.infolist(), strict=True):
+        for name, entry in zip(archive.files, packed.infolist(), strict=True):
             room.take(entry.file_size)
             _add_entry(builder, name, archive, units)
     return builder.table(str(file), advice="save vectors of them with numpy.savez")
@@ -91,7 +93,7 @@ def read_parquet(file: Path, content: bytes, room: Room) -> Table:
     arrow, parquet = (library(name, "parquet", file) for name in ("pyarrow", "pyarrow.parquet"))
     batches = []
     with (
-        refusing(f"{file} cannot be read as a Parquet file"),
+        refusing(f"{file} cannot be read as a Parquet file (write it anew)"),
         parquet.ParquetFile(io.BytesIO(content)) as opened,
     ):
         for batch in opened.iter_batches():

@@ -64,7 +64,7 @@ def _of_scipy(file: Path, raw: bytes, room: Room) -> dict[str, Any]:
     from scipy.io import loadmat
 
     _take_elements(raw, room)
-    with refusing(f"{file} cannot be read as a MATLAB file"):
+    with refusing(f"{file} cannot be read as a MATLAB file (write it anew)"):
         content = loadmat(io.BytesIO(raw), simplify_cells=True)  # type: ignore[arg-type]
     variables = {str(name): v for name, v in content.items() if not str(name).startswith("__")}
     for name, value in [*variables.items()]:
@@ -145,7 +145,7 @@ def _of_hdf5(file: Path, raw: bytes, room: Room) -> dict[str, Any]:
         return "text" if kind == "char" else None
 
     with (
-        refusing(f"{file} cannot be read as a MATLAB v7.3 file"),
+        refusing(f"{file} cannot be read as a MATLAB v7.3 file (write it anew)"),
         h5py.File(io.BytesIO(raw), "r") as content,
     ):
         return {name: value(content[name]) for name in content if not name.startswith("#")}

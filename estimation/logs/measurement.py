@@ -41,7 +41,7 @@ def read_mdf(file: Path, room: Room) -> Table:
         It is damaged, unfolds to more than there is room for, or asammdf is not installed.
     """
     asammdf = library("asammdf", "mdf", file)
-    with refusing(f"{file} cannot be read as an MDF file"):
+    with refusing(f"{file} cannot be read as an MDF file (write it anew)"):
         try:
             with asammdf.MDF(file) as mdf:
                 builder = _mdf_columns(mdf, room)
@@ -121,7 +121,7 @@ def read_tdms(file: Path, room: Room) -> Table:
     """
     nptdms, log = library("nptdms", "tdms", file), library("nptdms.log", "tdms", file)
     builder = TableBuilder(room=room)
-    with refusing(f"{file} cannot be read as a TDMS file"):
+    with refusing(f"{file} cannot be read as a TDMS file (write it anew)"):
         room.take(file.stat().st_size)
         with _warnings(log.log_manager.console_handler) as warned:
             content = nptdms.TdmsFile.read(file)
@@ -205,7 +205,7 @@ def read_bag(path: Path, room: Room) -> Table:
     highlevel = library("rosbags.highlevel", "rosbags", path)
     stores = library("rosbags.typesys", "rosbags", path)
     with (
-        refusing(f"{path} cannot be read as a ROS bag"),
+        refusing(f"{path} cannot be read as a ROS bag (write it anew)"),
         highlevel.AnyReader(
             [bag_of(path)], default_typestore=stores.get_typestore(stores.Stores.LATEST)
         ) as reader,

@@ -126,7 +126,7 @@ _SAID = {
 
 
 #: A setting in a sentence: ``gaps="split"``, ``resample=HZ``, ``columns position=NAME``.
-_SETTING = re.compile(r'\b(\w+)(?:="([\w.-]+)"|=([A-Z]+)\b| (\w+=NAME|FROM\.\.TO))')
+_SETTING = re.compile(r'\b(\w+)(?:="([\w.-]+)"|=([A-Z]+)\b| (\w+=\w+|FROM\.\.TO))')
 
 
 class Command(click.Command):
