@@ -27,15 +27,15 @@ from axisid.modeling.parsing import load_axis
 from axisid.paper.study import FILTERS
 from axisid.presentation.documents import (
     Cell,
-    Column,
     Document,
-    Quantity,
-    Table,
+    QuantityCell,
+    TableBlock,
+    TableColumn,
     paragraph,
     plain_text,
     text_columns,
 )
-from axisid.presentation.plots import Panel, Plot, Series, Tone
+from axisid.presentation.plots import Panel, Plot, PlotSeries, Tone
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
@@ -232,17 +232,17 @@ def encoder_document(study: EncoderStudy) -> Document:
     return paragraph(made, filled=False), *tables, paragraph(*_NOTES.splitlines(), filled=False)
 
 
-def _errors_table(study: EncoderStudy, name: str) -> Table:
+def _errors_table(study: EncoderStudy, name: str) -> TableBlock:
     rows: list[tuple[Cell, ...]] = []
     for case in study.under(name):
         for i, parameter in enumerate(study.names):
             label = "" if i else str(case.counts)
             cells = (_quantity(made, i) for made in case.methods.values())
             rows.append((label, parameter, *cells))
-    return Table(
+    return TableBlock(
         columns=(
             *text_columns(["counts", "%"]),
-            *(Column(method.upper(), parts=("sd", "held", "estimates")) for method in SHOWN),
+            *(TableColumn(method.upper(), parts=("sd", "held", "estimates")) for method in SHOWN),
         ),
         rows=tuple(rows),
         labels=2,
@@ -250,15 +250,15 @@ def _errors_table(study: EncoderStudy, name: str) -> Table:
     )
 
 
-def _quantity(made: MethodFigures, i: int) -> Quantity:
+def _quantity(made: MethodFigures, i: int) -> QuantityCell:
     """Of a parameter; how many estimates there are is told with the first."""
     estimated = "" if i else _share(made.estimated)
-    return Quantity(
+    return QuantityCell(
         _figure(made.bias[i]), _figure(made.scatter[i]), (_share(made.held[i]), estimated)
     )
 
 
-def _verdicts_table(study: EncoderStudy, name: str) -> Table:
+def _verdicts_table(study: EncoderStudy, name: str) -> TableBlock:
     def objections(case: EncoderCase) -> str:
         first = list(case.objected.items())[:_MOST_OBJECTIONS]
         return ", ".join(f"{check} {_share(share)}" for check, share in first)
@@ -267,11 +267,11 @@ def _verdicts_table(study: EncoderStudy, name: str) -> Table:
         (str(case.counts), _share(case.judged), _share(case.clean), objections(case))
         for case in study.under(name)
     )
-    return Table(
+    return TableBlock(
         columns=(
             *text_columns(["counts"]),
-            Column("judged", "%"),
-            Column("nothing fails", "%"),
+            TableColumn("judged", "%"),
+            TableColumn("nothing fails", "%"),
             *text_columns(["fails most, % of the verdicts"]),
         ),
         rows=rows,
@@ -302,7 +302,7 @@ def encoder_plot(study: EncoderStudy, name: str) -> Plot:
             bias = np.array([case.methods[method].bias[i] for case in cases])
             scatter = np.array([case.methods[method].scatter[i] for case in cases])
             series.append(
-                Series(
+                PlotSeries(
                     label=method.upper() if not i else "",
                     x=shift * counts,
                     y=bias,

@@ -84,7 +84,7 @@ BY_NAME = (
 #: and what tests are made of.
 NO_ROOMS = ("axes", "axisid", "benchmarks", "faults", "fuzz", "golden", "integration", "strategies")
 #: Names that classes of several modules still share; who renames one takes it out.
-TO_BE_TOLD_APART = frozenset("Block Column Quantity Series Table Target".split())
+TO_BE_TOLD_APART = frozenset(["Column"])
 #: Rooms without tests of their own, and where they are tested.
 TESTED_ELSEWHERE = {
     "elements": "modeling.declaration",

@@ -35,7 +35,7 @@ from axisid.estimation.thresholds import (
 )
 from axisid.support.arrays import Array
 
-from .block import Block, Chosen, LaneLoops
+from .block import Chosen, LaneBlock, LaneLoops
 
 _MOST_CONDITION = 1e6  # of the scaled products: digits are lost beyond
 
@@ -153,7 +153,7 @@ class LaneFits(LaneSolutions):
     iterations: NDArray[np.int64]
 
 
-def fitted_lanes(block: Block, asked: Prefilter) -> LaneFits:
+def fitted_lanes(block: LaneBlock, asked: Prefilter) -> LaneFits:
     """Lanes from their samples to where the instruments' iteration ends."""
     excluded = _near_reversals(block, asked)
     shown = np.ones(len(block.lanes), dtype=bool)
@@ -168,7 +168,7 @@ def fitted_lanes(block: Block, asked: Prefilter) -> LaneFits:
 
 
 def _first_fit(
-    block: Block, excluded: Chosen | None, rows: Chosen | None
+    block: LaneBlock, excluded: Chosen | None, rows: Chosen | None
 ) -> tuple[Equations, Array, LaneLoops, Chosen, Chosen]:
     """Least squares of lanes.
 
@@ -194,7 +194,7 @@ def _first_fit(
     return measured, found.theta, loops, follows, _clearly_shown(block, measured, rows, found)
 
 
-def _near_reversals(block: Block, asked: Prefilter) -> Chosen | None:
+def _near_reversals(block: LaneBlock, asked: Prefilter) -> Chosen | None:
     """Samples near reversals and rests that lanes leave out, (N, L); None where no lane does."""
     axis = block.axis
     if asked.reversals == "keep" or not (asked.reversals or axis.has_direction):
@@ -214,7 +214,7 @@ def _near_reversals(block: Block, asked: Prefilter) -> Chosen | None:
 
 
 def _clearly_shown(
-    block: Block, measured: Equations, rows: NDArray[np.bool_] | None, first: LaneSolutions
+    block: LaneBlock, measured: Equations, rows: NDArray[np.bool_] | None, first: LaneSolutions
 ) -> NDArray[np.bool_]:
     """Which lanes show every parameter by far, (L,), from least squares of their rows.
 
@@ -239,7 +239,7 @@ def _clearly_shown(
 
 
 def _iterated(
-    block: Block,
+    block: LaneBlock,
     measured: Equations,
     excluded: Chosen | None,
     rows: Chosen | None,
@@ -295,7 +295,7 @@ def _iterated(
     return end
 
 
-def lane_numbers(block: Block, fits: LaneFits, lags: int | None) -> Array:
+def lane_numbers(block: LaneBlock, fits: LaneFits, lags: int | None) -> Array:
     """Values, deviations and their degrees of freedom, (L, 1 + 2 c, p), of lanes that ended well.
 
     Of no meaning for the others.
@@ -324,7 +324,7 @@ def lane_numbers(block: Block, fits: LaneFits, lags: int | None) -> Array:
     return np.stack([fits.theta, *deviations, *(freedom[name] for name in COVARIANCES)], axis=1)
 
 
-def _lane_solution(block: Block, fits: LaneFits, lane: int, inverse: Array) -> Solution:
+def _lane_solution(block: LaneBlock, fits: LaneFits, lane: int, inverse: Array) -> Solution:
     """A lane's solution as if it were alone; `inverse` are ``(Z'Z)^-1``."""
     own = slice(None) if fits.rows is None else fits.rows[:, lane]
     places = block.template.sampling.rows.astype(np.int64)[own]

@@ -195,7 +195,7 @@ def _pairs(values: _Modes) -> Array:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Block:
+class LaneBlock:
     """Lanes that are identified side by side.
 
     Attributes

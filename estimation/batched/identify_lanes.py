@@ -15,7 +15,7 @@ from axisid.modeling.declaration import Axis
 from axisid.support.errors import AxisidError
 
 from .batched_iv import fitted_lanes, lane_numbers
-from .block import ALONE, FAILED, SIDE_BY_SIDE, Block, LaneEstimates, RecordLanes
+from .block import ALONE, FAILED, SIDE_BY_SIDE, LaneBlock, LaneEstimates, RecordLanes
 
 #: The method of which lanes go side by side.
 METHOD = "idm-iv"
@@ -97,7 +97,7 @@ def identify_lanes(
             keep = replace(asked, reversals="keep")
             template = FilteredRecord.bind(generated, part.record(0), keep) if served else None
         if template is not None:
-            block = Block(axis=generated, lanes=part, template=template)
+            block = LaneBlock(axis=generated, lanes=part, template=template)
             with np.errstate(all="ignore"):  # what is not finite goes alone too
                 fits = fitted_lanes(block, asked)
                 made = lane_numbers(block, fits, lags)

@@ -21,7 +21,7 @@ from .unit_labels import (
     COUNTS as COUNTS,
     LABEL_WITH_UNIT as LABEL_WITH_UNIT,
     UNITS_ENTRY as UNITS_ENTRY,
-    Quantity as Quantity,
+    UnitQuantity as UnitQuantity,
     exact_unit as exact_unit,
     is_unit as is_unit,
     split_labels as split_labels,

@@ -111,7 +111,7 @@ _PI = Fraction(31415926535897932384626433832795028841971, 10**40)
 
 
 @dataclass(frozen=True, slots=True)
-class Quantity:
+class UnitQuantity:
     """A number with its unit.
 
     Attributes
@@ -131,19 +131,19 @@ class Quantity:
     is_count: bool = False
     angle: Fraction | int = 0
 
-    def __mul__(self, other: "Quantity") -> "Quantity":
+    def __mul__(self, other: "UnitQuantity") -> "UnitQuantity":
         unit = self.unit * other.unit if self.unit and other.unit else self.unit or other.unit
-        return Quantity(self.value * other.value, unit, self.is_count, self.angle + other.angle)
+        return UnitQuantity(self.value * other.value, unit, self.is_count, self.angle + other.angle)
 
-    def __truediv__(self, other: "Quantity") -> "Quantity":
+    def __truediv__(self, other: "UnitQuantity") -> "UnitQuantity":
         unit = other.unit and other.unit**-1
-        return self * Quantity(1 / other.value, unit, angle=-other.angle)
+        return self * UnitQuantity(1 / other.value, unit, angle=-other.angle)
 
     def __float__(self) -> float:
         return float(self.value)
 
 
-def exact_unit(text: str) -> Quantity | None:
+def exact_unit(text: str) -> UnitQuantity | None:
     """What one of a unit such as ``mm`` or ``N m`` is; None if it is not known."""
     plain = text.strip().translate(_SPELT)
     if "**" not in plain:
@@ -154,7 +154,7 @@ def exact_unit(text: str) -> Quantity | None:
         unit = parse_unit(coherent)
     except ModelError:
         return None
-    return Quantity(Fraction(factor) * _PI**turns, unit, angle=angle_power(unit))
+    return UnitQuantity(Fraction(factor) * _PI**turns, unit, angle=angle_power(unit))
 
 
 def is_unit(text: str) -> bool:

@@ -18,10 +18,10 @@ import numpy as np
 
 from axisid.estimation.choices import LOG_KEYS, check_among
 from axisid.estimation.logs import read_table
-from axisid.estimation.raw_tables import Table as LogTable
+from axisid.estimation.raw_tables import Table
 from axisid.estimation.records.columns import expected_units, to_si
 from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
-from axisid.modeling.parsing import Table, nearest, read_columns, read_toml, toml_document
+from axisid.modeling.parsing import TomlTable, nearest, read_columns, read_toml, toml_document
 from axisid.modeling.quantities import settle
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, RunFileError, UsageError, is_real, quoted
@@ -186,7 +186,7 @@ def read_run(
     }
 
 
-def _said(folder: Path, axis: Axis | None, table: Table) -> tuple[Path, dict[str, Any]] | None:
+def _said(folder: Path, axis: Axis | None, table: TomlTable) -> tuple[Path, dict[str, Any]] | None:
     """The log, and the values of the keys that are there."""
     table.only("log", *LOG_KEYS)
     roles = ROLES if axis is None else axis.roles
@@ -212,7 +212,9 @@ def _log(folder: Path, named: object) -> Path:
     return folder / named
 
 
-def _checked(table: Table, key: str, value: Any, roles: Collection[str], axis: Axis | None) -> Any:
+def _checked(
+    table: TomlTable, key: str, value: Any, roles: Collection[str], axis: Axis | None
+) -> Any:
     """A value that is one of its key's, as far as that can be told without the log."""
     if isinstance(value, Mapping):
         table.table(key).only(*roles)
@@ -286,7 +288,7 @@ def started_run(log: Path) -> str:
     return "\n".join(lines)
 
 
-def _role(table: LogTable, role: str) -> str:
+def _role(table: Table, role: str) -> str:
     """The line of a role, in which a column is proposed if one has its name."""
     names = {**{name.casefold(): name for name in table.columns}, **{n: n for n in table.columns}}
     name = next((names[n] for n in (role, *_NAMES.get(role, ())) if n in names), None)
@@ -304,7 +306,7 @@ def _role(table: LogTable, role: str) -> str:
     return f"# {role} = {_quoted(name + ending)}{guessed}"
 
 
-def _described(table: LogTable, name: str) -> str:
+def _described(table: Table, name: str) -> str:
     values, unit = _values(table, name), table.columns[name].unit
     finite = values[np.isfinite(values)]
     between = f"{finite.min():.6g} to {finite.max():.6g}" if finite.size else "no numbers"
@@ -312,7 +314,7 @@ def _described(table: LogTable, name: str) -> str:
     return f"{_quoted(name[:_LINE])}: {between}, {unit_text if unit.isprintable() else ''}"
 
 
-def _values(table: LogTable, name: str) -> Array:
+def _values(table: Table, name: str) -> Array:
     try:
         return np.asarray(table.columns[name].read().values, dtype=np.float64)
     except DataError:

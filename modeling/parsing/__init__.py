@@ -11,7 +11,7 @@ from .parameter_function import (
     parameter_function as parameter_function,
 )
 from .toml_table import (
-    Table as Table,
+    TomlTable as TomlTable,
     read_columns as read_columns,
     read_toml as read_toml,
     toml_document as toml_document,

@@ -56,18 +56,18 @@ from axisid.modeling.quantities import (
 from axisid.support.errors import DeclarationError, ModelError
 
 from .grammar import Elements, elements_along
-from .toml_table import Symbols, Table, read_columns, read_toml
+from .toml_table import Symbols, TomlTable, read_columns, read_toml
 
 _INPUTS = {str(s): s for s in (REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD)}
 _AT_REST = {str(s): s for s in (MEASURED_POSITION, REFERENCE, BALANCED)}
 
 
-def read_control(root: Table, recorded: Symbols, constants: Symbols) -> ControlLaw | None:
+def read_control(root: TomlTable, recorded: Symbols, constants: Symbols) -> ControlLaw | None:
     """The control law of the table ``control``, if there is one; wrong ones are mistakes.
 
     Parameters
     ----------
-    root : Table
+    root : TomlTable
     recorded : mapping of str to sympy.Symbol
         The signals that it may read.
     constants : mapping of str to sympy.Symbol
@@ -102,7 +102,7 @@ def read_control(root: Table, recorded: Symbols, constants: Symbols) -> ControlL
     return table.made(ControlLaw, symbols, given=given, beside=("gains", "memory", "blocks"))
 
 
-def _shipped_law(table: Table, symbols: Symbols) -> ControlLaw | None:
+def _shipped_law(table: TomlTable, symbols: Symbols) -> ControlLaw | None:
     """A law of the library by its name, with the arguments of its function and its timing."""
     hint = ", or leave out the law and write its output"
     law = table.chosen("law", LAWS, "law", hint)
@@ -119,7 +119,7 @@ def _shipped_law(table: Table, symbols: Symbols) -> ControlLaw | None:
     return table.made(in_time, symbols, arguments=arguments, beside=("law",))
 
 
-def _blocks(table: Table, symbols: Symbols, at_rest: Symbols) -> dict[str, Block]:
+def _blocks(table: TomlTable, symbols: Symbols, at_rest: Symbols) -> dict[str, Block]:
     """The blocks that a law of one's own is made of, by name; each may read those before it."""
     found: dict[str, Block] = {}
     for name in table.values:
@@ -142,12 +142,12 @@ def _blocks(table: Table, symbols: Symbols, at_rest: Symbols) -> dict[str, Block
 _FORMULAS = ("force", "inverse")
 
 
-def read_drive(root: Table, symbols: Symbols) -> Drive | None:
+def read_drive(root: TomlTable, symbols: Symbols) -> Drive | None:
     """The drive of the table ``drive``, if there is one; wrong ones are mistakes.
 
     Parameters
     ----------
-    root : Table
+    root : TomlTable
     symbols : mapping of str to sympy.Symbol
         Constants, recorded signals and the motion.
     """
@@ -226,7 +226,7 @@ def axis_from_toml(file: Path) -> Axis:
     return read_toml(file, _axis, DeclarationError)
 
 
-def _axis(root: Table) -> Axis | None:
+def _axis(root: TomlTable) -> Axis | None:
     """The axis, or None and mistakes; each part is read whatever is wrong with the others."""
     root.only("name", "title", *_PARTS[:5], *_EQUATIONS, *_PARTS[5:])
     root.needs("name", "coordinate", "parameters", "drive")
@@ -280,7 +280,7 @@ def _axis(root: Table) -> Axis | None:
     return axis
 
 
-def _coordinate(root: Table) -> tuple[Coordinate | None, Symbols]:
+def _coordinate(root: TomlTable) -> tuple[Coordinate | None, Symbols]:
     """The coordinate, and the symbols of its motion even where its unit is wrong."""
     if "coordinate" not in root.values:
         return None, {}
@@ -293,7 +293,7 @@ def _coordinate(root: Table) -> tuple[Coordinate | None, Symbols]:
     return coordinate, {symbol: sympy.Symbol(symbol, real=True) for symbol in motion}
 
 
-def _constants(table: Table, unknown: Symbols, recorded: Symbols, moving: Symbols) -> Symbols:
+def _constants(table: TomlTable, unknown: Symbols, recorded: Symbols, moving: Symbols) -> Symbols:
     """Known numbers with a unit; `G` and `pi` too, of which `G` may be another gravity."""
     symbols = {constant.name: constant.symbol for constant in (G, Constant(math.pi, "1", "pi"))}
     others = {**dict.fromkeys(unknown, "parameter"), **dict.fromkeys(recorded, "signal")}
@@ -310,7 +310,7 @@ def _constants(table: Table, unknown: Symbols, recorded: Symbols, moving: Symbol
     return symbols
 
 
-def _dynamics(root: Table, symbols: Symbols, elements: Elements) -> Callable[..., Axis] | None:
+def _dynamics(root: TomlTable, symbols: Symbols, elements: Elements) -> Callable[..., Axis] | None:
     """`newton` or `lagrange` with what its table says; without symbols none can be read."""
     given = [key for key in _EQUATIONS if key in root.values]
     if len(given) != 1:
@@ -332,7 +332,7 @@ def _dynamics(root: Table, symbols: Symbols, elements: Elements) -> Callable[...
     return partial(declare, **fields)
 
 
-def _experiment(root: Table, unknown: Symbols, recorded: Symbols) -> Experiment | None:
+def _experiment(root: TomlTable, unknown: Symbols, recorded: Symbols) -> Experiment | None:
     if "experiment" not in root.values:
         return None
     table = root.table("experiment")
@@ -347,7 +347,7 @@ def _experiment(root: Table, unknown: Symbols, recorded: Symbols) -> Experiment 
     return table.made(Experiment, given=given, beside=("back_and_forth", *given))
 
 
-def _moves(table: Table) -> tuple[Move | None, ...]:
+def _moves(table: TomlTable) -> tuple[Move | None, ...]:
     """Moves one by one, or back and forth; none and a mistake if neither or both are given."""
     given = [key for key in ("moves", "back_and_forth") if key in table.values]
     if len(given) != 1:

@@ -32,7 +32,7 @@ _NONE: Mapping[str, Any] = MappingProxyType({})
 
 
 @dataclass(slots=True)
-class Table:
+class TomlTable:
     """A table and what is wrong with it.
 
     Attributes
@@ -84,20 +84,20 @@ class Table:
             if key not in self.values:
                 self.say(key, "it is missing; add it.")
 
-    def table(self, key: str) -> "Table":
+    def table(self, key: str) -> "TomlTable":
         """The table under a key; empty if it is absent or none."""
         value = self.values.get(key, {})
         if not isinstance(value, Mapping):
             self.say(key, f"it is {value!r}; give a table, as in [{self.at(key)}].")
             value = {}
-        return Table(self.at(key), value, self.mistakes)
+        return TomlTable(self.at(key), value, self.mistakes)
 
-    def tables(self, key: str) -> "list[Table]":
+    def tables(self, key: str) -> "list[TomlTable]":
         """The tables that are listed under a key."""
         listed = self.values.get(key, [])
         if isinstance(listed, list) and all(isinstance(item, Mapping) for item in listed):
             return [
-                Table(f"{self.at(key)}[{i}]", item, self.mistakes)
+                TomlTable(f"{self.at(key)}[{i}]", item, self.mistakes)
                 for i, item in enumerate(listed, 1)
             ]
         self.say(key, f"it is {listed!r}; give a list of tables, as in [{{ ... }}, {{ ... }}].")
@@ -142,7 +142,7 @@ class Table:
             items = {key: value}
             if isinstance(value, list):
                 items = {f"{key}[{i}]": item for i, item in enumerate(value, 1)}
-            inner = Table(self.path, items, self.mistakes)
+            inner = TomlTable(self.path, items, self.mistakes)
             found = [inner.read(each, get_args(kind)[0], symbols, elements) for each in items]
             return None if None in found else found
         if kind in _KINDS:
@@ -289,7 +289,7 @@ _KINDS: Mapping[Any, Callable[[Any], Any]] = {
 _LARGEST_FILE = 50_000
 
 
-def read_toml(file: Path, read: Callable[[Table], T | None], error: type[FileError]) -> T:
+def read_toml(file: Path, read: Callable[[TomlTable], T | None], error: type[FileError]) -> T:
     """What is made of the table of a file.
 
     Parameters
@@ -305,14 +305,14 @@ def read_toml(file: Path, read: Callable[[Table], T | None], error: type[FileErr
         Of that type: the file cannot be read, or with all that is wrong in it.
     """
     mistakes: list[str] = []
-    made = read(Table("", toml_document(file, error), mistakes))
+    made = read(TomlTable("", toml_document(file, error), mistakes))
     if made is None or mistakes:
         count = "a mistake" if len(mistakes) == 1 else f"{len(mistakes)} mistakes"
         raise error(f"{file} has {count}:", mistakes)
     return made
 
 
-def read_columns(table: Table, roles: Iterable[str]) -> dict[str, str]:
+def read_columns(table: TomlTable, roles: Iterable[str]) -> dict[str, str]:
     """Columns by role, each a text or a table of what it means."""
     keys = dict.fromkeys(roles)
     table.only(*keys)

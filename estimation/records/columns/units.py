@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from axisid.estimation.raw_tables import COUNTS, LABEL_WITH_UNIT, Quantity, exact_unit, is_unit
+from axisid.estimation.raw_tables import COUNTS, LABEL_WITH_UNIT, UnitQuantity, exact_unit, is_unit
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import angle_power, parse_unit
 from axisid.support.arrays import Array
@@ -44,8 +44,8 @@ class ScalingError(ValueError):
 class Scaling(NamedTuple):
     """What makes numbers of a column SI: times what a 1 of it is, plus a coherent offset."""
 
-    of: Quantity
-    offset: Quantity | None = None
+    of: UnitQuantity
+    offset: UnitQuantity | None = None
 
 
 def is_scaling(text: str) -> bool:
@@ -104,30 +104,30 @@ def _check_numbers(text: str) -> None:
         raise ScalingError("it has more than 200 letters")
 
 
-def _quantity(value: Fraction, unit: str) -> Quantity:
+def _quantity(value: Fraction, unit: str) -> UnitQuantity:
     name = unit.strip()
     if not name or name.lower() in COUNTS:
-        return Quantity(value, is_count=bool(name))
+        return UnitQuantity(value, is_count=bool(name))
     unit_of = _known(name)
     if unit_of is None:
         raise ScalingError(f"{name!r} is no unit that is known")
     return replace(unit_of, value=value * unit_of.value)
 
 
-def _known(name: str) -> Quantity | None:
+def _known(name: str) -> UnitQuantity | None:
     """One of a unit, or of one over another, as in ``mm/rev``; None where it is not known."""
     above, over, below = name.rpartition("/")
     parts = (_known(above.strip()), _known(below.strip())) if over else (None, None)
     return exact_unit(name) or (parts[0] / parts[1] if parts[0] and parts[1] else None)
 
 
-def _offset(quantity: Quantity, of: Quantity, base: Quantity) -> Quantity:
+def _offset(quantity: UnitQuantity, of: UnitQuantity, base: UnitQuantity) -> UnitQuantity:
     """An offset in the unit of the result; one of counts, or in the column's unit, is scaled."""
     if quantity.is_count and base.is_count:
         return of * replace(quantity, is_count=False)
     if quantity.unit is None:
         raise ScalingError("an offset needs its unit, as in +0.2deg")
-    unit, one = of.unit or parse_unit("1"), Quantity(Fraction(1))
+    unit, one = of.unit or parse_unit("1"), UnitQuantity(Fraction(1))
     for wanted, angle, scale in ((unit, of.angle, one), (base.unit, base.angle, of / base)):
         if wanted is not None and quantity.unit.same_dimension(wanted) and quantity.angle == angle:
             return scale * quantity
@@ -220,7 +220,7 @@ def to_si(
         if scaled:
             scaling = read_scaling(text, own if own and is_unit(own) else "")
         elif (plain := exact_unit(text)) or text.lower() in COUNTS:
-            scaling = Scaling(plain or Quantity(Fraction(1), is_count=True))
+            scaling = Scaling(plain or UnitQuantity(Fraction(1), is_count=True))
         else:
             # Nor one over another, as in mm/rev: nothing says what that is a motion of.
             raise ScalingError(f"{text!r} is no unit that is known")
@@ -261,7 +261,7 @@ def _example(wanted: Sequence[str]) -> str:
     return _EXAMPLES.get(next(iter(wanted), ""), _EXAMPLES["rad"])
 
 
-def _check_angle(role: str, text: str, of: Quantity, same: Sequence[str], source: str) -> None:
+def _check_angle(role: str, text: str, of: UnitQuantity, same: Sequence[str], source: str) -> None:
     """Refuse a length that is still one times an angle, and an angle that nothing says is one.
 
     SI counts angles as numbers, so that ``rpm*5mm`` is a speed to it: by 2 pi another than that of

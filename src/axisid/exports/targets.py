@@ -11,7 +11,7 @@ from typing import Any
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Target:
+class ExportTarget:
     """A language of feed-forward functions, or a format of parameter tables.
 
     Attributes
@@ -41,11 +41,13 @@ class Target:
 _PRINTERS, _TABLES = "axisid.codegen.printers", "axisid.exports.export"
 #: In the order of help and messages.
 TARGETS = (
-    Target(name="c", language="C99", writer=f"{_PRINTERS}.c:print_c99"),
-    Target(name="st", language="Structured Text", writer=f"{_PRINTERS}.structured_text:print_st"),
-    Target(name="python", language="Python", writer=f"{_PRINTERS}.python:print_python"),
-    Target(name="json", writer=f"{_TABLES}:parameters_json"),
-    Target(name="toml", writer=f"{_TABLES}:parameters_toml", one_method=True),
-    Target(name="csv", writer=f"{_TABLES}:parameters_csv"),
-    Target(name="latex", writer=f"{_TABLES}:parameters_latex"),
+    ExportTarget(name="c", language="C99", writer=f"{_PRINTERS}.c:print_c99"),
+    ExportTarget(
+        name="st", language="Structured Text", writer=f"{_PRINTERS}.structured_text:print_st"
+    ),
+    ExportTarget(name="python", language="Python", writer=f"{_PRINTERS}.python:print_python"),
+    ExportTarget(name="json", writer=f"{_TABLES}:parameters_json"),
+    ExportTarget(name="toml", writer=f"{_TABLES}:parameters_toml", one_method=True),
+    ExportTarget(name="csv", writer=f"{_TABLES}:parameters_csv"),
+    ExportTarget(name="latex", writer=f"{_TABLES}:parameters_latex"),
 )

@@ -19,7 +19,7 @@ from axisid.presentation.documents import (
     Block,
     Document,
     Heading,
-    Table,
+    TableBlock,
     paragraph,
     plain_text,
     text_columns,
@@ -76,7 +76,7 @@ def fleet_document(
     if failing := grouped((name, row.name) for row in rows for name in row.failing):
         most = sorted(failing.items(), key=lambda each: -len(each[1]))
         blocks.append(
-            Table(
+            TableBlock(
                 columns=text_columns(("check that fails", "logs", "which")),
                 rows=tuple((name, str(len(logs)), first_of(logs)) for name, logs in most),
             )
@@ -135,14 +135,14 @@ def _group_blocks(group: AxisGroup) -> tuple[Block, ...]:
     if group.untold:
         title += f", {group.untold} without a serial number and so not compared"
     heads = ("parameter", "unit", "centre", f"sd between {of}", "sd of an estimate")
-    table = Table(columns=text_columns(heads), rows=rows, title=title)
+    table = TableBlock(columns=text_columns(heads), rows=rows, title=title)
     if isinstance(group.usual, Missing):
         said = f"{group.axis}: {group.usual.reason}; so the sd between {of} is not told."
         return table, paragraph(said)
     if not group.outliers:
         return table, paragraph(f"No log of {group.axis} stands out.")
     serials, count = {row.name: row.serial for row in group.rows}, len(group.outliers)
-    return table, Table(
+    return table, TableBlock(
         columns=text_columns(("log", "serial", "distance", "p", "furthest, in deviations")),
         rows=tuple(
             (

@@ -21,10 +21,10 @@ from axisid.estimation.simulation import twin_record
 from axisid.modeling.parsing import load_axis
 from axisid.presentation.documents import (
     Cell,
-    Column,
     Document,
-    Quantity,
-    Table,
+    QuantityCell,
+    TableBlock,
+    TableColumn,
     paragraph,
     plain_text,
     text_columns,
@@ -91,7 +91,7 @@ def study_document(study: Mapping[str, Identification]) -> Document:
     )
 
 
-def study_table(study: Mapping[str, Identification], number: int) -> Table:
+def study_table(study: Mapping[str, Identification], number: int) -> TableBlock:
     """One of the paper's tables, 1 to 8, with the published figures beside the twin's."""
     text = (resources.files("axisid.paper") / "published.toml").read_text(encoding="utf-8")
     published = tomllib.loads(text)
@@ -118,7 +118,7 @@ def write_study(study: Mapping[str, Identification], folder: Path) -> list[Path]
     return [folder / name for name in STUDY_FILES]
 
 
-def _estimates(study: Mapping[str, Identification], table: dict[str, Any]) -> Table:
+def _estimates(study: Mapping[str, Identification], table: dict[str, Any]) -> TableBlock:
     result = study["appropriate" if table["appropriate"] else "inappropriate"]
     published, is_mapped = table["published"], table.get("mapped", False)
     estimates = [result[method] for method in table["methods"]]
@@ -137,13 +137,13 @@ def _estimates(study: Mapping[str, Identification], table: dict[str, Any]) -> Ta
             for each in estimates
         )
         both = zip(own, errors, strict=True)
-        cells = (Quantity(f"{error:.1f}", "", (f"{paper:g}",)) for error, paper in both)
+        cells = (QuantityCell(f"{error:.1f}", "", (f"{paper:g}",)) for error, paper in both)
         rows.append(("error", "%", *cells))
     parts = ("rel. sd", "paper", "rel. sd")[: 1 + len(published[0][0])]
-    return Table(
+    return TableBlock(
         columns=(
             *text_columns(["", "unit"]),
-            *(Column(method.upper(), parts=parts) for method in table["methods"]),
+            *(TableColumn(method.upper(), parts=parts) for method in table["methods"]),
         ),
         rows=tuple(rows),
         labels=2,
@@ -151,14 +151,14 @@ def _estimates(study: Mapping[str, Identification], table: dict[str, Any]) -> Ta
     )
 
 
-def _beside(value: Value, paper: float, paper_sd: float | None = None) -> Quantity:
+def _beside(value: Value, paper: float, paper_sd: float | None = None) -> QuantityCell:
     """A value with its relative deviation, and the published ones."""
     published = [f"{paper:g}", *([] if paper_sd is None else [f"{paper_sd:g} %"])]
     relative = f"{value.relative_sd_percent:.1f} %"
-    return Quantity(_significant(value.value), relative, tuple(published))
+    return QuantityCell(_significant(value.value), relative, tuple(published))
 
 
-def _iterations(study: Mapping[str, Identification], table: dict[str, Any]) -> Table:
+def _iterations(study: Mapping[str, Identification], table: dict[str, Any]) -> TableBlock:
     method, published = table["method"], table["published"]
     estimate = study["appropriate"][method]
     labels = [
@@ -166,7 +166,9 @@ def _iterations(study: Mapping[str, Identification], table: dict[str, Any]) -> T
         for q in estimate.ddm_quantities or study["appropriate"].axis.parameters
     ]
     steps = range(max(len(estimate.iterates), len(published)))
-    columns = [Column(head, group=str(step)) for step in steps for head in (str(step), "paper")]
+    columns = [
+        TableColumn(head, group=str(step)) for step in steps for head in (str(step), "paper")
+    ]
     rows: list[tuple[Cell, ...]] = []
     for i, label in enumerate([*labels, "error [%]"]):
         row = [label]
@@ -176,7 +178,7 @@ def _iterations(study: Mapping[str, Identification], table: dict[str, Any]) -> T
             row.append(_significant(values[i]) if values else "")
             row.append(f"{published[step][i]:g}" if step < len(published) else "")
         rows.append(tuple(row))
-    return Table(
+    return TableBlock(
         columns=(*text_columns(["iteration"]), *columns),
         rows=tuple(rows),
         title=f"Table {table['number']}. {method.upper()} by iteration, appropriate filter",

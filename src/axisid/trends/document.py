@@ -14,12 +14,12 @@ from axisid.presentation.documents import (
     Cell,
     Document,
     Heading,
-    Table,
+    TableBlock,
     paragraph,
     text_columns,
 )
 from axisid.presentation.html import blocks_html
-from axisid.presentation.plots import Panel, Plot, Series as Curve, Tone, labelled
+from axisid.presentation.plots import Panel, Plot, PlotSeries, Tone, labelled
 from axisid.robust_statistics import LARGEST
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing, first_of, range_text
@@ -89,7 +89,7 @@ def trend_document(series: Sequence[Series], by: str, notes: Sequence[str] = ())
         told = [", ".join(names) for names in (steps, drifts, far)]
         failing = sum(bool(point.failing) for point in each.points)
         rows.append((each.title, str(len(each.points)), *told, str(failing or "")))
-    overview = Table(columns=text_columns(heads), rows=tuple(rows))
+    overview = TableBlock(columns=text_columns(heads), rows=tuple(rows))
     return heading, *([overview] if len(shown) > 1 else []), *blocks, *said
 
 
@@ -121,7 +121,7 @@ def _series_blocks(series: Series, by: str) -> tuple[Block, ...]:
     methods = dict.fromkeys(point.method.upper() for point in points)
     results = "1 result" if len(points) == 1 else f"{len(points)} results"
     heads = ("parameter", "unit", "centre", "sd between", "sd of the last", "limits of the last")
-    table = Table(
+    table = TableBlock(
         columns=text_columns(heads),
         rows=tuple(map(_row, series.charts)),
         title=f"{series.title}, {results} by {' and '.join(methods)}",
@@ -196,7 +196,7 @@ def _panel(chart: Chart, places: Array) -> Panel:
     if not isinstance(chart.limits, Missing):
         centre, low, high = chart.limits.centre, chart.limits.lower, chart.limits.upper
         label = "centre and limits"
-        curves.append(Curve(label=label, x=places, y=centre, low=low, high=high, tone="other"))
+        curves.append(PlotSeries(label=label, x=places, y=centre, low=low, high=high, tone="other"))
     kinds: tuple[tuple[str, NDArray[np.bool_], Tone], ...] = (
         ("results", drawn & ~beyond, "model"),
         ("beyond the limits", drawn & beyond, "error"),
@@ -205,7 +205,7 @@ def _panel(chart: Chart, places: Array) -> Panel:
         if kept.any():
             y, low, high = chart.values[kept], chart.low[kept], chart.high[kept]
             curves.append(
-                Curve(
+                PlotSeries(
                     label=label, x=places[kept], y=y, low=low, high=high, kind="points", tone=tone
                 )
             )

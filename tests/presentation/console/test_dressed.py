@@ -13,14 +13,14 @@ from axisid.presentation.documents import (
     Block,
     CheckGroup,
     Checks,
-    Column,
     Document,
     Heading,
     Listing,
     Notes,
-    Quantity,
+    QuantityCell,
     Sentence,
-    Table,
+    TableBlock,
+    TableColumn,
     paragraph,
     plain_text,
     text_columns,
@@ -50,12 +50,15 @@ def words(text: str) -> set[str]:
     return {word for word in text.split() if {*word} != {"-"}}
 
 
-def methods(*heads: str) -> Table:
+def methods(*heads: str) -> TableBlock:
     """A table of two rows for each of the methods."""
-    return Table(
-        columns=(*text_columns(["", "unit"]), *(Column(head, parts=("sd",)) for head in heads)),
+    return TableBlock(
+        columns=(
+            *text_columns(["", "unit"]),
+            *(TableColumn(head, parts=("sd",)) for head in heads),
+        ),
         rows=tuple(
-            (name, unit, *(Quantity(f"{i}.5", f"0.{i}") for i, _ in enumerate(heads)))
+            (name, unit, *(QuantityCell(f"{i}.5", f"0.{i}") for i, _ in enumerate(heads)))
             for name, unit in (("M", "kg"), ("long name", "N"))
         ),
         labels=2,
@@ -67,7 +70,9 @@ def methods(*heads: str) -> Table:
     [
         Heading(facts=(("axis", LONG), ("nothing", ""), ("", "more")), title="Title"),
         methods("ONE", "TWO"),
-        Table(columns=text_columns(["a", "b"]), rows=(("c", "d"),), title="T", said=("Said.",)),
+        TableBlock(
+            columns=text_columns(["a", "b"]), rows=(("c", "d"),), title="T", said=("Said.",)
+        ),
         Checks(judged=(CheckGroup("fail", ("one", "two"), LONG), CheckGroup("pass", ("three",)))),
         Checks(judged=(CheckGroup("not evaluated", ("one",), "since"),), conclusion=LONG),
         Notes(("one", LONG)),
@@ -124,7 +129,11 @@ def test_a_narrow_terminal_gets_every_word_within_its_width(
             ["[bold]x[/bold] :smile:"],
         ),
         (  # wide letters take two columns
-            (Table(columns=text_columns(["", "value"]), rows=(("日本", "1"), ("name", "22"))),),
+            (
+                TableBlock(
+                    columns=text_columns(["", "value"]), rows=(("日本", "1"), ("name", "22"))
+                ),
+            ),
             40,
             ["      value", "-----------", "日本      1", "name     22"],
         ),
@@ -137,7 +146,7 @@ def test_what_a_terminal_shows(document: Document, width: int, lines: list[str])
 
 def test_wide_letters_take_two_columns() -> None:
     title = Heading(facts=(("axis", "日本語のタイトル " * 8),))
-    table = Table(columns=text_columns(["", "value"]), rows=(("日本", "1"), ("name", "22")))
+    table = TableBlock(columns=text_columns(["", "value"]), rows=(("日本", "1"), ("name", "22")))
     for width in (40, 60):
         lines = fitted((title, table), width)
         assert max(map(cell_len, lines)) <= width

@@ -5,12 +5,12 @@ import pytest
 from axisid.presentation.documents import (
     PAGE_WIDTH,
     Block,
-    Column,
     Heading,
     Interval,
     Intervals,
-    Quantity,
-    Table,
+    QuantityCell,
+    TableBlock,
+    TableColumn,
     paragraph,
     plain_text,
     text_columns,
@@ -41,14 +41,14 @@ def test_named_facts_hang_and_those_that_say_nothing_are_passed_over() -> None:
     ("table", "wanted"),
     [
         (  # its first column to the left, and a column for each part
-            Table(
+            TableBlock(
                 columns=(
                     *text_columns(["", "unit"]),
-                    Column("ONE", parts=("sd", "rel.")),
-                    Column("v", "m/s"),
+                    TableColumn("ONE", parts=("sd", "rel.")),
+                    TableColumn("v", "m/s"),
                 ),
                 rows=(
-                    ("M", "kg", Quantity("95.1", "0.2", ("3 %",)), "1"),
+                    ("M", "kg", QuantityCell("95.1", "0.2", ("3 %",)), "1"),
                     ("longer", "", "-", ""),
                 ),
                 title="Title",
@@ -64,29 +64,29 @@ def test_named_facts_hang_and_those_that_say_nothing_are_passed_over() -> None:
             ],
         ),
         (  # without parts a quantity is one text
-            Table(
+            TableBlock(
                 columns=text_columns(["", "value"]),
-                rows=(("a", Quantity("1.5", "0.2")), ("b", Quantity("1", ""))),
+                rows=(("a", QuantityCell("1.5", "0.2")), ("b", QuantityCell("1", ""))),
             ),
             ["        value", "-------------", "a  1.5 +- 0.2", "b           1"],
         ),
         (  # what is drawn is left out
-            Table(
+            TableBlock(
                 columns=(
-                    Column("", align="left"),
-                    Column("how"),
-                    Column("interval", kind="intervals"),
+                    TableColumn("", align="left"),
+                    TableColumn("how"),
+                    TableColumn("interval", kind="intervals"),
                 ),
                 rows=(("M", "LS", Intervals((Interval(1.0, 2.0, 3.0, "ls"),))),),
             ),
             ["   how", "------", "M   LS"],
         ),
         (  # letters of other scripts are counted as letters
-            Table(columns=text_columns(["größe", "µ"]), rows=(("ä", "12"),)),
+            TableBlock(columns=text_columns(["größe", "µ"]), rows=(("ä", "12"),)),
             ["größe   µ", "---------", "ä      12"],
         ),
     ],
     ids=["parts", "one text", "drawn", "letters"],
 )
-def test_a_table_is_as_wide_as_its_texts(table: Table, wanted: list[str]) -> None:
+def test_a_table_is_as_wide_as_its_texts(table: TableBlock, wanted: list[str]) -> None:
     assert lines(table) == wanted

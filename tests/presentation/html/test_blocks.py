@@ -6,15 +6,15 @@ from axisid.presentation.documents import (
     Block,
     CheckGroup,
     Checks,
-    Column,
     Heading,
     Interval,
     Intervals,
     Listing,
     Notes,
-    Quantity,
+    QuantityCell,
     Sentence,
-    Table,
+    TableBlock,
+    TableColumn,
     paragraph,
     text_columns,
 )
@@ -28,13 +28,15 @@ HOSTILE = "</td><script>alert(1)</script>\"'&"
     "block",
     [
         Heading(facts=((HOSTILE, HOSTILE),), title=HOSTILE),
-        Table(columns=text_columns([HOSTILE]), rows=((HOSTILE,),), title=HOSTILE, said=(HOSTILE,)),
-        Table(
-            columns=(Column("a"), Column(HOSTILE, HOSTILE, parts=(HOSTILE, HOSTILE))),
-            rows=(("b", Quantity(HOSTILE, HOSTILE, (HOSTILE,))),),
+        TableBlock(
+            columns=text_columns([HOSTILE]), rows=((HOSTILE,),), title=HOSTILE, said=(HOSTILE,)
         ),
-        Table(
-            columns=(Column("a"), Column(HOSTILE, kind="method")),
+        TableBlock(
+            columns=(TableColumn("a"), TableColumn(HOSTILE, HOSTILE, parts=(HOSTILE, HOSTILE))),
+            rows=(("b", QuantityCell(HOSTILE, HOSTILE, (HOSTILE,))),),
+        ),
+        TableBlock(
+            columns=(TableColumn("a"), TableColumn(HOSTILE, kind="method")),
             rows=((HOSTILE, HOSTILE),),
         ),
         Checks(judged=(CheckGroup("fail", (HOSTILE,), HOSTILE),), conclusion=HOSTILE),
@@ -50,9 +52,12 @@ def test_no_text_becomes_an_element(block: Block) -> None:
 
 
 def test_a_table_shows_a_quantity_as_one_cell_and_numbers_as_printed() -> None:
-    table = Table(
-        columns=(*text_columns(["", "unit"]), Column("ONE", "m/s^2", parts=("sd", "rel.", "more"))),
-        rows=(("a-1", "kg m^2", Quantity("-1.5", "0.2", ("3 %",))), ("b", "", "-1e-09")),
+    table = TableBlock(
+        columns=(
+            *text_columns(["", "unit"]),
+            TableColumn("ONE", "m/s^2", parts=("sd", "rel.", "more")),
+        ),
+        rows=(("a-1", "kg m^2", QuantityCell("-1.5", "0.2", ("3 %",))), ("b", "", "-1e-09")),
         title="Title",
         said=("Said of it",),
     )
@@ -70,5 +75,5 @@ def test_a_table_shows_a_quantity_as_one_cell_and_numbers_as_printed() -> None:
 @pytest.mark.parametrize("end", [1.0, float("inf"), float("nan")])
 def test_intervals_without_a_width_are_not_drawn(end: float) -> None:
     drawn = Intervals((Interval(1.0, 1.0, end, "iv"),))
-    table = Table(columns=(Column("a"), Column("b")), rows=(("M", drawn),))
+    table = TableBlock(columns=(TableColumn("a"), TableColumn("b")), rows=(("M", drawn),))
     assert "<svg" not in blocks_html((table,))

@@ -12,7 +12,7 @@ import pytest
 from matplotlib import font_manager
 
 from axisid.presentation.matplotlib_backend.matplotlib import draw, rendered
-from axisid.presentation.plots.plot import Panel, Plot, Series
+from axisid.presentation.plots.plot import Panel, Plot, PlotSeries
 
 
 def without_superscripts(folder: Path) -> Path:
@@ -32,7 +32,7 @@ def without_superscripts(folder: Path) -> Path:
 
 
 def plot_of(x: np.ndarray, y: np.ndarray, label: str = "a", **how: Any) -> Plot:
-    panel = Panel(label=label, series=(Series(label="a", x=x, y=y),), **how)
+    panel = Panel(label=label, series=(PlotSeries(label="a", x=x, y=y),), **how)
     return Plot(name="a", title="", caption="", x_label="s⁻¹", panels=(panel,))
 
 

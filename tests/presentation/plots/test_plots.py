@@ -29,7 +29,7 @@ from axisid.presentation.plots.fit_and_residuals import (
     friction_plot,
     spectrum_plot,
 )
-from axisid.presentation.plots.plot import Plot, Series
+from axisid.presentation.plots.plot import Plot, PlotSeries
 from axisid.presentation.plots.result import record_plot, result_plots, sweep_plot, tracking_plot
 from axisid.support.errors import Missing
 from tests.axes.bodies import b, body, c, k, m, x
@@ -51,7 +51,7 @@ def there(plot: Plot | Missing) -> Plot:
     return plot
 
 
-def series(plot: Plot | Missing, panel: int, label: str) -> Series:
+def series(plot: Plot | Missing, panel: int, label: str) -> PlotSeries:
     return next(s for s in there(plot).panels[panel].series if s.label.startswith(label))
 
 

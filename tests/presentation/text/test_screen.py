@@ -8,7 +8,7 @@ import pytest
 
 from axisid import Identification, Prefilter, Record, fit, identify
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.presentation.documents import Quantity, Table
+from axisid.presentation.documents import QuantityCell, TableBlock
 from axisid.presentation.text import output_fit_document
 
 Run = Callable[..., tuple[int, str, str]]
@@ -66,8 +66,8 @@ def test_every_parameter_has_its_interval_and_deviations(result: Identification)
             assert float(cells[-3]) == pytest.approx(value.sd, rel=5e-3)
 
 
-def _table(document: tuple[object, ...], place: int = 0) -> Table:
-    return [block for block in document if isinstance(block, Table)][place]
+def _table(document: tuple[object, ...], place: int = 0) -> TableBlock:
+    return [block for block in document if isinstance(block, TableBlock)][place]
 
 
 @pytest.mark.slow
@@ -93,6 +93,6 @@ def test_values_have_the_digits_of_their_deviations(
 ) -> None:
     result = fit(emps2015, twin, output)
     row = _table(output_fit_document(result)).rows[0]
-    assert not isinstance(row[2], Quantity)
+    assert not isinstance(row[2], QuantityCell)
     assert float(str(row[2])) == pytest.approx(result["M"].value, abs=1e-4)
     assert float(str(row[3])) == pytest.approx(result["M"].deviation, abs=1e-4)

@@ -11,7 +11,7 @@ Status = Literal["fail", "note", "not evaluated", "pass"]
 
 
 @dataclass(frozen=True, slots=True)
-class Quantity:
+class QuantityCell:
     """A value with its deviation, digits as they warrant.
 
     Attributes
@@ -60,13 +60,13 @@ class Intervals:
     truth: float | None = None
 
 
-Cell = str | Quantity | Intervals
+Cell = str | QuantityCell | Intervals
 #: What is in a column, for pages that show it their own way.
 Kind = Literal["", "unit", "status", "method", "intervals"]
 
 
 @dataclass(frozen=True, slots=True)
-class Column:
+class TableColumn:
     """A column of a table.
 
     Attributes
@@ -76,8 +76,8 @@ class Column:
         Of everything in it.
     align : {"right", "left"}
     parts : tuple of str
-        Heads of the deviation and of what else a `Quantity` tells, where each has a column of its
-        own. Without them a quantity is one text.
+        Heads of the deviation and of what else a `QuantityCell` tells, where each has a column of
+        its own. Without them a quantity is one text.
     group : str
         RowTimes of one group stay beside one another on a narrow terminal, as parts do.
     kind : Kind
@@ -93,12 +93,12 @@ class Column:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Table:
+class TableBlock:
     """Rows of cells.
 
     Attributes
     ----------
-    columns : tuple of Column
+    columns : tuple of TableColumn
     rows : tuple of tuple of Cell
     labels : int
         The first columns that say what a row is of, repeated where a table is broken.
@@ -108,7 +108,7 @@ class Table:
         Sentences below it.
     """
 
-    columns: tuple[Column, ...]
+    columns: tuple[TableColumn, ...]
     rows: tuple[tuple[Cell, ...], ...]
     labels: int = 1
     title: str = ""
@@ -213,15 +213,15 @@ class Listing:
     lines: tuple[str, ...]
 
 
-Block = Heading | Table | Checks | Notes | Paragraph | Listing
+Block = Heading | TableBlock | Checks | Notes | Paragraph | Listing
 Document = tuple[Block, ...]
 
 
-def text_columns(heads: Iterable[str]) -> tuple[Column, ...]:
+def text_columns(heads: Iterable[str]) -> tuple[TableColumn, ...]:
     """Columns by their heads: the first to the left, the others, of which one has units, right."""
     kinds: dict[str, Kind] = {"unit": "unit", "status": "status"}
     return tuple(
-        Column(head, align="right" if i else "left", kind=kinds.get(head, ""))
+        TableColumn(head, align="right" if i else "left", kind=kinds.get(head, ""))
         for i, head in enumerate(heads)
     )
 
@@ -233,10 +233,12 @@ def text_table(
     labels: int = 1,
     title: str = "",
     said: tuple[str, ...] = (),
-) -> Table:
+) -> TableBlock:
     """A table whose columns are told by their heads, see `text_columns`."""
     cells = tuple(map(tuple, rows))
-    return Table(columns=text_columns(heads), rows=cells, labels=labels, title=title, said=said)
+    return TableBlock(
+        columns=text_columns(heads), rows=cells, labels=labels, title=title, said=said
+    )
 
 
 def paragraph(*sentences: str | Sentence, title: str = "", filled: bool = True) -> Paragraph:

@@ -12,15 +12,15 @@ from .document import (
     Cell,
     CheckGroup,
     Checks,
-    Column,
     Document,
     Heading,
     Listing,
     Notes,
     Paragraph,
-    Quantity,
+    QuantityCell,
     Sentence,
-    Table,
+    TableBlock,
+    TableColumn,
 )
 
 PAGE_WIDTH = 96  # characters
@@ -64,7 +64,7 @@ class Grid:
         )
 
 
-def grid(table: Table) -> Grid:
+def grid(table: TableBlock) -> Grid:
     """The texts of a table; a column with parts becomes as many columns."""
     # Intervals are drawn, or left out.
     kept = [i for i, column in enumerate(table.columns) if column.kind != "intervals"]
@@ -94,11 +94,11 @@ def grid(table: Table) -> Grid:
     )
 
 
-def _texts(cell: Cell, column: Column) -> tuple[str, ...]:
+def _texts(cell: Cell, column: TableColumn) -> tuple[str, ...]:
     """One text for the value and one for each part; what is not told stays empty."""
     texts = (
         (cell.value, cell.deviation, *cell.more)
-        if isinstance(cell, Quantity) and column.parts
+        if isinstance(cell, QuantityCell) and column.parts
         else (joined(cell),)
     )
     return *texts, *("",) * (1 + len(column.parts) - len(texts))
@@ -106,7 +106,7 @@ def _texts(cell: Cell, column: Column) -> tuple[str, ...]:
 
 def joined(cell: Cell) -> str:
     """A cell as one text."""
-    if isinstance(cell, Quantity):
+    if isinstance(cell, QuantityCell):
         return f"{cell.value} +- {cell.deviation}" if cell.deviation else cell.value
     return cell if isinstance(cell, str) else ""
 
@@ -144,7 +144,7 @@ def block_lines(block: Block) -> Iterator[Line | Grid]:
     match block:
         case Heading():
             yield from (_fact(name, text) for name, text in block.facts if text)
-        case Table():
+        case TableBlock():
             yield grid(block)
             yield from (Line(text=said) for said in block.said)
         case Checks():

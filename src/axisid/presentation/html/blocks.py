@@ -9,15 +9,15 @@ from axisid.presentation.documents import (
     Cell,
     CheckGroup,
     Checks,
-    Column,
     Document,
     Heading,
     Intervals,
     Listing,
     Notes,
     Paragraph,
-    Quantity,
-    Table,
+    QuantityCell,
+    TableBlock,
+    TableColumn,
     joined,
 )
 from axisid.presentation.formulas import readable_text, readable_unit
@@ -97,7 +97,7 @@ def block_html(block: Block) -> str:
                 if text
             )
             return title + (f"<dl>{facts}</dl>" if facts else "")
-        case Table():
+        case TableBlock():
             said = "".join(f'<p class="note">{prose_html(sentence)}</p>' for sentence in block.said)
             return table_html(block) + said
         case Checks():
@@ -118,7 +118,7 @@ def block_html(block: Block) -> str:
             return f"{title}<ul>{lines}</ul>"
 
 
-def table_html(table: Table) -> str:
+def table_html(table: TableBlock) -> str:
     """A table without what is said below it."""
     caption = f"<caption>{escape(table.title)}</caption>" if table.title else ""
     heads = "".join(map(_head, table.columns))
@@ -133,7 +133,7 @@ def table_html(table: Table) -> str:
     return f"<table>{caption}<thead><tr>{heads}</tr></thead><tbody>{filled}</tbody></table>"
 
 
-def _head(column: Column) -> str:
+def _head(column: TableColumn) -> str:
     head = escape(column.head).replace("+-", "±")
     head += f" [{escape(readable_unit(column.unit))}]" if column.unit else ""
     head += f" ± {escape(column.parts[0])}" if column.parts else ""
@@ -144,7 +144,7 @@ def _head(column: Column) -> str:
     return f'<th class="{kind}">{head}</th>' if kind else f"<th>{head}</th>"
 
 
-def _cell(cell: Cell, column: Column, *, is_label: bool) -> str:
+def _cell(cell: Cell, column: TableColumn, *, is_label: bool) -> str:
     """A cell; what labels a row stays as it is written."""
     kind = column.kind or ("text" if column.align == "left" else "")
     how = f' class="{kind}"' if kind else ""
@@ -153,7 +153,9 @@ def _cell(cell: Cell, column: Column, *, is_label: bool) -> str:
     text = joined(cell)
     if is_label and not column.kind:
         return f"<th{how}>{escape(text)}</th>"
-    if isinstance(cell, Quantity) and cell.more:  # what else is told, where a pointer rests on it
+    if (
+        isinstance(cell, QuantityCell) and cell.more
+    ):  # what else is told, where a pointer rests on it
         told = zip(column.parts[1:], cell.more, strict=False)
         how += f' title="{escape(", ".join(f"{head} {part}" for head, part in told))}"'
     shown = sign_html(text) if column.kind == "status" else escape(readable_text(text))

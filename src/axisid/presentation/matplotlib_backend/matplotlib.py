@@ -14,7 +14,15 @@ import numpy as np
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.model_validation import Sweep
 from axisid.estimation.raw_tables import one_line
-from axisid.presentation.plots import SHADED, Panel, Plot, Series, force_plot, row_times, sweep_plot
+from axisid.presentation.plots import (
+    SHADED,
+    Panel,
+    Plot,
+    PlotSeries,
+    force_plot,
+    row_times,
+    sweep_plot,
+)
 from axisid.support.errors import UsageError
 from axisid.support.files import replace_file
 
@@ -252,7 +260,7 @@ def _draw_legend(axes: Axes, panel: Panel, plot: Plot, columns: int) -> None:
         )
 
 
-def _draw_series(axes: Axes, series: Series) -> None:
+def _draw_series(axes: Axes, series: PlotSeries) -> None:
     color, label = _COLORS[series.tone], _plain(series.label) or "_none"
     if series.kind == "stems":
         axes.vlines(series.x, 0, series.y, color=color, linewidth=1.2, label=label)

@@ -24,7 +24,7 @@ from .plot import (
     TITLES as TITLES,
     Panel as Panel,
     Plot as Plot,
-    Series as Series,
+    PlotSeries as PlotSeries,
     Tone as Tone,
     drawable as drawable,
     labelled as labelled,

@@ -17,7 +17,7 @@ from axisid.presentation.result_files import SavedEstimate, SavedIdentification
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
 
-from .plot import TITLES, Panel, Plot, Series, broken, labelled, line, paired, squared
+from .plot import TITLES, Panel, Plot, PlotSeries, broken, labelled, line, paired, squared
 
 _GAP = 1.5  # rows
 _WIDE = 2.0  # standard deviations of the mean
@@ -103,7 +103,7 @@ def autocorrelation_plot(estimate: Estimate | SavedEstimate) -> Plot:
         panels=(
             Panel(
                 label="autocorrelation",
-                series=(Series(label="", x=lags, y=values, kind="stems"),),
+                series=(PlotSeries(label="", x=lags, y=values, kind="stems"),),
                 levels=(-bound, bound),
             ),
         ),
@@ -130,7 +130,9 @@ def spectrum_plot(estimate: Estimate) -> Plot | Missing:
             Panel(
                 label=labelled("power density", squared(unit, per="Hz")),
                 series=(
-                    Series(label=left, x=frequency, y=positive[:, 0], tone="measured", broad=True),
+                    PlotSeries(
+                        label=left, x=frequency, y=positive[:, 0], tone="measured", broad=True
+                    ),
                     line("residuals", frequency, positive[:, 1], "error"),
                 ),
                 log=True,
@@ -227,7 +229,7 @@ def friction_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
             Panel(
                 label=labelled("friction", str(q.force_unit)),
                 series=(
-                    Series(
+                    PlotSeries(
                         label="rows",
                         x=found.velocity,
                         y=found.force,
@@ -236,7 +238,7 @@ def friction_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
                         broad=True,
                     ),
                     line("fitted law", *found.law.T),
-                    Series(
+                    PlotSeries(
                         label="mean and deviation by bin",
                         x=v,
                         y=mean,
@@ -280,8 +282,8 @@ def repeats_plot(
             Panel(
                 label=labelled(f"mean residual of the {left}", unit),
                 series=(
-                    Series(label="mean residual", x=found.time, y=found.mean, tone="error"),
-                    Series(
+                    PlotSeries(label="mean residual", x=found.time, y=found.mean, tone="error"),
+                    PlotSeries(
                         label="noise alone",
                         x=found.time,
                         y=np.zeros(len(found.time)),
@@ -326,7 +328,7 @@ def _output_panels(fit: OutputFit, record: int, place: int) -> tuple[Panel, Pane
             label=labelled(output, unit),
             series=(
                 line("recorded", time, recorded, "measured"),
-                Series(label="simulated", x=time, y=recorded + errors, broad=True),
+                PlotSeries(label="simulated", x=time, y=recorded + errors, broad=True),
             ),
         ),
         Panel(label=labelled("difference", unit), series=(line("", time, errors, "error"),)),

@@ -11,7 +11,7 @@ from axisid.estimation.monte_carlo import PARAMETER, Mean, MonteCarlo, Share
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
 
-from .plot import TITLES, Panel, Plot, Series, Tone, labelled, paired
+from .plot import TITLES, Panel, Plot, PlotSeries, Tone, labelled, paired
 
 _REACH = 5.0  # deviations to either side of a histogram
 
@@ -62,8 +62,8 @@ def _by_parameter(result: MonteCarlo) -> list[tuple[str, str, dict[str, int]]]:
 def _panels(
     result: MonteCarlo,
     label: Callable[[str, str], str],
-    series: Callable[[int, str, Tone], Series],
-    *beside: Series,
+    series: Callable[[int, str, Tone], PlotSeries],
+    *beside: PlotSeries,
     levels: tuple[float, ...] = (),
 ) -> tuple[Panel, ...]:
     """A panel for each parameter with a curve for each method; the legend is in the first."""
@@ -91,13 +91,13 @@ def _errors(result: MonteCarlo) -> Plot:
     x = np.linspace(-_REACH, _REACH, _FINE * bins + 1)
     bars = np.minimum(np.arange(len(x)) // _FINE, bins - 1)
 
-    def density(place: int, label: str, tone: Tone) -> Series:
+    def density(place: int, label: str, tone: Tone) -> PlotSeries:
         errors = np.clip(result.normalised(place), -_REACH, _REACH)
         share = np.histogram(errors, edges)[0] / max(len(errors), 1) / np.diff(edges)
-        return Series(label=label, x=x, y=share[bars], tone=tone)
+        return PlotSeries(label=label, x=x, y=share[bars], tone=tone)
 
     y = np.exp(-(x**2) / 2) / np.sqrt(2 * np.pi)
-    normal = Series(label="", x=x, y=y, tone="measured", dashed=True)
+    normal = PlotSeries(label="", x=x, y=y, tone="measured", dashed=True)
     return Plot(
         name="errors",
         title=TITLES["errors"],
@@ -112,14 +112,14 @@ def _errors(result: MonteCarlo) -> Plot:
 def _coverage(result: MonteCarlo) -> Plot:
     percent = 100 * _LEVELS
 
-    def shares(place: int, label: str, tone: Tone) -> Series:
+    def shares(place: int, label: str, tone: Tone) -> PlotSeries:
         inside = 2 * ndtr(np.abs(result.normalised(place))) - 1
         found = [Share.of_truths(inside <= level) for level in _LEVELS]
         low, high = 100 * np.array([share.interval for share in found]).T
         y = 100 * np.array([share.value for share in found])
-        return Series(label=label, x=percent, y=y, low=low, high=high, tone=tone)
+        return PlotSeries(label=label, x=percent, y=y, low=low, high=high, tone=tone)
 
-    ideal = Series(label="", x=percent, y=percent, tone="measured", dashed=True)
+    ideal = PlotSeries(label="", x=percent, y=percent, tone="measured", dashed=True)
     return Plot(
         name="coverage",
         title=TITLES["coverage"],
@@ -132,7 +132,7 @@ def _coverage(result: MonteCarlo) -> Plot:
 
 
 def _bias(result: MonteCarlo) -> Plot:
-    def running(place: int, label: str, tone: Tone) -> Series:
+    def running(place: int, label: str, tone: Tone) -> PlotSeries:
         errors = result.corrected[:, place] - result.truths[place]
         there = np.flatnonzero(np.isfinite(errors))
         ends = np.unique(np.linspace(min(2, len(there)), len(there), _MOST_POINTS).astype(int))
@@ -140,7 +140,7 @@ def _bias(result: MonteCarlo) -> Plot:
         y = np.array([mean.value for mean in means])
         half: Array = 2 * np.array([mean.error for mean in means])
         runs = (result.numbers.runs[there[ends - 1]] + 1).astype(float)
-        return Series(label=label, x=runs, y=y, low=y - half, high=y + half, tone=tone)
+        return PlotSeries(label=label, x=runs, y=y, low=y - half, high=y + half, tone=tone)
 
     return Plot(
         name="bias",

@@ -38,7 +38,7 @@ TITLES = MappingProxyType(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Series:
+class PlotSeries:
     """One curve, or one set of points or stems.
 
     Attributes
@@ -84,7 +84,7 @@ class Panel:
     ----------
     label : str
         Quantity and unit of y: ``force [N]``.
-    series : tuple of Series
+    series : tuple of PlotSeries
         As the legend lists them; the first lies lowest, under it the broad ones.
     levels : tuple of float
         Values of y with a dashed line, such as bounds.
@@ -97,14 +97,14 @@ class Panel:
     """
 
     label: str
-    series: tuple[Series, ...]
+    series: tuple[PlotSeries, ...]
     levels: tuple[float, ...] = ()
     log: bool = False
     weight: float = 1.0
     span: tuple[float, float] | None = None
 
     @property
-    def layers(self) -> tuple[Series, ...]:
+    def layers(self) -> tuple[PlotSeries, ...]:
         """The series from the lowest."""
         return tuple(sorted(self.series, key=lambda series: not series.broad))
 
@@ -162,7 +162,7 @@ def broken(plot: Plot, places: Sequence[float]) -> Plot:
     return replace(plot, panels=panels) if places else plot
 
 
-def _broken_line(series: Series, places: Sequence[float]) -> Series:
+def _broken_line(series: PlotSeries, places: Sequence[float]) -> PlotSeries:
     if series.kind != "line":
         return series
     inside = [p for p in places if series.x[0] < p < series.x[-1]]
@@ -180,9 +180,9 @@ def _broken_line(series: Series, places: Sequence[float]) -> Series:
     )
 
 
-def line(label: str, x: ArrayLike, y: ArrayLike, tone: Tone = "model") -> Series:
+def line(label: str, x: ArrayLike, y: ArrayLike, tone: Tone = "model") -> PlotSeries:
     """Make a plain line."""
-    return Series(label=label, x=np.asarray(x, float), y=np.asarray(y, float), tone=tone)
+    return PlotSeries(label=label, x=np.asarray(x, float), y=np.asarray(y, float), tone=tone)
 
 
 def drawable(plot: Plot | Missing, name: str) -> Plot:

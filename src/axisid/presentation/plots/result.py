@@ -23,7 +23,7 @@ from .fit_and_residuals import (
     repeats_plot,
     spectrum_plot,
 )
-from .plot import TITLES, Panel, Plot, Series, Tone, broken, labelled, line, paired
+from .plot import TITLES, Panel, Plot, PlotSeries, Tone, broken, labelled, line, paired
 
 _ROOM = 1.0  # about the instruments' range, against it
 _OF_ALL = ("convergence", "sweep")  # which no record has by itself
@@ -213,7 +213,7 @@ def sweep_plot(sweep: Sweep, used: float | None = None) -> Plot:
     )
 
 
-def _curves(sweep: Sweep, name: str) -> tuple[Series, ...]:
+def _curves(sweep: Sweep, name: str) -> tuple[PlotSeries, ...]:
     """A parameter over the cut-offs: least squares, dashed, below instruments."""
     found = {
         method: {
@@ -227,7 +227,7 @@ def _curves(sweep: Sweep, name: str) -> tuple[Series, ...]:
     tones = dict(paired(sorted(found, key=by_loop.__getitem__, reverse=True)))
     values = {m: [each.parameters[name] for each in of.values()] for m, of in found.items()}
     return tuple(
-        Series(
+        PlotSeries(
             label=method.upper(),
             x=np.array([*found[method]]),
             y=np.array([value.corrected for value in values[method]]),
@@ -240,7 +240,7 @@ def _curves(sweep: Sweep, name: str) -> tuple[Series, ...]:
     )
 
 
-def _span(curves: Sequence[Series]) -> tuple[float, float] | None:
+def _span(curves: Sequence[PlotSeries]) -> tuple[float, float] | None:
     """A scale on which the instruments are seen, where least squares would take all of it."""
     low, high = _bounds(curves)
     instruments = [curve for curve in curves if not curve.dashed]
@@ -252,7 +252,7 @@ def _span(curves: Sequence[Series]) -> tuple[float, float] | None:
     return None if seen == (low, high) else seen
 
 
-def _bounds(curves: Sequence[Series]) -> tuple[float, float]:
+def _bounds(curves: Sequence[PlotSeries]) -> tuple[float, float]:
     """The least and the largest of what bands reach."""
     ends = [end for curve in curves for end in (curve.low, curve.high) if end is not None]
     return float(np.nanmin(np.concatenate(ends))), float(np.nanmax(np.concatenate(ends)))

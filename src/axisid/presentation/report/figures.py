@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 
 from axisid.presentation.html import prose_html
-from axisid.presentation.plots import SHADED, TITLES, Plot, Series
+from axisid.presentation.plots import SHADED, TITLES, Plot, PlotSeries
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
 
@@ -56,7 +56,7 @@ def figures_data(plots: Iterable[Plot]) -> dict[str, Any]:
     return {"arrays": list(numbers), "plots": [{**plot, "shade": SHADED} for plot in listed]}
 
 
-def _thinned_series(series: Series) -> Series:
+def _thinned_series(series: PlotSeries) -> PlotSeries:
     """No more points than a page can show."""
     if len(series.x) <= _MOST_POINTS or series.low is not None:
         return series

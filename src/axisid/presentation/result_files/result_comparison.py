@@ -13,7 +13,7 @@ from axisid.presentation.documents import (
     Notes,
     Paragraph,
     Sentence,
-    Table,
+    TableBlock,
     paragraph,
     text_table,
 )
@@ -113,7 +113,7 @@ _NOTE = (
 )
 
 
-def _table(results: ResultComparison, method: str) -> Table:
+def _table(results: ResultComparison, method: str) -> TableBlock:
     rows = [
         (
             d.name,

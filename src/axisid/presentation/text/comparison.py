@@ -16,9 +16,9 @@ from axisid.presentation.documents import (
     Heading,
     Notes,
     Paragraph,
-    Quantity,
+    QuantityCell,
     Sentence,
-    Table,
+    TableBlock,
     paragraph,
     text_table,
 )
@@ -125,10 +125,10 @@ def _short(value: Value | None) -> Cell:
     shown = quantity(value)
     number, spread = float(shown.value), float(shown.deviation)
     places = decimals(spread)
-    return Quantity(f"{number:.{places}f}", f"{spread:.{places}f}")
+    return QuantityCell(f"{number:.{places}f}", f"{spread:.{places}f}")
 
 
-def _errors(candidates: Sequence[Candidate]) -> Table:
+def _errors(candidates: Sequence[Candidate]) -> TableBlock:
     least = {
         name: min(getattr(c.criteria, name) for c in candidates) for name in ("aic", "bic", "tic")
     }
@@ -155,7 +155,7 @@ def _errors(candidates: Sequence[Candidate]) -> Table:
     )
 
 
-def _tests(c: Comparison) -> Table:
+def _tests(c: Comparison) -> TableBlock:
     """Every nested pair, classical and robust."""
     return text_table(
         ("nested model", "restrictions", "F [3]", "p", "Wald/q, HAC [4]", "p"),

@@ -10,11 +10,11 @@ from axisid.estimation.lack_of_fit import JackknifeInterval, LackOfFit
 from axisid.modeling.declaration import known_text
 from axisid.presentation.documents import (
     Cell,
-    Column,
     Document,
     Paragraph,
-    Quantity,
-    Table,
+    QuantityCell,
+    TableBlock,
+    TableColumn,
     paragraph,
     text_columns,
     text_table,
@@ -38,11 +38,11 @@ def saved_estimate_document(estimate: SavedEstimate) -> Document:
         "simulation error": estimate.simulation_error_percent,
     }
     return (
-        Table(
+        TableBlock(
             columns=(
                 *text_columns(["", "unit"]),
-                Column("value", parts=("sd", "rel. sd", "i.i.d.")),
-                Column("95 % interval"),
+                TableColumn("value", parts=("sd", "rel. sd", "i.i.d.")),
+                TableColumn("95 % interval"),
             ),
             rows=(
                 *(
@@ -65,13 +65,13 @@ def iterations(estimate: SavedEstimate) -> str:
     return f"{count} from {_STARTS[estimate.started]}" if estimate.started else count
 
 
-def quantity(value: Value) -> Quantity:
+def quantity(value: Value) -> QuantityCell:
     """Value and deviation; then relative deviation and i.i.d. deviation, digits as they warrant."""
     digits = places(value)
     relative = value.relative_deviation_percent
     percent = f"{relative:.2f} %" if relative >= _SMALL else f"{relative:.1g} %"
     percent = percent if relative < _VAGUE else f">{_VAGUE - 1:.0f} %"
-    return Quantity(
+    return QuantityCell(
         f"{value.value:.{digits}f}",
         f"{value.deviation:.{digits}f}",
         (percent, f"{value.sd:.{digits}f}"),
@@ -90,7 +90,7 @@ def band_row(
     if not any(band is not None and band.exceeds for band in bands):
         return []
     cells = (
-        Quantity(
+        QuantityCell(
             "",
             f"{band.deviation:.{places(value)}f}",
             (f"{100 * band.deviation / abs(value.value):.2f} %" if value.value else "-", ""),
@@ -202,7 +202,7 @@ def details_document(estimates: Mapping[str, SavedEstimate], diagnosis: Diagnosi
     )
 
 
-def _intervals(title: str, estimates: Mapping[str, SavedEstimate]) -> Table:
+def _intervals(title: str, estimates: Mapping[str, SavedEstimate]) -> TableBlock:
     first, *others = (model.label for model in COVARIANCES.values())
     return text_table(
         ["", "unit", "2.5 %", "97.5 %", f"sd {first}", *others, "gain", "bias"],
@@ -221,7 +221,7 @@ def _intervals(title: str, estimates: Mapping[str, SavedEstimate]) -> Table:
     )
 
 
-def _law(law: LawAgreement | Missing) -> Table | Paragraph:
+def _law(law: LawAgreement | Missing) -> TableBlock | Paragraph:
     title = "Control law"
     if isinstance(law, Missing):
         return paragraph(f"not checked: {law.reason}", title=title, filled=False)
@@ -234,7 +234,7 @@ def _law(law: LawAgreement | Missing) -> Table | Paragraph:
     return text_table(["recorded control", ""], rows, title=title)
 
 
-def _by_record(diagnosis: Diagnosis) -> Table:
+def _by_record(diagnosis: Diagnosis) -> TableBlock:
     """The control law and the delay of the force, record by record."""
     return text_table(
         ("", "declared law leaves", "delay [samples]", "force fits best earlier by [samples]"),
@@ -260,7 +260,7 @@ def _percent(value: float | None) -> str:
     return "-" if value is None else f"{figure_text(value)} %"
 
 
-def _instruments(preferred: SavedEstimate, tests: InstrumentTests | None) -> Table | Paragraph:
+def _instruments(preferred: SavedEstimate, tests: InstrumentTests | None) -> TableBlock | Paragraph:
     title = "Instruments"
     if tests is None:
         return paragraph("none", title=title)
@@ -276,7 +276,7 @@ def _instruments(preferred: SavedEstimate, tests: InstrumentTests | None) -> Tab
     )
 
 
-def _differences(diagnosis: Diagnosis, units: Mapping[str, str]) -> Table | Paragraph:
+def _differences(diagnosis: Diagnosis, units: Mapping[str, str]) -> TableBlock | Paragraph:
     title = "Estimates less another, Hausman, HAC"
     if not diagnosis.differences:
         return paragraph(
@@ -339,10 +339,10 @@ def _motions(found: Mapping[str, ColumnComparison | Missing]) -> Document:
     return (text_table(heads, rows, title=title),) if rows else ()
 
 
-def checks_table(checks: Sequence[Check], *, sources: bool = False) -> Table:
+def checks_table(checks: Sequence[Check], *, sources: bool = False) -> TableBlock:
     """Every check with its figure and threshold, and on request of what, and whose threshold."""
-    of_what = (Column("of what, and whose threshold", align="left"),) if sources else ()
-    return Table(
+    of_what = (TableColumn("of what, and whose threshold", align="left"),) if sources else ()
+    return TableBlock(
         columns=(*text_columns(["", "status", "figure", "threshold", "p"]), *of_what),
         rows=tuple(
             (

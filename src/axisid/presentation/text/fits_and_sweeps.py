@@ -11,14 +11,14 @@ from axisid.estimation.output_error import OutputFit
 from axisid.modeling.declaration import Axis, left_out_text
 from axisid.presentation.documents import (
     Cell,
-    Column,
     Document,
     Heading,
     Notes,
     Paragraph,
-    Quantity,
+    QuantityCell,
     Sentence,
-    Table,
+    TableBlock,
+    TableColumn,
     paragraph,
     text_columns,
     text_table,
@@ -79,7 +79,7 @@ def _heading(fit: SavedOutputFit, declared: Axis | None) -> Heading:
 def _row(fit: SavedOutputFit, name: str) -> tuple[Cell, ...]:
     value, written = fit[name], fit.document.parameters[name]
     known, told = written.prior, value.deviation < math.inf
-    shown = quantity(value) if told else Quantity(f"{value.value:.6g}", "inf", ("-", ""))
+    shown = quantity(value) if told else QuantityCell(f"{value.value:.6g}", "inf", ("-", ""))
     sd, relative = shown.deviation, shown.more[0]
     interval = range_text(*value.interval, " to ", digits=6)
     remark = f"known {known.value:g} +- {known.sd:g}" if known else ""
@@ -90,7 +90,7 @@ def _row(fit: SavedOutputFit, name: str) -> tuple[Cell, ...]:
     return name, value.unit, shown.value, sd, relative, interval, f"{written.start:.6g}", remark
 
 
-def _errors(fit: SavedOutputFit) -> Table:
+def _errors(fit: SavedOutputFit) -> TableBlock:
     several, count = len(fit.records) > 1, len(fit.outputs)
     of_record = [f"{i}  {r.provenance.source}" for i, r in enumerate(fit.records, 1)]
     return text_table(
@@ -159,13 +159,13 @@ _NOT_TOLD = ("record", "columns")  # but what was assumed and repaired
 def law_search_document(search: LawSearch) -> Document:
     """The laws by what they leave, the gains of the best, and how to declare it."""
     heading, best = Heading(facts=tuple(record_facts(search.record).items())), search.best
-    ranking = Table(
+    ranking = TableBlock(
         columns=(
             *text_columns(["", "law"]),
-            Column("gains", align="left"),
-            Column("delay", "samples"),
-            Column("held-out", "%"),
-            Column("own", "%"),
+            TableColumn("gains", align="left"),
+            TableColumn("delay", "samples"),
+            TableColumn("held-out", "%"),
+            TableColumn("own", "%"),
         ),
         rows=tuple(
             (
@@ -181,8 +181,8 @@ def law_search_document(search: LawSearch) -> Document:
         labels=2,
         title="Ready laws by what they leave of the control, of held-out and of their own rows",
     )
-    gains = Table(
-        columns=(*text_columns([best.title]), Column("value"), Column("sd")),
+    gains = TableBlock(
+        columns=(*text_columns([best.title]), TableColumn("value"), TableColumn("sd")),
         rows=tuple(
             (
                 name,
@@ -226,17 +226,19 @@ def sweep_document(sweep: Sweep) -> Document:
     )
 
 
-def _sweep_table(sweep: Sweep, name: str, unit: str) -> Table:
-    of_methods = (Column(f"{each.upper()} {name}", unit, parts=("sd",)) for each in sweep.methods)
+def _sweep_table(sweep: Sweep, name: str, unit: str) -> TableBlock:
+    of_methods = (
+        TableColumn(f"{each.upper()} {name}", unit, parts=("sd",)) for each in sweep.methods
+    )
 
-    def cell(estimate: Estimate | None) -> Quantity:
+    def cell(estimate: Estimate | None) -> QuantityCell:
         if estimate is None:
-            return Quantity("-", "-")
+            return QuantityCell("-", "-")
         value = estimate.parameters[name]
-        return Quantity(f"{value.corrected:.5g}", f"{value.deviation:.2g}")
+        return QuantityCell(f"{value.corrected:.5g}", f"{value.deviation:.2g}")
 
-    return Table(
-        columns=(Column("cut-off", "Hz", "left"), Column("1 of"), *of_methods),
+    return TableBlock(
+        columns=(TableColumn("cut-off", "Hz", "left"), TableColumn("1 of"), *of_methods),
         rows=tuple(
             (
                 f"{result.prefilter.cutoff:g}",

@@ -15,7 +15,6 @@ from axisid.presentation.documents import (
     Cell,
     CheckGroup,
     Checks,
-    Column,
     Document,
     Heading,
     Interval,
@@ -24,7 +23,8 @@ from axisid.presentation.documents import (
     Paragraph,
     Sentence,
     Status,
-    Table,
+    TableBlock,
+    TableColumn,
     text_columns,
     text_table,
 )
@@ -136,7 +136,7 @@ def _rows_in_short(result: SavedIdentification) -> str:
     )
 
 
-def judged_table(result: SavedIdentification) -> Table:
+def judged_table(result: SavedIdentification) -> TableBlock:
     """The values to believe: each the centre of its interval, less what filter and noise move."""
     judged, plain = result.preferred, result.estimates.get("idm-ls")
     bands = result.diagnosis.bands.get(judged.method, {})
@@ -169,8 +169,10 @@ def judged_table(result: SavedIdentification) -> Table:
         for digits in [decimals(value.deviation)]
     )
     heads = [judged.method.upper(), "sd", "95 % interval", *(["IDM-LS"] if beside else [])]
-    last = Column("remark", align="left")
-    return Table(columns=(*text_columns(["", "unit", *heads]), last), rows=tuple(rows), labels=2)
+    last = TableColumn("remark", align="left")
+    return TableBlock(
+        columns=(*text_columns(["", "unit", *heads]), last), rows=tuple(rows), labels=2
+    )
 
 
 def rows_of(result: SavedIdentification) -> str:
@@ -221,7 +223,7 @@ def _truth(parameters: Iterable[Parameter], truth: Mapping[str, float]) -> str:
 
 def _estimates_table(
     estimates: Sequence[SavedEstimate], diagnosis: Diagnosis, truth: Mapping[str, float]
-) -> Table:
+) -> TableBlock:
     first, methods = estimates[0], [e.method for e in estimates]
     rows = _value_rows(
         {e.method: e.parameters for e in estimates},
@@ -250,10 +252,10 @@ def _estimates_table(
         ("condition number", "", *(f"{e.condition_number:.3f}" for e in estimates), ""),
         ("iterations", "", *map(iterations, estimates), ""),
     ]
-    return Table(columns=_columns("", methods), rows=tuple(rows), labels=2)
+    return TableBlock(columns=_columns("", methods), rows=tuple(rows), labels=2)
 
 
-def _physical_tables(result: SavedIdentification) -> list[Table]:
+def _physical_tables(result: SavedIdentification) -> list[TableBlock]:
     """Physical parameters that are no base parameters, by method, of one model form."""
     every = {method: p for method, p in result.physical.items() if p.shows_more}
     inverse = [p for m, p in every.items() if not result.estimates[m].is_direct]
@@ -264,13 +266,13 @@ def _physical_tables(result: SavedIdentification) -> list[Table]:
     rows = _value_rows(
         values, {name: name for name in shown[0].parameters}, result.record.provenance.truth
     )
-    return [Table(columns=_columns("physical parameters", values), rows=tuple(rows), labels=2)]
+    return [TableBlock(columns=_columns("physical parameters", values), rows=tuple(rows), labels=2)]
 
 
-def _columns(what: str, methods: Iterable[str]) -> tuple[Column, ...]:
+def _columns(what: str, methods: Iterable[str]) -> tuple[TableColumn, ...]:
     parts = ("sd [1]", "rel. sd", "i.i.d. [2]")  # told where a table has room
-    of_methods = (Column(method.upper(), parts=parts, kind="method") for method in methods)
-    drawn = Column("intervals", align="left", kind="intervals")
+    of_methods = (TableColumn(method.upper(), parts=parts, kind="method") for method in methods)
+    drawn = TableColumn("intervals", align="left", kind="intervals")
     return (*text_columns([what, "unit"]), *of_methods, drawn)
 
 
@@ -304,7 +306,7 @@ def _value_rows(
     return rows
 
 
-def draws_table(estimates: Mapping[str, SavedEstimate], draws: int) -> Table:
+def draws_table(estimates: Mapping[str, SavedEstimate], draws: int) -> TableBlock:
     """Intervals from draws, beside those of the delta method."""
     drawn = [
         (f"{method.upper()} {name}", value, estimate.propagate(name, draws=draws))

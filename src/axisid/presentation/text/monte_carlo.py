@@ -21,12 +21,12 @@ from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.presentation.documents import (
     Block,
     Cell,
-    Column,
     Document,
     Heading,
     Paragraph,
-    Quantity,
-    Table,
+    QuantityCell,
+    TableBlock,
+    TableColumn,
     paragraph,
     text_columns,
 )
@@ -87,7 +87,9 @@ def _of_filters(result: SavedMonteCarlo) -> str:
     return _TITLES[PARAMETER] + without * (not all(is_fit))
 
 
-def _estimands(result: SavedMonteCarlo, listed: Sequence[EstimandFigures], title: str) -> Table:
+def _estimands(
+    result: SavedMonteCarlo, listed: Sequence[EstimandFigures], title: str
+) -> TableBlock:
     chosen = result.chosen
     others = [
         of
@@ -96,13 +98,13 @@ def _estimands(result: SavedMonteCarlo, listed: Sequence[EstimandFigures], title
     ]
     columns = (
         *text_columns(["method", "", "unit"]),
-        Column("truth"),
-        Column("bias", parts=("error",)),
-        Column("scatter", parts=("error",)),
-        Column("stated"),
-        Column("holds", "%", group="holds"),
-        Column("95 % interval", "%", group="holds"),
-        *(Column(_label(of), "%") for of in others),
+        TableColumn("truth"),
+        TableColumn("bias", parts=("error",)),
+        TableColumn("scatter", parts=("error",)),
+        TableColumn("stated"),
+        TableColumn("holds", "%", group="holds"),
+        TableColumn("95 % interval", "%", group="holds"),
+        *(TableColumn(_label(of), "%") for of in others),
     )
     rows: tuple[tuple[Cell, ...], ...] = tuple(
         (
@@ -115,7 +117,7 @@ def _estimands(result: SavedMonteCarlo, listed: Sequence[EstimandFigures], title
         for each in listed
         for stated in [stated_by(each.method, chosen)]
     )
-    return Table(columns=columns, rows=rows, labels=2, title=title)
+    return TableBlock(columns=columns, rows=rows, labels=2, title=title)
 
 
 def _label(of: str) -> str:
@@ -133,14 +135,14 @@ def _number(value: float, digits: int) -> str:
     return "-" if math.isnan(value) else figure_text(value, digits)
 
 
-def mean_cell(mean: Mean) -> Quantity:
+def mean_cell(mean: Mean) -> QuantityCell:
     """A figure with its Monte-Carlo error, to the digits that the error tells."""
     if math.isnan(mean.value):
-        return Quantity("-", "-")
+        return QuantityCell("-", "-")
     if not _PLAIN[0] <= mean.error < _PLAIN[1]:
-        return Quantity(f"{mean.value:.3g}", _number(mean.error, 2))
+        return QuantityCell(f"{mean.value:.3g}", _number(mean.error, 2))
     places = decimals(mean.error)
-    return Quantity(f"{mean.value:.{places}f}", f"{mean.error:.{places}f}")
+    return QuantityCell(f"{mean.value:.{places}f}", f"{mean.error:.{places}f}")
 
 
 def share_texts(share: Share | None) -> tuple[str, str]:
@@ -152,16 +154,16 @@ def share_texts(share: Share | None) -> tuple[str, str]:
     return f"{value:.{places}f}", f"{low:.{places}f} to {high:.{places}f}"
 
 
-def study_checks(result: SavedMonteCarlo) -> Table:
+def study_checks(result: SavedMonteCarlo) -> TableBlock:
     """How often each check fails; of those that do not pass in every run, and were evaluated."""
     beyond = [each for each in result.check_figures if each.passes.of > 0 and not _is_silent(each)]
     shares = [
-        Column(head, "%", group=group)
+        TableColumn(head, "%", group=group)
         for group in ("fails", "notes")
         for head in (group, "95 % interval")
     ]
-    return Table(
-        columns=(*text_columns(["check"]), *shares, Column("not evaluated", "%")),
+    return TableBlock(
+        columns=(*text_columns(["check"]), *shares, TableColumn("not evaluated", "%")),
         rows=(
             *(
                 (

@@ -11,7 +11,7 @@ from axisid.estimation.records import Record
 from axisid.estimation.signals import Sampling
 from axisid.modeling.declaration import Drive
 from axisid.modeling.quantities import Signal
-from axisid.presentation.documents import Document, Heading, Table, text_table
+from axisid.presentation.documents import Document, Heading, TableBlock, text_table
 from axisid.presentation.result_files import SavedIdentification
 from axisid.support.errors import or_dash
 
@@ -158,7 +158,7 @@ def set_aside_facts(set_aside: Mapping[str, str]) -> dict[str, str]:
     return {"set aside": f"{counted}: {'; '.join(reasons)}"} if set_aside else {}
 
 
-def records_table(result: SavedIdentification) -> Table:
+def records_table(result: SavedIdentification) -> TableBlock:
     """Each record beside the others, by the estimate that is judged."""
     return text_table(
         (
