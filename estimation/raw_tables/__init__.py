@@ -6,7 +6,7 @@ Knows nothing of file formats, axes and roles.
 
 from .provenance import PeriodSource as PeriodSource, Provenance as Provenance, Repair as Repair
 from .table import (
-    Column as Column,
+    RawColumn as RawColumn,
     Samples as Samples,
     Table as Table,
     TableBuilder as TableBuilder,

@@ -53,7 +53,7 @@ class Samples:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Column:
+class RawColumn:
     """A column of a file.
 
     Attributes
@@ -91,7 +91,7 @@ class Table:
     ----------
     source : str
         The file as it was given, for messages.
-    columns : mapping of str to Column
+    columns : mapping of str to RawColumn
     notes : tuple of str
         What was assumed of the file: separator, encoding, rows that were passed over.
     repairs : tuple of Repair
@@ -107,7 +107,7 @@ class Table:
     """
 
     source: str
-    columns: Mapping[str, Column]
+    columns: Mapping[str, RawColumn]
     notes: tuple[str, ...] = ()
     repairs: tuple[Repair, ...] = ()
     sha256: str = ""
@@ -200,7 +200,7 @@ class TableBuilder:
         The memory that there is for the columns; any where they are in memory already.
     """
 
-    columns: dict[str, Column] = field(default_factory=dict)
+    columns: dict[str, RawColumn] = field(default_factory=dict)
     room: Room = field(default_factory=lambda: Room("", math.inf))
 
     def add(
@@ -228,7 +228,7 @@ class TableBuilder:
             self.pass_over(label or name, _content(array))
             return
         self.room.take(8 * array.size)
-        self.columns[name] = Column(
+        self.columns[name] = RawColumn(
             samples=Samples(values=array.astype(np.float64), clock=clock),
             unit=unit,
             label=label,
@@ -237,7 +237,7 @@ class TableBuilder:
 
     def pass_over(self, name: str, what: str) -> None:
         """Take a column that holds no numbers but something else."""
-        self.columns[name] = Column(
+        self.columns[name] = RawColumn(
             samples=DataError(
                 f"the column {name!r} holds {what}; choose another column.", code="columns"
             ),

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from axisid.estimation.raw_tables import Column, Repair, Samples, Table
+from axisid.estimation.raw_tables import RawColumn, Repair, Samples, Table
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 
@@ -95,7 +95,7 @@ def _decoded(source: str, content: bytes, endings: str) -> tuple[str, str]:
     )
 
 
-def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, Column]:
+def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, RawColumn]:
     """Columns of lines of text.
 
     An empty cell is nan. A column of time stamps counts seconds from the first; any other column
@@ -122,7 +122,7 @@ def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, 
     columns = {}
     for k, name in enumerate(dialect.names):
         if values is not None and k in numeric:
-            column = Column(samples=Samples(values=values[:, numeric.index(k)]))
+            column = RawColumn(samples=Samples(values=values[:, numeric.index(k)]))
         else:
             split = (line.split(dialect.separator, k + 1)[k].strip() for _, line in lines)
             column = _of_cells(source, lines, dialect, k, [row[k] for row in rows] or [*split])
@@ -175,17 +175,19 @@ def _rows(source: str, lines: list[Line], dialect: Dialect) -> list[list[str]]:
     return rows
 
 
-def _of_cells(source: str, lines: list[Line], dialect: Dialect, k: int, cells: list[str]) -> Column:
+def _of_cells(
+    source: str, lines: list[Line], dialect: Dialect, k: int, cells: list[str]
+) -> RawColumn:
     """A column of numbers, of time stamps, or one that refuses to be read."""
     comma, why = dialect.comma, ""
     row = next((i for i, c in enumerate(cells) if c and not is_number(c, comma=comma)), None)
     if row is None:
         plain = (cell.replace(",", ".") if comma else cell for cell in cells)
-        return Column(samples=Samples(values=np.array([float(cell or "nan") for cell in plain])))
+        return RawColumn(samples=Samples(values=np.array([float(cell or "nan") for cell in plain])))
     if is_stamp(cells[row]):
         try:
             seconds, note = stamp_seconds(cells)
-            return Column(
+            return RawColumn(
                 samples=Samples(values=seconds), unit="s", note=f"{dialect.names[k]}: {note}"
             )
         except NoStampsError as error:
@@ -199,7 +201,7 @@ def _of_cells(source: str, lines: list[Line], dialect: Dialect, k: int, cells: l
         f"line, or choose another column{_DROP_TAIL}."
     )
     where = f"{source}, line {lines[row][0]}: {cells[row]!r} in column {dialect.names[k]!r}"
-    return Column(samples=DataError(f"{where} {reason}", code="log-text"))
+    return RawColumn(samples=DataError(f"{where} {reason}", code="log-text"))
 
 
 def _plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[str, ...]]:

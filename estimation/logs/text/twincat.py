@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from axisid.estimation.raw_tables import Column, Samples, Table, numbered
+from axisid.estimation.raw_tables import RawColumn, Samples, Table, numbered
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 
@@ -155,7 +155,7 @@ def _values(
     return list(np.array(rows).T)
 
 
-def _column(name: str, channel: _Channel, samples: Array, clock: Array) -> Column:
+def _column(name: str, channel: _Channel, samples: Array, clock: Array) -> RawColumn:
     """A channel with its times, without rows that it left empty or filled with its last sample.
 
     A sample that lacks its value or its time alone stays, and is told by whoever needs it.
@@ -166,7 +166,7 @@ def _column(name: str, channel: _Channel, samples: Array, clock: Array) -> Colum
         samples, clock = samples[~dropped], clock[~dropped]
     count = np.count_nonzero(repeated)
     note = f"{name}: {count} rows that repeat its last time and value left out" if count else ""
-    return Column(
+    return RawColumn(
         samples=Samples(values=samples, clock=clock),
         unit=channel.unit,
         label=channel.name,
