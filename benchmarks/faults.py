@@ -173,12 +173,12 @@ def doubts(result: Identification) -> str:
     said = [check.name for check in result.verdict if check.status == "fail"]
     said += [f"{method} failed" for method in result.failed]
     provenance = result.record.provenance
-    said += [note for note in provenance.assumed if not _random_effects(note)]
+    said += [note for note in provenance.assumed if not _is_usual(note)]
     said += map(str, provenance.doubts)
     return "; ".join(said)
 
 
-def _random_effects(note: str) -> bool:
+def _is_usual(note: str) -> bool:
     """What is said of every log of arrays."""
     return note.startswith(("no unit given", "no column"))
 

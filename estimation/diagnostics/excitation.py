@@ -192,16 +192,16 @@ def _repetition(unit: Array, j: int) -> tuple[float, list[int], float]:
 
 
 def _inertial_share(form: Form, record: int, data: FilteredRecord, theta: Array) -> float:
-    """Norm of the force that accelerates, known terms too, over that of the record's force."""
-    coasting = replace(data.signals, acceleration=np.zeros_like(data.signals.acceleration))
-    moving, steady = (
-        intercept + columns @ theta
-        for each in (data.signals, coasting)
-        for own in [form.of_record(record).equations(each)]
-        for intercept, columns in [form.placed(record, own.intercept, own.regressor)]
-    )
-    kept = data.sampling.kept
-    return float(np.linalg.norm((moving - steady)[kept]) / np.linalg.norm(moving[kept]))
+    """Norm of the force that accelerates, known terms too, over that of the modelled force."""
+
+    def force(signals: Signals) -> Array:
+        own = form.of_record(record).equations(signals)
+        intercept, columns = form.placed(record, own.intercept, own.regressor)
+        return (intercept + columns @ theta)[data.sampling.kept]
+
+    moving, acceleration = force(data.signals), data.signals.acceleration
+    steady = force(replace(data.signals, acceleration=np.zeros_like(acceleration)))
+    return float(np.linalg.norm(moving - steady) / np.linalg.norm(moving))
 
 
 def _lacking(

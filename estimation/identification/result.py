@@ -127,6 +127,8 @@ class _HasEstimates(Protocol[Estimated_co]):
     @property
     def diagnosis(self) -> Diagnosis: ...
     @property
+    def preferred(self) -> Estimated_co: ...
+    @property
     def local_names(self) -> Mapping[str, tuple[str, ...]]: ...
 
 
@@ -148,7 +150,7 @@ class ByMethod(Checked):
 
         None in a record that does not have the parameter.
         """
-        values = self.estimates[self.diagnosis.preferred].parameters
+        values = self.preferred.parameters
         return {name: tuple(map(values.get, own)) for name, own in self.local_names.items()}
 
     def __getitem__(self: _HasEstimates[Estimated_co], method: str) -> Estimated_co:

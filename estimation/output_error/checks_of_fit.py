@@ -444,6 +444,8 @@ def shown_check(of: OutputFit) -> Check:
 
 def none_shown_check(of: OutputFit) -> Check | None:
     """Whether the outputs show none of the parameters that are searched."""
+    if not np.isinf(of.deviations).any():
+        return None
     most, searched = MAX_RELATIVE_DEVIATION.value, (of.deviations > 0) & ~of.of_start
     if np.any(searched & (100 * of.deviations <= most * np.abs(of.physical))):
         return None

@@ -1,7 +1,7 @@
 """What a fit is asked for: where it starts, what it follows, and what is free."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,7 +31,6 @@ from axisid.estimation.parameters import (
     Unknowns,
     least_sizes,
 )
-from axisid.estimation.prediction_errors import FEWEST_IN_WINDOW
 from axisid.estimation.records import Record
 from axisid.estimation.regression import InverseForm
 from axisid.modeling.declaration import HIDDEN_FROM
@@ -297,21 +296,12 @@ def checked_outputs(given: object) -> tuple[str, ...]:
     return found
 
 
-def checked_horizon(
-    given: object, outputs: Sequence[str], records: Iterable[Record]
-) -> float | None:
+def checked_horizon(given: object, outputs: Sequence[str]) -> float | None:
     """Length of an open loop's windows, s, where it is asked for."""
     if given is None:
         return None
     if not (is_real(given) and 0 < given < math.inf):
         raise UsageError(f"the horizon is {quoted(given)}; give a positive time, s.", code="fit")
-    least = FEWEST_IN_WINDOW * max(record.period for record in records)
-    if given < least:
-        raise UsageError(
-            f"the horizon of {given:g} s is less than {FEWEST_IN_WINDOW} samples, {least:g} s; "
-            "give a longer one, or leave it out.",
-            code="fit",
-        )
     if OPEN_LOOP not in outputs:
         raise UsageError(
             f"a horizon is given, and the {' and '.join(outputs)} of a loop has no windows; "

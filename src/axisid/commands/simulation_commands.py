@@ -24,6 +24,7 @@ from axisid.commands.options import (
     leave_out_option,
     loss_option,
     one_or_all,
+    print_result,
     put_result,
     reading,
     stages,
@@ -32,6 +33,7 @@ from axisid.commands.options import (
 )
 from axisid.estimation.choices import fit_names, fitted_output, method_names
 from axisid.presentation.console import ProgressLine, print_document
+from axisid.support.errors import AxisidError
 
 #: The noise of the twins, by option: what it is called in Python, its unit, and its help.
 NOISE = {
@@ -368,8 +370,10 @@ def study(
         )
     try:  # before what is printed, whose reader may have gone
         written = _written(result, output, report, figures)
-    finally:
-        put_result(result, json_file)
+    except AxisidError:
+        print_result(result)
+        raise
+    put_result(result, json_file)
     for path in written:
         click.echo(f"wrote {path}", err=json_file == "-")
 

@@ -421,7 +421,6 @@ def test_a_lag_of_the_drive_is_found_with_the_parameters(emps2015: GeneratedAxis
         ("fit", {"prior": {"M": (95.0, 1e-300)}}),
         ("fit", {"prior": {"M": (1e300, 1.0)}}),
         ("fit", {"horizon": 2.0}),
-        ("fit", {"horizon": 1e-9, "output": "open-loop"}),
         ("fit", {"prior": {"M": (95.0, 2.0)}, "fixed": {"M": 95.0}}),
         ("fit", {"fixed": {"M": "five"}}),
         ("fit", {"fixed": {"M": -5.0}}),

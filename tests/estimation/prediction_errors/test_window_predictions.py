@@ -64,6 +64,10 @@ def test_without_a_control_it_is_refused(emps2015: GeneratedAxis, twin: Record) 
         fit(emps2015, twin, "open-loop", horizon=0.0)
 
 
+def test_a_window_has_twenty_samples_at_least(emps2015: GeneratedAxis, twin: Record) -> None:
+    assert _predictions(emps2015, twin, 1e-9).horizon == 20 * twin.period
+
+
 def test_windows_that_begin_at_rest_stay_there(emps2015: GeneratedAxis, twin: Record) -> None:
     """A first velocity that friction stops at once is asked of by noise, and may not run away."""
     still = Record(

@@ -152,6 +152,7 @@ def test_the_command_line_takes_several_logs(logs: list[str], tmp_path: Path) ->
         (3, ("--local", "nothing"), "no parameter 'nothing'"),
         (3, ("--local", "M,M"), "'M' twice"),
         (3, ("--local", ","), "an empty name"),
+        (3, ("--known", "m_add=0,1", "--fix", "M=1"), "--known M=1.0"),
         (2, ("--local", "tau0"), "there is 1 record; give several"),
     ],
 )

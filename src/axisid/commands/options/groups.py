@@ -126,7 +126,7 @@ _SAID = {
 
 
 #: A setting in a sentence: ``gaps="split"``, ``resample=HZ``, ``columns position=NAME``.
-_SETTING = re.compile(r'\b(\w+)(?:="([\w.-]+)"|=([A-Z]+)\b| (\w+=\w+|FROM\.\.TO))')
+_SETTING = r'(?<![\w-])({})(?:="([\w.-]+)"|=([A-Z]+)\b| (\w+=\w+|FROM\.\.TO))'
 
 
 class Command(click.Command):
@@ -137,16 +137,19 @@ class Command(click.Command):
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run it."""
-        options = {name for parameter in self.params for name in parameter.opts}
+        options = [name for parameter in self.params for name in parameter.opts]
+        names = [name[2:].replace("-", "_") for name in options if name.startswith("--")]
 
         def typed(found: re.Match[str]) -> str:
-            option = f"--{found[1].replace('_', '-')}"
-            return f"{option} {found[2] or found[3] or found[4]}" if option in options else found[0]
+            return f"--{found[1].replace('_', '-')} {found[2] or found[3] or found[4]}"
 
         try:
             return super().invoke(ctx)
         except AxisidError as error:
-            error.args = (_SETTING.sub(typed, error.args[0]), *error.args[1:])
+            error.args = (
+                re.sub(_SETTING.format("|".join(names)), typed, error.args[0]),
+                *error.args[1:],
+            )
             raise
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

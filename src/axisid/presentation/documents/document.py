@@ -79,7 +79,7 @@ class TableColumn:
         Heads of the deviation and of what else a `QuantityCell` tells, where each has a column of
         its own. Without them a quantity is one text.
     group : str
-        RowTimes of one group stay beside one another on a narrow terminal, as parts do.
+        Columns of one group stay beside one another on a narrow terminal, as parts do.
     kind : Kind
         What is in it.
     """
