@@ -224,6 +224,8 @@ class Sampling:
     @cached_property
     def _clean(self) -> NDArray[np.bool_]:
         """Which rows no filter brings a masked sample into."""
+        if not self.masked:  # no filter is designed for that
+            return np.ones(len(self._all_rows), dtype=bool)
         reach = self.filter.memory * self.filter.settings.decimate
         ends = ((start - reach, stop + reach) for start, stop in self.masked)
         reached = (np.searchsorted(self._all_rows, each).tolist() for each in ends)
