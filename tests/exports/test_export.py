@@ -245,7 +245,7 @@ def test_physical_parameters_from_known_values_are_exported(tmp_path: Path) -> N
 _ADDED = """
 from axisid.codegen import printers
 from axisid.exports import targets
-from axisid.exports.targets import _PRINTERS, Target
+from axisid.exports.targets import _PRINTERS, ExportTarget
 
 printers.__path__.append({folder!r})
 targets.TARGETS += ({row},)
