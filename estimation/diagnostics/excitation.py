@@ -21,7 +21,7 @@ from axisid.estimation.estimation_problem import (
     typical_magnitudes,
 )
 from axisid.estimation.parameters import GAIN
-from axisid.estimation.regression import Form, InverseForm
+from axisid.estimation.regression import Equations, Form, InverseForm
 from axisid.estimation.signals import (
     FilteredRecord,
     Signals,
@@ -146,8 +146,8 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
     }
     X, weights = equations.regressor, problem.stacked(lambda data: data.sampling.weights)
     hardly = [
-        _inertial_share(form, i, data, theta) < _MIN_ACCELERATION_SHARE
-        for i, data in enumerate(problem.data)
+        _inertial_share(form, i, data, own, theta) < _MIN_ACCELERATION_SHARE
+        for i, (data, own) in enumerate(zip(problem.data, each, strict=True))
     ]
     size = np.linalg.norm(X, axis=0)
     unit = X / np.where(size > 0, size, 1.0)
@@ -191,16 +191,17 @@ def _repetition(unit: Array, j: int) -> tuple[float, list[int], float]:
     return inflation, [i for i, w in zip(others, weights, strict=True) if abs(w) > most], rows
 
 
-def _inertial_share(form: Form, record: int, data: FilteredRecord, theta: Array) -> float:
+def _inertial_share(
+    form: Form, record: int, data: FilteredRecord, moving_rows: Equations, theta: Array
+) -> float:
     """Norm of the force that accelerates, known terms too, over that of the modelled force."""
 
-    def force(signals: Signals) -> Array:
-        own = form.of_record(record).equations(signals)
-        intercept, columns = form.placed(record, own.intercept, own.regressor)
+    def force(rows: Equations) -> Array:
+        intercept, columns = form.placed(record, rows.intercept, rows.regressor)
         return (intercept + columns @ theta)[data.sampling.kept]
 
-    moving, acceleration = force(data.signals), data.signals.acceleration
-    steady = force(replace(data.signals, acceleration=np.zeros_like(acceleration)))
+    coasting = replace(data.signals, acceleration=np.zeros_like(data.signals.acceleration))
+    moving, steady = force(moving_rows), force(form.of_record(record).equations(coasting))
     return float(np.linalg.norm(moving - steady) / np.linalg.norm(moving))
 
 

@@ -412,7 +412,9 @@ def validate_fit(
             "which are those of another record; fit without them.",
             code="validation",
         )
-    length = result.horizon if horizon is None else checked_horizon(horizon, result.outputs)
+    length = (
+        result.horizon if horizon is None else checked_horizon(horizon, result.outputs, [record])
+    )
     followed = result.outputs[0] if output is None else str(output)
     check_among(("output of the fit", followed, result.outputs))
     axis = result.axes[0]

@@ -217,7 +217,7 @@ def fit(
     )
     levels, asked = (
         Levels(level=level, least_share=least_share),
-        checked_horizon(horizon, outputs),
+        checked_horizon(horizon, outputs, given),
     )
     if time is None:
         first, last = _in_steady_windows(search, generated, start, asked)

@@ -1,7 +1,7 @@
 """What a fit is asked for: where it starts, what it follows, and what is free."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,6 +31,7 @@ from axisid.estimation.parameters import (
     Unknowns,
     least_sizes,
 )
+from axisid.estimation.prediction_errors import FEWEST_IN_WINDOW
 from axisid.estimation.records import Record
 from axisid.estimation.regression import InverseForm
 from axisid.modeling.declaration import HIDDEN_FROM
@@ -296,8 +297,10 @@ def checked_outputs(given: object) -> tuple[str, ...]:
     return found
 
 
-def checked_horizon(given: object, outputs: Sequence[str]) -> float | None:
-    """Length of an open loop's windows, s, where it is asked for."""
+def checked_horizon(
+    given: object, outputs: Sequence[str], records: Iterable[Record]
+) -> float | None:
+    """Length of an open loop's windows, s, where it is asked for; that of the shortest at least."""
     if given is None:
         return None
     if not (is_real(given) and 0 < given < math.inf):
@@ -308,7 +311,7 @@ def checked_horizon(given: object, outputs: Sequence[str]) -> float | None:
             f"leave it out, or follow {OPEN_LOOP_FIT}.",
             code="fit",
         )
-    return float(given)
+    return max(float(given), FEWEST_IN_WINDOW * max(record.period for record in records))
 
 
 def checked_weights(given: Mapping[str, float] | None, outputs: Sequence[str]) -> tuple[float, ...]:

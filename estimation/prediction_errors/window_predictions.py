@@ -171,7 +171,6 @@ class WindowPredictions(PredictionErrors):
                 "does.",
                 code="equation",
             )
-        horizon = max(horizon, FEWEST_IN_WINDOW * max(record.period for record in records))
         self._axes, self.horizon = tuple(axes), horizon
         self.units: tuple[str, ...] = (str(axes[0].axis.coordinate.unit),)
         every = enumerate(zip(axes, records, strict=True))
