@@ -137,20 +137,21 @@ class Command(click.Command):
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run it."""
+        try:
+            return super().invoke(ctx)
+        except AxisidError as error:
+            error.args = (self._typed(error.args[0]), *error.args[1:])
+            raise
+
+    def _typed(self, sentence: str) -> str:
+        """A sentence with the settings that this command has as options."""
         options = [name for parameter in self.params for name in parameter.opts]
         names = [name[2:].replace("-", "_") for name in options if name.startswith("--")]
 
         def typed(found: re.Match[str]) -> str:
             return f"--{found[1].replace('_', '-')} {found[2] or found[3] or found[4]}"
 
-        try:
-            return super().invoke(ctx)
-        except AxisidError as error:
-            error.args = (
-                re.sub(_SETTING.format("|".join(names)), typed, error.args[0]),
-                *error.args[1:],
-            )
-            raise
+        return re.sub(_SETTING.format("|".join(names)), typed, sentence)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options, each below its title."""
