@@ -295,19 +295,17 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         axis, loops = self.axes[number], self.loops[number]
         if axis.axis.states:
             return Missing("friction that remembers has no rows in which that could be looked for")
-        names = [
-            self.local[q.name][number] if q.name in self.local else q.name for q in axis.parameters
-        ]
         data = bound_record(axis, self.records[number], Prefilter())
+        into = self.form.of_model.record_jacobian(number)
         chosen = set(self.searched) - self.prior.keys()
-        free = [j for j, name in enumerate(names) if name in chosen]
+        names = [q.name for q in self.form.of_model.physical_quantities]
+        free = np.flatnonzero(into[:, [name in chosen for name in names]].any(axis=1)).tolist()
         chain = None if isinstance(loops, Missing) else loops.chain
         physical = self.form.own(self.physical, number)
         scores = scores_of(data.by_position or data, physical, chain, free)
-        half = [
-            float(np.ptp(self.parameters[n].interval)) / 2 if n in self.parameters else math.inf
-            for n in names
-        ]
+        found = [self.parameters[n].interval if n in self.parameters else (0, 0) for n in names]
+        width = np.ptp(found, axis=1) / 2
+        half = [float(np.abs(row[row != 0]) @ width[row != 0]) or math.inf for row in into]
         return find_misspecification(scores, np.array(half), len(self.records), self.levels)
 
     @cached_property
