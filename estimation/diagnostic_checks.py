@@ -155,7 +155,8 @@ class Fault(Missing):
 def unless_faulty(find: Callable[[], Found]) -> Found | Missing:
     """What a check finds, or why it could not be made, whatever it raises.
 
-    A fault is raised where tracebacks are asked for; want of memory is no fault of a check.
+    A fault is raised where tracebacks are asked for; want of memory is no fault of a check. A
+    user's own candidate that fails leaves open what the others would find, as a fault does.
 
     Parameters
     ----------
@@ -164,7 +165,7 @@ def unless_faulty(find: Callable[[], Found]) -> Found | Missing:
     try:
         return find()
     except AxisidError as error:
-        return Missing(str(error))
+        return (Fault if error.code == "candidate" else Missing)(str(error))
     except MemoryError:
         raise
     except Exception as fault:

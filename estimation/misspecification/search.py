@@ -123,10 +123,14 @@ def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
     return [each for each in (*found, *held, *changing, *of_signals) if len(each.places)]
 
 
+_HUGE = 1e100  # whose square is finite still
+
+
 def _of_user(term: Term, make: Callable[..., Array], *arguments: Any) -> Array:
     """What a term makes, which may be a user's own and raise."""
     try:
-        return np.atleast_1d(np.asarray(make(*arguments), dtype=float))
+        with np.errstate(all="ignore"):
+            return np.atleast_1d(np.asarray(make(*arguments), dtype=float))
     except Exception as error:
         said = f"{type(error).__name__}: {error}".rstrip(": ")
         raise EstimationError(
@@ -139,7 +143,7 @@ def _of_user(term: Term, make: Callable[..., Array], *arguments: Any) -> Array:
 def _columns(term: Term, most: int, along: Along, places: Array) -> Array:
     """Columns of a term, (n, m, g), which a user's own may give otherwise; so many at most."""
     found, rows = _of_user(term, term.columns, along, places), len(along.place)
-    finite, is_block = bool(np.isfinite(found).all()), found.shape[:-1] == (rows, len(places))
+    finite, is_block = bool((np.abs(found) < _HUGE).all()), found.shape[:-1] == (rows, len(places))
     if not (is_block and found.size and found.shape[2] <= most and finite):
         raise EstimationError(
             f"the columns of the candidate {quoted(term.kind)} have the shape {found.shape}"

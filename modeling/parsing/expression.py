@@ -285,16 +285,21 @@ class ExpressionReader:
         try:
             value = operation(*numbers)
         except CANNOT as error:
-            raise TextError(f"this has no value: {error}.", *self._at(node)) from error
+            raise self._without_value(node, error) from error
         if isinstance(value, complex) or not math.isfinite(value):
             raise TextError(f"this number is {value}, not a finite real one.", *self._at(node))
         return float(value)
+
+    def _without_value(self, node: ast.AST, error: Exception) -> TextError:
+        # An overflow has a number before its words; a refusal is a sentence.
+        said = "".join(map(str, error.args[-1:])).rstrip(".")
+        return TextError(f"this has no value: {said}.", *self._at(node))
 
     def _tried(self, node: ast.AST, make: Callable[..., Any], *parts: Any) -> sympy.Expr:
         try:
             result = make(*parts)
         except CANNOT as error:
-            raise TextError(f"this has no value: {error}.", *self._at(node)) from error
+            raise self._without_value(node, error) from error
         if any(part in _NOT_FINITE for part in (result, *result.args)):
             raise TextError("this has no finite real value.", *self._at(node))
         return result

@@ -340,19 +340,25 @@ def _experiment(root: TomlTable, unknown: Symbols, recorded: Symbols) -> Experim
     signals.only(*recorded)
     truth.only(*unknown)
     given = {
-        "moves": _moves(table) or (Move(1.0, 1.0, 1.0),),
+        "moves": _moves(table),
         "truth": truth.read_all(float),
         "signals": signals.read_all(sympy.Expr, {str(TIME): TIME}),
     }
     return table.made(Experiment, given=given, beside=("back_and_forth", *given))
 
 
-def _moves(table: TomlTable) -> tuple[Move | None, ...]:
-    """Moves one by one, or back and forth; none and a mistake if neither or both are given."""
+def _moves(table: TomlTable) -> tuple[Move, ...]:
+    """Moves one by one, or back and forth; one that stands in where there are none, a mistake."""
+    stand_in = Move(1.0, 1.0, 1.0)
     given = [key for key in ("moves", "back_and_forth") if key in table.values]
     if len(given) != 1:
         table.say("", f"give one of moves and back_and_forth, not {len(given)}.")
-        return ()
-    if given == ["moves"]:
-        return tuple(filter(None, (move.made(Move) for move in table.tables("moves"))))
-    return table.table("back_and_forth").made(back_and_forth) or ()
+        return (stand_in,)
+    found = (
+        tuple(move.made(Move) or stand_in for move in table.tables("moves"))
+        if given == ["moves"]
+        else table.table("back_and_forth").made(back_and_forth)
+    )
+    if found == ():
+        table.say(given[0], "it makes no move; give one at least.")
+    return found or (stand_in,)

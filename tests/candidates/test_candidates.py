@@ -60,6 +60,7 @@ def _raises(motion: Along, _: Array) -> Array:
     [
         ({"columns": lambda motion, _: np.ones(len(motion.place))}, "shape"),
         ({"columns": lambda motion, _: np.nan * _cubic(motion, _)}, "not all finite"),
+        ({"columns": lambda motion, _: 1e200 * _cubic(motion, _)}, "not all finite"),
         ({"columns": lambda motion, _: np.ones((len(motion.place), 1, 40))}, "31 at most"),
         ({"columns": _raises}, "IndexError"),
         ({"between": lambda grid, _: grid[9]}, "IndexError"),
@@ -74,7 +75,7 @@ def test_one_of_wrong_columns_is_told_and_costs_no_estimate(
     monkeypatch.setitem(TERMS, "cubic", replace(CUBIC, **changed))
     result = identify(*hardening, methods=["idm-iv"])
     (check,) = (c for c in result.checks if c.name == "missing terms")
-    assert check.status == "not evaluated"
+    assert (check.status, result.belief) == ("fail", "with care")
     assert "the candidate 'cubic'" in check.meaning
     assert said in check.meaning
     assert result["idm-iv"].physical.all()

@@ -255,6 +255,7 @@ def test_all_mistakes_are_told_at_once_each_with_its_place(load: Loader) -> None
         ([('unit = "kg"', 'unit = "' + "(" * 2000 + '"')], "at most 60 characters"),
         ([('unit = "kg"', "unit = 3")], "parameters.M.unit: it is 3; give one line of text"),
         ([("2015\n", "true\n")], "experiment.seed: it is True"),
+        ([("[0.05, 0.1, 0.15]", "[]")], "experiment.back_and_forth: it makes no move"),
         ([("[0.05", '["slow"')], r"experiment.back_and_forth.speeds\[1\]: it is 'slow'"),
         ([('unit = "V"', 'kind = "voltage_drive"\nresistance = {}')], "drive.resistance: it is {}"),
     ],
