@@ -9,9 +9,9 @@ import io
 import os
 import re
 import stat
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -112,14 +112,6 @@ def unpacked(packing: Packing, file: Path, content: bytes, room: Room, *, text: 
     return b"".join(pieces)
 
 
-class Signature(NamedTuple):
-    """First bytes of a file, what a file that begins so is, and what else must be true of a log."""
-
-    start: bytes
-    kind: str
-    provided: str = ""
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Format:
     """A format of logs. One without a reader is delimited text.
@@ -130,8 +122,11 @@ class Format:
         What it is called in a sentence.
     endings : tuple of str
         In lower case, first the one that advice gives.
-    signatures : tuple of Signature
-        By which a file is known that has another ending. A format without any may be text.
+    signatures : mapping of bytes to str
+        First bytes by which a file is known that has another ending, and what one that begins so
+        is. A format without any may be text.
+    provided : str
+        What else must be true of a file that begins so for it to be a log.
     read : callable or None
         The table of a file's content, from its path, content and the memory that there is.
     read_file : callable or None
@@ -142,7 +137,8 @@ class Format:
 
     name: str
     endings: tuple[str, ...]
-    signatures: tuple[Signature, ...] = ()
+    signatures: Mapping[bytes, str] = field(default_factory=dict)
+    provided: str = ""
     read: Callable[[Path, bytes, Room], Table] | None = None
     read_file: Callable[[Path, Room], Table] | None = None
     extra: str = ""
@@ -160,18 +156,18 @@ FORMATS = (
     Format(
         name="MATLAB",
         endings=(".mat",),
-        signatures=(
-            Signature(b"MATLAB 5.0 MAT-file", "a MATLAB file"),
-            Signature(b"MATLAB 7.3 MAT-file", "a MATLAB v7.3 file"),
-            Signature(b"\x89HDF\r\n\x1a\n", "an HDF5 file"),
-        ),
+        signatures={
+            b"MATLAB 5.0 MAT-file": "a MATLAB file",
+            b"MATLAB 7.3 MAT-file": "a MATLAB v7.3 file",
+            b"\x89HDF\r\n\x1a\n": "an HDF5 file",
+        },
         read=read_matlab,
         extra="h5py",
     ),
     Format(
         name="Parquet",
         endings=(".parquet", ".pq"),
-        signatures=(Signature(b"PAR1", "a Parquet file"),),
+        signatures={b"PAR1": "a Parquet file"},
         read=read_parquet,
         extra="parquet",
     ),
@@ -180,48 +176,43 @@ FORMATS = (
     Format(
         name="NumPy",
         endings=(".npz",),
-        signatures=(
-            Signature(b"PK\x03\x04", "a ZIP archive", " if it is NumPy's, else unpack it"),
-        ),
+        signatures={b"PK\x03\x04": "a ZIP archive"},
+        provided=" if it is NumPy's, else unpack it",
         read=read_npz,
     ),
     Format(
         name="MDF",
         endings=(".mf4", ".mdf"),
-        signatures=(
-            Signature(b"MDF     ", "an MDF file"),
-            Signature(b"UnFinMF ", "an MDF file that was not closed"),
-        ),
+        signatures={b"MDF     ": "an MDF file", b"UnFinMF ": "an MDF file that was not closed"},
         read_file=read_mdf,
         extra="mdf",
     ),
     Format(
         name="TDMS",
         endings=(".tdms",),
-        signatures=(Signature(b"TDSm", "a TDMS file"),),
+        signatures={b"TDSm": "a TDMS file"},
         read_file=read_tdms,
         extra="tdms",
     ),
     Format(
         name="ROS 1 bag",
         endings=(".bag",),
-        signatures=(Signature(b"#ROSBAG", "a ROS 1 bag"),),
+        signatures={b"#ROSBAG": "a ROS 1 bag"},
         read_file=read_bag,
         extra="rosbags",
     ),
     Format(
         name="ROS 2 bag",
         endings=(".db3",),
-        signatures=(
-            Signature(b"SQLite format 3\0", "an SQLite database", " if it is a ROS 2 bag"),
-        ),
+        signatures={b"SQLite format 3\0": "an SQLite database"},
+        provided=" if it is a ROS 2 bag",
         read_file=read_bag,
         extra="rosbags",
     ),
     Format(
         name="MCAP",
         endings=(".mcap",),
-        signatures=(Signature(b"\x89MCAP0\r\n", "an MCAP file"),),
+        signatures={b"\x89MCAP0\r\n": "an MCAP file"},
         read_file=read_bag,
         extra="rosbags",
     ),
@@ -353,10 +344,10 @@ def _wrong_kind(file: Path) -> tuple[str, str] | None:
         if re.match(pattern, head, re.DOTALL | re.IGNORECASE):
             return kind, advice
     for log_format in FORMATS:
-        for signature in log_format.signatures:
-            if head.startswith(signature.start):
-                advice = f"{_ASK}{log_format.endings[0]}{signature.provided}"
-                return None if log_format is named else (signature.kind, advice)
+        for start, kind in log_format.signatures.items():
+            if head.startswith(start):
+                advice = f"{_ASK}{log_format.endings[0]}{log_format.provided}"
+                return None if log_format is named else (kind, advice)
     packed = next((each for each in PACKINGS if head.startswith(each.start)), None)
     if packed is not None and packed is not packing:
         return f"compressed by {packed.name}", f"{_ASK}{packed.ending}, as in .csv{packed.ending}"

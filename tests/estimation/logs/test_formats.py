@@ -27,7 +27,7 @@ from axisid.estimation import logs
 logs.__path__.append({folder!r})
 from axisid.estimation.logs import formats
 from axisid.estimation.logs.daq import read_daq
-from axisid.estimation.logs.formats import Format, Signature
+from axisid.estimation.logs.formats import Format
 formats.FORMATS += ({row},)
 from axisid.commands.main import main
 for line in {lines!r}:
