@@ -12,7 +12,7 @@ from scipy.special import log_ndtr, ndtri_exp
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.choices import SQUARES
 from axisid.estimation.diagnostic_checks import unless_faulty
-from axisid.estimation.estimates import NamedValues, Value, student_interval
+from axisid.estimation.estimates import NamedValues, SamplingDistribution
 from axisid.estimation.estimation_problem import ParameterAtBound
 from axisid.estimation.nonlinear_least_squares import SearchResult, WeightedLoss
 from axisid.estimation.parameters import (
@@ -422,20 +422,18 @@ def _parameters(
     dof: Array,
 ) -> NamedValues:
     """The parameters with unit, deviations and interval, by degrees of freedom (k,) of the free."""
+    freedom = np.full(len(physical), np.inf)
+    freedom[unknowns.free] = dof
+    # What is hardly shown may have a variance that rounding made negative.
+    shown = {n: np.where(np.diag(~(np.diag(c) >= 0)), np.inf, c) for n, c in covariances.items()}
+    values = SamplingDistribution(
+        quantities=unknowns.quantities,
+        theta=physical,
+        covariances=shown,
+        freedom={chosen: freedom},
+        chosen=chosen,
+    ).values
     at_bound = {e.name: (min(e.bound, e.reach), max(e.bound, e.reach)) for e in held}
-    dofs, values = np.full(len(physical), np.inf), {}
-    dofs[unknowns.free] = dof
-    for j, q in enumerate(unknowns.quantities):
-        value = float(physical[j])
-        # What is hardly shown may have a variance that rounding made negative.
-        variances = {n: float(c[j, j]) for n, c in covariances.items()}
-        deviations = {n: math.sqrt(v) if v >= 0 else math.inf for n, v in variances.items()}
-        interval = student_interval(value, deviations[chosen], float(dofs[j]))
-        values[q.name] = Value(
-            value=value,
-            unit=q.unit,
-            deviations=deviations,
-            interval=at_bound.get(q.name, interval),
-            chosen=chosen,
-        )
-    return NamedValues(values)
+    return NamedValues(
+        {n: replace(v, interval=at_bound.get(n, v.interval)) for n, v in values.items()}
+    )
