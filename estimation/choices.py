@@ -140,12 +140,6 @@ COVARIANCE_ROWS = (
     ),
 )
 
-
-def covariance_names() -> tuple[str, ...]:
-    """Return the names, in the order of help."""
-    return tuple(row.name for row in COVARIANCE_ROWS)
-
-
 CONTROL, POSITION, FORCE, OPEN_LOOP = "control", "position", "force", "open-loop"
 #: In the order of help, first the one by default.
 OUTPUTS: Mapping[str, str] = MappingProxyType(

@@ -11,7 +11,6 @@ from axisid.estimation.choices import (
     COVARIANCE_ROWS,
     METHOD_ROWS,
     comparison_methods,
-    covariance_names,
     method_names,
     same_estimates,
 )
@@ -23,7 +22,7 @@ from axisid.estimation.regression import InverseForm
 def test_every_row_is_in_the_table_that_is_run() -> None:
     assert [*METHODS] == [*method_names()]
     assert [*METHODS] == [method.name for method in METHODS.values()]
-    assert [*COVARIANCES] == [*covariance_names()]
+    assert [*COVARIANCES] == [row.name for row in COVARIANCE_ROWS]
     for row in COVARIANCE_ROWS:
         lags = getattr(covariance_of(row.name, 7), "lags", None)
         assert lags == (7 if row.takes_lags else None)
