@@ -297,7 +297,7 @@ class Identification(HasRecords, ByMethod, Uncached, Presentable, Exact):
     def of_records(self) -> tuple[RecordResult, ...]:
         """What there is to say of each of several records; empty for one."""
         problem, diagnosis, found = self.problem, self.diagnosis, []
-        known = () if problem.layout is None else problem.layout.known
+        known = {} if problem.layout is None else problem.layout.known
         every = zip(self.record_names, problem.data, diagnosis.records, self.parts, strict=False)
         for i, (name, data, measured, own) in enumerate(every):
             part = own.estimates[diagnosis.preferred]
@@ -307,7 +307,7 @@ class Identification(HasRecords, ByMethod, Uncached, Presentable, Exact):
                     name=name,
                     record=data.record,
                     sampling=data.sampling,
-                    known={each.name: (each.values[i], each.deviations[i]) for each in known},
+                    known={name: values[i] for name, values in known.items()},
                     rows=len(part.y),
                     weight=problem.weights[i] if problem.weights else 1.0,
                     noise=float(np.linalg.norm(part.residuals)) / max(len(part.y), 1) ** 0.5,
@@ -335,7 +335,7 @@ class Identification(HasRecords, ByMethod, Uncached, Presentable, Exact):
         return {
             "start": start,
             "local": layout.declared_local,
-            "known": {k.name: [*zip(k.values, k.deviations, strict=True)] for k in layout.known},
+            "known": {name: [*values] for name, values in layout.known.items()},
             "gain": "declared" if layout.gain is None else "identified",
         }
 

@@ -105,9 +105,9 @@ class Comparison(HasRecords, Checked, Presentable, Exact):
         return replace(self, set_aside={**unread, **self.set_aside}) if unread else self
 
     @property
-    def known(self) -> tuple[KnownValues, ...]:
+    def known(self) -> KnownValues:
         """What is known of each record."""
-        return () if self.problem.layout is None else self.problem.layout.known
+        return {} if self.problem.layout is None else self.problem.layout.known
 
     def __getitem__(self, name: str) -> Candidate:
         found = {candidate.name: candidate for candidate in self.candidates}

@@ -31,7 +31,7 @@ from axisid.modeling.quantities import Parameter, fresh_name
 from axisid.support.arrays import Array, Exact, column_sizes
 from axisid.support.errors import ModelError, UsageError
 
-from .known import KnownValues
+from .known import KnownValues, values_text
 
 #: The drive gain among the parameters of several records.
 GAIN = "drive_gain"
@@ -75,7 +75,7 @@ class JointForm(Exact, InverseForm):
         leads a sum; empty of a record that has none.
     declared_local : tuple of str
         Every declared parameter that is local, in products as well.
-    known : tuple of KnownValues
+    known : KnownValues
     gain : float or None
         The declared drive gain where a known force tells another; None where it is believed.
     """
@@ -85,7 +85,7 @@ class JointForm(Exact, InverseForm):
     members: tuple[Member, ...] = field(kw_only=True)
     local: Mapping[str, tuple[str, ...]] = field(kw_only=True)
     declared_local: tuple[str, ...] = field(kw_only=True)
-    known: tuple[KnownValues, ...] = field(kw_only=True)
+    known: KnownValues = field(kw_only=True)
     gain: float | None = field(kw_only=True)
 
     @property
@@ -166,7 +166,7 @@ class JointForm(Exact, InverseForm):
 def layout_of(
     axis: GeneratedAxis,
     records: int,
-    known: Sequence[KnownValues],
+    known: KnownValues,
     local: Iterable[str],
     *,
     commanded: bool,
@@ -177,7 +177,7 @@ def layout_of(
     ----------
     axis : GeneratedAxis
     records : int
-    known : sequence of KnownValues
+    known : KnownValues
     local : iterable of str
         What each record has for itself, see `declared_names`.
     commanded : bool
@@ -219,7 +219,7 @@ def layout_of(
         members=members,
         local=local_names,
         declared_local=names,
-        known=tuple(known),
+        known=known,
         gain=drive.gain if tells else None,
     )
 
@@ -247,20 +247,20 @@ def perturbed_layouts(axis: GeneratedAxis, layout: JointForm | None) -> Iterator
     if layout is None:
         return
     records, commanded = len(layout.members), layout.gain is not None
-    for known, told in ((each, told) for each in layout.known for told in each.doubtful):
-        pairs = zip(known.values, known.deviations, strict=True)
-        other = replace(known, values=tuple(v + sd * ((v, sd) == told) for v, sd in pairs))
-        every = [other if each is known else each for each in layout.known]
-        yield layout_of(axis, records, every, layout.declared_local, commanded=commanded)
+    for name, values in layout.known.items():
+        # Equal values with equal deviations are one thing, which was weighed once: what it is wrong
+        # by, it is wrong by in all of its records.
+        for told in dict.fromkeys(pair for pair in values if pair[1] > 0):
+            other = tuple((v + sd * ((v, sd) == told), sd) for v, sd in values)
+            known = {**layout.known, name: other}
+            yield layout_of(axis, records, known, layout.declared_local, commanded=commanded)
 
 
-def _check(
-    axis: GeneratedAxis, records: int, known: Sequence[KnownValues], local: tuple[str, ...]
-) -> None:
+def _check(axis: GeneratedAxis, records: int, known: KnownValues, local: tuple[str, ...]) -> None:
     declared, law = {p.name: p for p in axis.declared.parameters}, axis.declared.control
     gains = [*law.gains] if law is not None else []
-    bounded = [(declared[each.name], each) for each in known if each.name in declared]
-    fixed, named = axis.base.known, {each.name for each in known}
+    bounded = [(declared[name], each) for name, each in known.items() if name in declared]
+    fixed = axis.base.known
     values = [f"{p.known}+-{p.known_sd}" if p.known_sd else f"{p.known}" for p in fixed]
     settings = [
         f"known {p.name}={','.join([value] * records)}"
@@ -268,16 +268,16 @@ def _check(
     ]
     faults = [
         *(
-            f"there is no {each.name!r} to be known of each record; axis {axis.axis.name!r} "
+            f"there is no {name!r} to be known of each record; axis {axis.axis.name!r} "
             f"has {', '.join((*declared, *gains))}."
-            for each in known
-            if each.name not in (*declared, *gains)
+            for name in known
+            if name not in (*declared, *gains)
         ),
         *(
-            f"what is known of {p.name!r}, {', '.join(map(each.text, range(records)))}, is "
+            f"what is known of {p.name!r}, {values_text(each)}, is "
             f"beyond its bounds of {p.lower:g} and {p.upper:g}; give values within them."
             for p, each in bounded
-            if not all(p.lower <= value <= p.upper for value in each.values)
+            if not all(p.lower <= value <= p.upper for value, _ in each)
         ),
         *(
             f"there is no parameter {name!r} to be each record's own; axis {axis.axis.name!r} has "
@@ -288,35 +288,35 @@ def _check(
         *(
             f"{name!r} is known of each record and its own as well; leave one of the two out."
             for name in local
-            if name in named
+            if name in known
         ),
         f"{' and '.join(p.name for p in fixed)} {'is' if len(fixed) == 1 else 'are'} fixed, which "
         "is weighed where all parameters are shared; in its place say of each record "
         f"{' and '.join(settings)}."
         if fixed
         else "",
-        "every parameter is known; leave at least one to identify." * (named >= {*declared}),
+        "every parameter is known; leave at least one to identify." * ({*known} >= {*declared}),
     ]
     for fault in filter(None, faults):
         raise UsageError(fault, code="parameters")
 
 
-def _axes(axis: GeneratedAxis, records: int, known: Sequence[KnownValues]) -> list[GeneratedAxis]:
+def _axes(axis: GeneratedAxis, records: int, known: KnownValues) -> list[GeneratedAxis]:
     """The axis of each record; records of which the same is known share one."""
     law = axis.declared.control
     gains = {*law.gains} if law is not None else set[str]()
     bent = {
         p.name for p, is_bent in zip(axis.axis.parameters, axis.nonlinear, strict=True) if is_bent
     }
-    if unknown := sorted(bent - {each.name for each in known}):
+    if unknown := sorted(bent - {*known}):
         raise ModelError(
             f"{', '.join(unknown)} of axis {axis.axis.name!r} enters nonlinearly, and parameters "
             "that are known of each record, or each record's own, are served where the others "
             "enter linearly; give its value for each record, or leave it out.",
             code="parameters",
         )
-    held = [each for each in known if each.name in bent or each.name in gains]
-    own = [tuple((each.name, each.values[i]) for each in held) for i in range(records)]
+    held = {name: each for name, each in known.items() if name in bent or name in gains}
+    own = [tuple((name, each[i][0]) for name, each in held.items()) for i in range(records)]
     made = {values: _variant(axis, dict(values), gains) for values in dict.fromkeys(own)}
     return [made[values] for values in own]
 
@@ -337,10 +337,10 @@ def _variant(axis: GeneratedAxis, own: Mapping[str, float], gains: set[str]) -> 
 
 
 def _terms(
-    axis: GeneratedAxis, record: int, known: Sequence[KnownValues], local: tuple[str, ...]
+    axis: GeneratedAxis, record: int, known: KnownValues, local: tuple[str, ...]
 ) -> list[dict[_Product, Fraction]]:
     """Each base parameter of a record as a sum of products of what is not known."""
-    base, values = axis.base, {each.name: _exact(each.values[record]) for each in known}
+    base, values = axis.base, {n: _exact(each[record][0]) for n, each in known.items()}
     names = [p.name for p in base.declared.parameters]
     split = []
     for powers in base.exponents:

@@ -8,7 +8,7 @@ one cut-off, and rows as far apart in all of them.
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 
 from axisid.estimation.choices import by_name
@@ -24,40 +24,17 @@ _ENTRY = re.compile(rf"\s*({_NUMBER})\s*(?:(?:\+-|\+/-|±)\s*({_NUMBER})\s*)?")
 KnownValue = float | tuple[float, float]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class KnownValues:
-    """One thing that is known of each record.
-
-    Attributes
-    ----------
-    name : str
-        A declared parameter, or a gain of the control law.
-    values : tuple of float
-        By record, SI.
-    deviations : tuple of float
-        Their standard deviations, 0 where one is exact. Equal values with equal deviations are one
-        thing, which was weighed once: what it is wrong by, it is wrong by in all of its records.
-    """
-
-    name: str
-    values: tuple[float, ...]
-    deviations: tuple[float, ...]
-
-    @property
-    def doubtful(self) -> tuple[tuple[float, float], ...]:
-        """The values that are not exact, each once, with their deviations."""
-        pairs = zip(self.values, self.deviations, strict=True)
-        return tuple(dict.fromkeys(pair for pair in pairs if pair[1] > 0))
-
-    def text(self, record: int) -> str:
-        """The value of a record in words: ``20 +- 0.01``."""
-        spread = self.deviations[record]
-        return f"{self.values[record]:g}" + (f" +- {spread:g}" if spread else "")
+#: By name, a declared parameter or a gain of the control law, its value in each record, SI, with
+#: its standard deviation, 0 where it is exact.
+KnownValues = Mapping[str, tuple[tuple[float, float], ...]]
 
 
-def known_of(
-    told: Mapping[str, Sequence[KnownValue]] | None, records: int
-) -> tuple[KnownValues, ...]:
+def values_text(values: Sequence[tuple[float, float]]) -> str:
+    """Values in words: ``0, 20 +- 0.01``."""
+    return ", ".join(f"{value:g}" + f" +- {sd:g}" * (sd > 0) for value, sd in values)
+
+
+def known_of(told: Mapping[str, Sequence[KnownValue]] | None, records: int) -> KnownValues:
     """What is known of each of so many records, from values by name.
 
     Raises
@@ -65,7 +42,8 @@ def known_of(
     UsageError
         They are not as many as records, or one is no number or pair of numbers.
     """
-    counted, found = "is 1 record" if records == 1 else f"are {records} records", []
+    counted = "is 1 record" if records == 1 else f"are {records} records"
+    found: dict[str, tuple[tuple[float, float], ...]] = {}
     for name, given in by_name(told, "known values").items():
         if isinstance(given, str) or not isinstance(given, Iterable):
             raise UsageError(
@@ -73,16 +51,15 @@ def known_of(
                 "number and its deviation, for each record.",
                 code="parameters",
             )
-        entries = [_pair(name, entry) for entry in given]
+        entries = tuple(_pair(name, entry) for entry in given)
         if len(entries) != records:
             raise UsageError(
                 f"{name!r} has {len(entries)} known value{'s' * (len(entries) != 1)}, and there "
                 f"{counted}; give one for each, in their order.",
                 code="parameters",
             )
-        values, deviations = zip(*entries, strict=True)
-        found.append(KnownValues(name=name, values=values, deviations=deviations))
-    return tuple(found)
+        found[name] = entries
+    return found
 
 
 def read_known(texts: Iterable[str]) -> dict[str, tuple[tuple[float, float], ...]]:

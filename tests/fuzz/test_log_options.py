@@ -160,8 +160,8 @@ def test_texts_of_windows_and_of_known_values_are_read_or_refused() -> None:
         if any(not start < stop for start, stop in found):
             raise WrongError(f"window: {text!r} is {found}")
         told = read_known([text])
-        for known in known_of(told, len(next(iter(told.values())))):
-            if not all(map(math.isfinite, (*known.values, *known.deviations))):
+        for known in known_of(told, len(next(iter(told.values())))).values():
+            if not all(math.isfinite(number) for pair in known for number in pair):
                 raise WrongError(f"known: {text!r} is {known}")
 
     Fuzz(

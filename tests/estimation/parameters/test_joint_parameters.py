@@ -17,7 +17,7 @@ from axisid.elements import CONTROL, DRIVE_GAIN, formula_drive, voltage_drive
 from axisid.estimation.model_validation import validate_fit
 from axisid.estimation.parameters import ExtendedForm
 from axisid.estimation.parameters.joint_parameters import layout_of, perturbed_layouts
-from axisid.estimation.parameters.known import known_of, prefilters_of, read_known
+from axisid.estimation.parameters.known import known_of, prefilters_of, read_known, values_text
 from axisid.estimation.prediction_errors import LoopPredictions
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.signals.prefilter import Prefilter
@@ -76,13 +76,8 @@ def test_what_records_cannot_share_is_refused_with_what_to_say(
 def test_a_text_lists_a_value_for_each_record_some_with_deviations() -> None:
     found = read_known(["m_add=0,20+-0.01", "kp= 160 , 2.4e2"])
     assert found == {"m_add": ((0.0, 0.0), (20.0, 0.01)), "kp": ((160.0, 0.0), (240.0, 0.0))}
-    (payload, _) = known_of(found, 2)
-    assert payload.values == (0.0, 20.0)
-    assert payload.deviations == (0.0, 0.01)
-    assert payload.doubtful == ((20.0, 0.01),)
-    assert payload.text(1) == "20 +- 0.01"
-    (twice,) = known_of({"m": [0.0, (20.0, 0.1), (20.0, 0.1), (20.0, 0.2)]}, 4)
-    assert twice.doubtful == ((20.0, 0.1), (20.0, 0.2))
+    assert known_of(found, 2) == found
+    assert values_text(found["m_add"]) == "0, 20 +- 0.01"
 
 
 @pytest.mark.parametrize(
@@ -240,7 +235,7 @@ def test_a_start_in_motion_is_found_with_the_parameters(emps2015: GeneratedAxis)
 
 @pytest.mark.parametrize("name", ["M", "m_add", "M_plus_m_add"])
 def test_each_record_has_a_sum_of_its_own_by_any_that_is_in_it(name: str) -> None:
-    layout = layout_of(generated(), 2, (), [name], commanded=False)
+    layout = layout_of(generated(), 2, {}, [name], commanded=False)
     (own,) = layout.local.values()
     said = dict(zip((p.name for p in layout.parameters), layout.expressions, strict=True))
     assert [{"M", "m_add"} <= {*re.findall(r"\w+", said[each])} for each in own] == [True, True]
@@ -250,7 +245,7 @@ def test_each_record_has_a_sum_of_its_own_by_any_that_is_in_it(name: str) -> Non
 def test_a_sum_is_each_records_own_without_what_else_its_parts_are_in() -> None:
     axis = build(rod())
     named = [p.name for p in axis.axis.parameters if p.name.startswith("J_plus")]
-    layouts = [layout_of(axis, 2, (), local, commanded=False) for local in (named, ["J"])]
+    layouts = [layout_of(axis, 2, {}, local, commanded=False) for local in (named, ["J"])]
     assert layouts[0].parameters == layouts[1].parameters
     assert len(layouts[0].parameters) == len(axis.axis.parameters) + 1
 
@@ -260,6 +255,15 @@ def test_a_value_known_with_a_deviation_leaves_local_what_is_so_in_products_alon
     layout = layout_of(axis, 2, known, ["m"], commanded=False)
     (perturbed,) = perturbed_layouts(axis, layout)
     assert [p.name for p in perturbed.parameters] == [p.name for p in layout.parameters]
+    assert perturbed.known == {"J": ((0.02, 0.0), (0.03 + 0.001, 0.001))}
+
+
+def test_equal_values_with_equal_deviations_are_one_that_is_larger_in_all_of_its_records() -> None:
+    axis = build(rod())
+    known = known_of({"J": [0.02, (0.03, 0.001), (0.03, 0.001), (0.03, 0.002)]}, 4)
+    layout = layout_of(axis, 4, known, ["m"], commanded=False)
+    larger = [[v for v, _ in each.known["J"]] for each in perturbed_layouts(axis, layout)]
+    assert larger == [[0.02, 0.03 + 0.001, 0.03 + 0.001, 0.03], [0.02, 0.03, 0.03, 0.03 + 0.002]]
 
 
 def test_each_record_has_a_start_of_its_own(emps2015: GeneratedAxis, twin: Record) -> None:

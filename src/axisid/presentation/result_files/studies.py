@@ -172,11 +172,8 @@ def written_comparison(comparison: Comparison) -> WrittenComparison:
         record=written_record(c.record),
         records=UNSET if len(c.records) == 1 else tuple(map(written_record, c.records)),
         known={
-            known.name: tuple(
-                WrittenKnown(value=value, sd=sd)
-                for value, sd in zip(known.values, known.deviations, strict=True)
-            )
-            for known in c.known
+            name: tuple(WrittenKnown(value=value, sd=sd) for value, sd in values)
+            for name, values in c.known.items()
         }
         or UNSET,
         set_aside=dict(c.set_aside.items()) or UNSET,

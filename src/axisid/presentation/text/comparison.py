@@ -96,9 +96,7 @@ def _heading(c: Comparison) -> Heading:
         f"{c.method.upper()}; the same rows for all [7]; {c.blocks} blocks held out, a gap of "
         f"{c.gap} rows on both sides"
     )
-    known = [
-        {k.name: (k.values[i], k.deviations[i]) for k in c.known} for i in range(len(c.records))
-    ]
+    known = [{name: each[i] for name, each in c.known.items()} for i in range(len(c.records))]
     units = {p.name: p.unit for p in c.problem.axis.declared.parameters}
     facts = {
         "left out": _left_out(c.candidates),
