@@ -3,7 +3,6 @@
 The names of a document's members are a contract with other programs.
 """
 
-import math
 from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal, TypeVar
@@ -26,11 +25,11 @@ from axisid.estimation.estimates import (
 from axisid.estimation.parameters import JointForm
 from axisid.estimation.regression import Drawn, DrawSummary, ResidualTests, correlation
 from axisid.modeling.parsing import FunctionLike
-from axisid.support.arrays import Array, Exact, finite_or_none
+from axisid.support.arrays import Array, Exact, MaybeInfinite
 from axisid.support.errors import UsageError, is_among, is_whole, quoted
 from axisid.support.presentable import Presentable
 
-from .json_objects import JsonObject, Matrix, WrittenKnown, about, number, read_as, written_as
+from .json_objects import JsonObject, Matrix, WrittenKnown, about, read_as, written_as
 
 
 class WrittenValue(JsonObject, frozen=True, kw_only=True):
@@ -162,7 +161,7 @@ class WrittenEstimate(JsonObject, frozen=True, kw_only=True):
         about("Where the iteration started; left out for least squares."),
     ] = UNSET
     curvatures: Annotated[
-        Mapping[str, float | None],
+        Mapping[str, MaybeInfinite],
         about(
             "Second-order part of each physical deviation against the first; the delta method "
             "is enough up to 0.1."
@@ -238,10 +237,7 @@ def written_estimate(
         started=estimate.started or UNSET,
         loss=UNSET if estimate.counts is None else estimate.loss,
         light_rows=UNSET if estimate.counts is None else int(estimate.light_rows.sum()),
-        curvatures={
-            q.name: finite_or_none(c)
-            for q, c in zip(estimate.quantities, estimate.curvatures, strict=True)
-        },
+        curvatures=_named(estimate.quantities, estimate.curvatures),
         freedom=_named(estimate.quantities, estimate.freedom[estimate.chosen]),
         drawn=drawn,
         physical=physical,
@@ -400,7 +396,7 @@ class SavedEstimate(EstimateAccessors, Presentable, Exact):
                 if slopes is None
                 else written.gain_relative_sd * np.array([slopes[name] for name in names]),
             ),
-            curvatures=np.array([number(c, math.inf) for c in written.curvatures.values()]),
+            curvatures=np.array([*written.curvatures.values()]),
             iterates=tuple(
                 Iterate(
                     physical=np.array([*physical.values()]),

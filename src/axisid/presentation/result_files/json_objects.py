@@ -127,11 +127,6 @@ def read_as(
     return kind(**same, **others)
 
 
-def number(value: object, otherwise: float) -> float:
-    """A figure; of one that was not finite, or not written, what it was most likely."""
-    return value if isinstance(value, float) else otherwise
-
-
 def _plain(value: Any, hint: Any) -> Any:
     """A member of a document for one of a result, as its annotation has it."""
     if isinstance(value, np.ndarray):

@@ -31,7 +31,6 @@ from .json_objects import (
     WrittenKnown,
     WrittenResult,
     about,
-    number,
     read_as,
     written_as,
 )
@@ -45,7 +44,7 @@ class WrittenFitted(JsonObject, frozen=True, kw_only=True):
     unit: Annotated[str, about("Coherent SI.")]
     sd: Annotated[float | None, about("Of the chosen covariance; null where nothing shows it.")]
     deviations: Annotated[
-        Mapping[str, float | None],
+        Mapping[str, MaybeInfinite],
         about(
             "By covariance: coloured errors, independent ones; where there are twins, "
             "bootstrap by them."
@@ -105,7 +104,7 @@ class WrittenOutputFit(
     started: Annotated[str, about("Where the start is from.")]
     parameters: Annotated[Mapping[str, WrittenFitted], about("By name.")]
     covariance: Annotated[
-        tuple[tuple[float | None, ...], ...],
+        tuple[tuple[MaybeInfinite, ...], ...],
         about("Of the parameters in their order, the chosen one; null for infinite."),
     ]
     chosen_covariance: str
@@ -285,20 +284,19 @@ class SavedOutputFit(Checked, Presentable, Exact):
             parameters=NamedValues(
                 (
                     name,
-                    Value(
-                        value=v.value,
-                        unit=v.unit,
-                        deviations={of: number(sd, math.inf) for of, sd in v.deviations.items()},
+                    read_as(
+                        Value,
+                        v,
                         interval=(
-                            number(v.interval_95[0], -math.inf),
-                            number(v.interval_95[1], math.inf),
+                            -math.inf if low is None else low,
+                            math.inf if high is None else high,
                         ),
                         chosen=chosen,
                     ),
                 )
                 for name, v in written.parameters.items()
+                for low, high in [v.interval_95]
             ),
-            covariance=np.array([[number(x, math.inf) for x in row] for row in written.covariance]),
             levels=written.levels or DEFAULT_LEVELS,
             checks=written.verdict,
         )
