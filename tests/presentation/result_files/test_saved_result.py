@@ -19,7 +19,6 @@ from typing import Any, cast
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from msgspec import UNSET
 
 from axisid import (
     DataError,
@@ -43,6 +42,7 @@ from axisid import (
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.elements import Drive
 from axisid.estimation import OutputFit, validate_fit
+from axisid.estimation.identification import DriveTime
 from axisid.modeling.declaration import Axis
 from axisid.presentation.formulas.axis_page import FORMATS, axis_page
 from axisid.presentation.plots.result import record_plot
@@ -52,7 +52,6 @@ from axisid.presentation.result_files import (
     SavedOutputFit,
 )
 from axisid.presentation.result_files.file import refuse_differences
-from axisid.presentation.result_files.record import WrittenDriveTime, WrittenResponse
 from benchmarks.random_axes import random_axis
 from tests.axes.drives import braked
 from tests.axes.recorded import recorded_axis, recorded_values
@@ -358,23 +357,23 @@ def test_other_names_and_what_no_result_is_saved_by_are_refused(
     assert not [*tmp_path.iterdir()]
 
 
-FOUND = WrittenDriveTime(
-    name="Tc", of="lag", nominal=1e-4, value=1e-3, sd=1e-5, interval_95=(9e-4, 1.1e-3)
-)
-
-
 def _lag(nominal: float) -> Parameter:
     return Parameter("Tc", "s", nominal=nominal)
+
+
+FOUND = DriveTime(
+    name="lag", parameter=_lag(1e-4), value=1e-3, deviation=1e-5, interval=(9e-4, 1.1e-3)
+)
 
 
 @pytest.mark.parametrize(
     ("given", "found", "says"),
     [
-        ({"lag": 2e-3}, UNSET, "lag 0.001"),
-        ({"logged": "current"}, UNSET, "logged command"),
-        ({"lag": _lag(1e-3)}, UNSET, "to be estimated"),
-        ({"relative_sd": 0.02}, UNSET, "relative_sd 0.005"),
-        ({}, UNSET, ""),
+        ({"lag": 2e-3}, None, "lag 0.001"),
+        ({"logged": "current"}, None, "logged command"),
+        ({"lag": _lag(1e-3)}, None, "to be estimated"),
+        ({"relative_sd": 0.02}, None, "relative_sd 0.005"),
+        ({}, None, ""),
         # The start of a lag that was found is part of the drive.
         ({"lag": _lag(1e-4)}, FOUND, ""),
         ({"lag": _lag(1e-3)}, FOUND, ""),
@@ -384,13 +383,14 @@ def _lag(nominal: float) -> Parameter:
 def test_an_axis_with_another_drive_is_refused(
     given: dict[str, Any], found: Any, says: str
 ) -> None:
-    written = WrittenResponse(lag=1e-3, delay=0.0, logged="command", estimated=found)
+    then = Drive(gain=1.0, lag=1e-3)
     estimate = SimpleNamespace(gain_relative_sd=0.005, physical=None)
-    held = SimpleNamespace(drive=written, estimates=[estimate])
+    document = SimpleNamespace(estimates=[estimate])
+    held = SimpleNamespace(file="result.json", document=document, drive=then, drive_time=found)
     drive = Drive(**{"gain": 35.0, "lag": 1e-3, "relative_sd": 0.005, **given})
     axis = replace(load_axis("emps2015"), drive=drive)
     with refuses("result-file", says) if says else nullcontext():
-        refuse_differences(cast(Any, held), "result.json", axis)
+        refuse_differences(cast(Any, held), axis)
 
 
 AXIS = recorded_axis("pressure", "held")

@@ -28,7 +28,6 @@ from .output_fit import (
     SavedOutputFit,
     WrittenOutputFit,
 )
-from .record import WrittenDriveTime, WrittenResponse, written_drive
 from .studies import SavedMonteCarlo
 
 T = TypeVar("T")
@@ -246,11 +245,11 @@ def joined(saved: SavedIdentification, given: Axis | str | Path | None) -> Saved
         return replace(saved, declared=None)
     source = document.axis if given is None else given
     axis = source if isinstance(source, Axis) else load_axis(source)
-    model = derive(_as_identified(document, axis))
+    model = derive(_as_identified(saved, axis))
     made = signature(model)
     if made == document.signature:
         if given is not None:
-            refuse_differences(document, file, axis, model.base.known)
+            refuse_differences(saved, axis, model.base.known)
         return replace(saved, declared=model.base.declared)
     if given is None:
         return replace(saved, declared=None)
@@ -263,24 +262,23 @@ def joined(saved: SavedIdentification, given: Axis | str | Path | None) -> Saved
     )
 
 
-def _as_identified(document: WrittenIdentification, axis: Axis) -> Axis:
+def _as_identified(saved: SavedIdentification, axis: Axis) -> Axis:
     """The axis without what was left out, and with what was fixed where it fixes nothing itself.
 
     A time of its drive that was estimated is what was found.
     """
-    drive = document.drive
-    if isinstance(drive, WrittenResponse) and isinstance(drive.estimated, WrittenDriveTime):
-        found = drive.estimated
-        axis = replace(axis, drive=axis.drive.with_time(found.of, found.value))
-    left = leave_out(axis, **(document.left_out or {}))
+    found = saved.drive_time
+    if found is not None:
+        axis = replace(axis, drive=axis.drive.with_time(found.name, found.value))
+    left = leave_out(axis, **(saved.document.left_out or {}))
     free = {p.name for p in left.parameters if p.known is None}
-    fixed = {n: (v.value, v.sd) for n, v in _fixed(document).items() if n in free}
+    fixed = {n: (v.value, v.sd) for n, v in _fixed(saved).items() if n in free}
     return fix(left, **fixed)
 
 
-def _fixed(document: WrittenIdentification) -> Mapping[str, WrittenKnown]:
+def _fixed(saved: SavedIdentification) -> Mapping[str, WrittenKnown]:
     """What was declared as known, by name."""
-    physical = document.estimates[0].physical
+    physical = saved.document.estimates[0].physical
     return physical.fixed if physical else {}
 
 
@@ -288,14 +286,13 @@ _SAME_DEVIATION = 1e-9  # relative, of two deviations that went through a text
 
 
 def refuse_differences(
-    document: WrittenIdentification, file: str, axis: Axis, known: Iterable[Parameter] = ()
+    saved: SavedIdentification, axis: Axis, known: Iterable[Parameter] = ()
 ) -> None:
     """Refuse an axis that differs from the identified one where no code tells them apart.
 
     Parameters
     ----------
-    document : WrittenIdentification
-    file : str
+    saved : SavedIdentification
     axis : Axis
         As it was given, a time of its drive that is estimated still a parameter.
     known : iterable of Parameter
@@ -307,17 +304,17 @@ def refuse_differences(
         It has another lag, delay, place of the recorded control, or deviation of its gain, or other
         fixed values than those that the physical parameters are from.
     """
-    then = {name: _known(v.value, v.sd) for name, v in _fixed(document).items()}
+    then = {name: _known(v.value, v.sd) for name, v in _fixed(saved).items()}
     now = {p.name: _known(p.known, p.known_sd) for p in known}
     fixed = (
         (name, then.get(name, "free"), f"it {now.get(name, 'free')}")
         for name in {**then, **now}
         if then.get(name) != now.get(name)
     )
-    for what, was, is_now in chain(_of_drive(document, axis.drive), fixed):
+    for what, was, is_now in chain(_of_drive(saved, axis.drive), fixed):
         raise UsageError(
-            f"{file} was identified with {what} {was}, but {axis.name!r} as it is declared now has "
-            f"{is_now}; give the axis as it was then, or identify again.",
+            f"{saved.file} was identified with {what} {was}, but {axis.name!r} as it is declared "
+            f"now has {is_now}; give the axis as it was then, or identify again.",
             code="result-file",
         )
 
@@ -326,16 +323,18 @@ def _known(value: float | None, sd: float) -> str:
     return f"fixed at {value!r}" + (f" +- {sd!r}" if sd else "")
 
 
-def _of_drive(document: WrittenIdentification, drive: Drive) -> Iterator[tuple[str, str, str]]:
+def _of_drive(saved: SavedIdentification, drive: Drive) -> Iterator[tuple[str, str, str]]:
     """What differs of the drive, as it was and as it is."""
-    written = document.drive if isinstance(document.drive, WrittenResponse) else None
-    then = Drive(gain=1.0) if written is None else written_drive(written)
-    found = None if written is None else written.estimated
-    if isinstance(found, WrittenDriveTime):
-        start = float(getattr(drive, found.of))
-        if start not in (found.nominal, found.value):
-            yield f"the drive's {found.of}", f"estimated from {found.nominal:g}", f"{start:g}"
-        drive = drive.with_time(found.of, found.value)
+    then, found = saved.drive, saved.drive_time
+    if found is not None:
+        start = float(getattr(drive, found.name))
+        if start not in (found.parameter.nominal, found.value):
+            yield (
+                f"the drive's {found.name}",
+                f"estimated from {found.parameter.nominal:g}",
+                f"{start:g}",
+            )
+        drive = drive.with_time(found.name, found.value)
     elif drive.estimated is not None:
         name = drive.estimated[0]
         yield f"the drive's {name}", f"{getattr(then, name):g}", "it to be estimated"
@@ -343,7 +342,7 @@ def _of_drive(document: WrittenIdentification, drive: Drive) -> Iterator[tuple[s
         old, new = getattr(then, name), getattr(drive, name)
         if old != new:
             yield f"the drive's {name}", str(old), str(new)
-    spread = document.estimates[0].gain_relative_sd  # 0 too where the force was measured
+    spread = saved.document.estimates[0].gain_relative_sd  # 0 too where the force was measured
     if spread and not math.isclose(spread, drive.relative_sd, rel_tol=_SAME_DEVIATION):
         yield "the drive's relative_sd", f"{spread:g}", f"{drive.relative_sd:g}"
 
