@@ -6,4 +6,5 @@ Knows nothing of filters beyond those of its start, and nothing of how it is sho
 
 from .fit import fit as fit
 from .fit_setup import checked_horizon as checked_horizon
+from .inference import FittedParameters as FittedParameters
 from .result import OutputFit as OutputFit, RecordError as RecordError

@@ -1,7 +1,7 @@
 """Where the searches of a fit ended, and what that tells: deviations, and what noise moves."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -9,10 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_ndtr, ndtri_exp
 
-from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis, Quantity
 from axisid.estimation.choices import SQUARES
 from axisid.estimation.diagnostic_checks import unless_faulty
-from axisid.estimation.estimates import NamedValues, SamplingDistribution
+from axisid.estimation.estimates import (
+    NamedValues,
+    SamplingDistribution,
+    Value,
+    degrees_of_freedom_of,
+)
 from axisid.estimation.estimation_problem import ParameterAtBound
 from axisid.estimation.nonlinear_least_squares import SearchResult, WeightedLoss
 from axisid.estimation.parameters import (
@@ -105,24 +110,63 @@ class FitSearch:
         )
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class FitInference:
-    """What the end of a search tells of the parameters.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FittedParameters:
+    """Parameters of a fit and how far they may be off, whether it has its records or is of a file.
 
     Attributes
     ----------
     physical : (P,) array
         The parameters less what noise in the loop moves them by.
-    sides : (P,) array of int
-        Which of them are at a bound, -1 at the lower, 1 at the upper one.
     chosen : str
         The covariance that is told.
     covariances : mapping of str to (P, P) array
         0 of what is at a bound, infinite of what is not shown.
-    variances : (P,) array
-        By the chosen one as if no bound were there; infinite of what is held.
     parameters : NamedValues
         With unit, deviations and 95 % interval, by name.
+    """
+
+    physical: Array = field(repr=False)
+    chosen: str = field(repr=False)
+    covariances: Mapping[str, Array] = field(repr=False)
+    parameters: NamedValues = field(repr=False)
+
+    def __getitem__(self, name: str) -> Value:
+        return self.parameters[name]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the parameters."""
+        return tuple(self.parameters)
+
+    @property
+    def covariance(self) -> Array:
+        """The one that was chosen, (P, P)."""
+        return self.covariances[self.chosen]
+
+    def distribution(self, at_bound: Container[str]) -> SamplingDistribution:
+        """What functions of the parameters are derived from, those at a bound by name."""
+        freedom = np.array([degrees_of_freedom_of(value) for value in self.parameters.values()])
+        return SamplingDistribution(
+            quantities=tuple(Quantity(name=n, unit=v.unit) for n, v in self.parameters.items()),
+            theta=self.physical,
+            covariances=self.covariances,
+            freedom={self.chosen: freedom},
+            chosen=self.chosen,
+            at_bound=at_bound,
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class FitInference(FittedParameters):
+    """What the end of a search tells of the parameters.
+
+    Attributes
+    ----------
+    sides : (P,) array of int
+        Which of them are at a bound, -1 at the lower, 1 at the upper one.
+    variances : (P,) array
+        By the chosen one as if no bound were there; infinite of what is held.
     held : tuple of ParameterAtBound
         Parameters at their bounds, and what each would be without its own.
     not_shown : (k, P) array, (k, P) array of bool
@@ -140,12 +184,8 @@ class FitInference:
         What other starts move all parameters by, where that matters, and in deviations.
     """
 
-    physical: Array = field(repr=False)
     sides: NDArray[np.int8] = field(repr=False)
-    chosen: str = field(repr=False)
-    covariances: Mapping[str, Array] = field(repr=False)
     variances: Array = field(repr=False)
-    parameters: NamedValues = field(repr=False)
     held: tuple[ParameterAtBound, ...] = field(repr=False)
     not_shown: tuple[Array, NDArray[np.bool_]] = field(repr=False)
     influence: Array = field(repr=False)

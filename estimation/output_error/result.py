@@ -24,7 +24,7 @@ from axisid.estimation.diagnostics.control_law import (
     first_failing,
     found_law_agreement,
 )
-from axisid.estimation.estimates import SamplingDistribution, Value, degrees_of_freedom_of
+from axisid.estimation.estimates import Value, degrees_of_freedom_of
 from axisid.estimation.methods import bound_record
 from axisid.estimation.misspecification import Misspecification, find_misspecification, scores_of
 from axisid.estimation.nonlinear_least_squares import EquallyGoodPoint, Search
@@ -339,9 +339,6 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         """Names of what is neither held nor at a bound."""
         return tuple(n for n in self.names if n not in self.fixed and n not in self.at_bound)
 
-    def __getitem__(self, name: str) -> Value:
-        return self.parameters[name]
-
     def derive(self, function: FunctionLike) -> Value:
         """Any function of the parameters, with its unit and interval.
 
@@ -367,30 +364,13 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         RuntimeWarning
             The function bends within the uncertainty, so that the delta method is not enough.
         """
-        freedom = np.array([degrees_of_freedom_of(value) for value in self.parameters.values()])
-        return SamplingDistribution(
-            quantities=self.unknowns.quantities,
-            theta=self.physical,
-            covariances=self.covariances,
-            freedom={self.chosen: freedom},
-            chosen=self.chosen,
-            at_bound=self.at_bound,
-        ).derived(function, "fit with bootstrap= and look at the parameters")
-
-    @property
-    def covariance(self) -> Array:
-        """The one that was chosen, (P, P)."""
-        return self.covariances[self.chosen]
+        advice = "fit with bootstrap= and look at the parameters"
+        return self.distribution(self.at_bound).derived(function, advice)
 
     @property
     def deviations(self) -> Array:
         """Of the parameters, (P,)."""
         return np.array([value.deviation for value in self.parameters.values()])
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Of the parameters."""
-        return self.unknowns.names
 
     @property
     def output(self) -> str:

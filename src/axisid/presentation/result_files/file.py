@@ -220,7 +220,7 @@ def load_result(
         case WrittenIdentification():
             return joined(_checked(file, document), axis)
         case WrittenOutputFit():
-            saved = SavedOutputFit.of(str(file), document)
+            saved = _told(str(file), lambda: SavedOutputFit.of(str(file), document))
         case SavedMonteCarlo() | SavedFitValidation():
             saved = document
     _told(str(file), saved.summary)

@@ -8,17 +8,11 @@ from typing import Annotated, Literal
 import numpy as np
 from msgspec import UNSET, UnsetType
 
-from axisid.codegen.generated_axes import Quantity
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked, Levels
-from axisid.estimation.estimates import (
-    NamedValues,
-    SamplingDistribution,
-    Value,
-    degrees_of_freedom_of,
-)
+from axisid.estimation.estimates import NamedValues, Value
 from axisid.estimation.misspecification import sentence
 from axisid.estimation.model_validation import FitValidation
-from axisid.estimation.output_error import OutputFit, RecordError
+from axisid.estimation.output_error import FittedParameters, OutputFit, RecordError
 from axisid.modeling.parsing import FunctionLike
 from axisid.support.arrays import Array, Exact, MaybeInfinite, finite_or_none
 from axisid.support.errors import Missing
@@ -226,7 +220,7 @@ def _fitted(fit: OutputFit, place: int, name: str) -> WrittenFitted:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class SavedOutputFit(Checked, Presentable, Exact):
+class SavedOutputFit(FittedParameters, Checked, Presentable, Exact):
     """A fit that was read from a file, with the names of `OutputFit`; see `load_result`.
 
     Attributes
@@ -240,10 +234,8 @@ class SavedOutputFit(Checked, Presentable, Exact):
         What was followed.
     outputs : tuple of str
         The same one by one.
-    parameters : NamedValues
-        With unit, deviations and 95 % interval, by name.
-    covariance : (P, P) array
-        The one that was chosen; infinite where nothing shows a parameter.
+    covariances : mapping of str to (P, P) array
+        The one that was chosen alone.
     error : float
         Root mean square of what is left, in the output's unit.
     error_percent : float
@@ -254,6 +246,10 @@ class SavedOutputFit(Checked, Presentable, Exact):
         From when on something was told as missing of the model.
     checks : tuple of Check
         Whether to believe it.
+    local : mapping of str to tuple of str
+        Names of each parameter that records have for themselves, by record.
+    law_moves, law_move
+        See `OutputFit.law_moves` and `OutputFit.law_move`.
     """
 
     file: str
@@ -261,18 +257,20 @@ class SavedOutputFit(Checked, Presentable, Exact):
     name: str
     output: str
     outputs: tuple[str, ...]
-    parameters: NamedValues
-    covariance: Array
     error: float
     error_percent: MaybeInfinite
     records: tuple[WrittenRecord, ...]
     levels: Levels
     checks: tuple[Check, ...]
+    local: Mapping[str, tuple[str, ...]]
+    law_moves: Mapping[str, Array]
+    law_move: Array | None
 
     @classmethod
     def of(cls, file: str, written: WrittenOutputFit) -> "SavedOutputFit":
         """What a document tells."""
-        chosen = written.chosen_covariance
+        chosen, fitted = written.chosen_covariance, [*written.parameters.values()]
+        moves = [v.law_move for v in fitted]
         return read_as(
             cls,
             written,
@@ -297,52 +295,23 @@ class SavedOutputFit(Checked, Presentable, Exact):
                 for name, v in written.parameters.items()
                 for low, high in [v.interval_95]
             ),
+            physical=np.array([v.value for v in fitted]),
+            chosen=chosen,
+            covariances={chosen: np.array(written.covariance)},
             levels=written.levels or DEFAULT_LEVELS,
             checks=written.verdict,
+            local=written.local or {},
+            law_moves={
+                term: np.array([v.law_percent[term] for v in fitted])
+                for term in fitted[0].law_percent
+            },
+            law_move=None if None in moves else np.array(moves, dtype=float),
         )
 
     def __repr__(self) -> str:
         return f"fit of the {self.output}: {self.parameters.listed()}"
 
-    def __getitem__(self, name: str) -> Value:
-        return self.parameters[name]
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Of the parameters."""
-        return tuple(self.parameters)
-
     def derive(self, function: FunctionLike) -> Value:
         """Any function of the parameters, as `OutputFit.derive`, under the chosen covariance."""
-        own, chosen = self.document.parameters, self.document.chosen_covariance
-        freedom = np.array([degrees_of_freedom_of(value) for value in self.parameters.values()])
-        return SamplingDistribution(
-            quantities=tuple(Quantity(name=n, unit=v.unit) for n, v in own.items()),
-            theta=self.physical,
-            covariances={chosen: self.covariance},
-            freedom={chosen: freedom},
-            chosen=chosen,
-            at_bound={n for n, v in own.items() if v.at_bound},
-        ).derived(function, "fit again with bootstrap=")
-
-    @property
-    def local(self) -> Mapping[str, tuple[str, ...]]:
-        """Names of each parameter that records have for themselves, by record."""
-        return self.document.local or {}
-
-    @property
-    def law_moves(self) -> dict[str, Array]:
-        """See `OutputFit.law_moves`."""
-        own = [v.law_percent for v in self.document.parameters.values()]
-        return {term: np.array([each[term] for each in own]) for term in own[0]}
-
-    @property
-    def law_move(self) -> Array | None:
-        """See `OutputFit.law_move`."""
-        moves = [v.law_move for v in self.document.parameters.values()]
-        return None if None in moves else np.array(moves, dtype=float)
-
-    @property
-    def physical(self) -> Array:
-        """The parameters, (P,)."""
-        return np.array([v.value for v in self.parameters.values()])
+        at_bound = {name for name, v in self.document.parameters.items() if v.at_bound}
+        return self.distribution(at_bound).derived(function, "fit again with bootstrap=")

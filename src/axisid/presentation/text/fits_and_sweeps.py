@@ -143,7 +143,7 @@ def _notes(fit: SavedOutputFit) -> Iterator[str]:
         else f"Simulated less recorded {fit.output} at every sample that is measured and counts; "
         "no filter, no decimation. The loop starts as the record does."
     )
-    yield from local_notes(written.local or {})
+    yield from local_notes(fit.local)
     # Instruments and least squares may be refused for one reason.
     said = dict.fromkeys(written.remarks)
     yield from (f"It starts from {written.started} values: {each}" for each in said)
