@@ -6,7 +6,7 @@ Knows nothing of methods, of verdicts and of how it is shown.
 
 from .estimate import (
     Estimate as Estimate,
-    EstimateAccessors as EstimateAccessors,
+    EstimateFacts as EstimateFacts,
     Inference as Inference,
     Iterate as Iterate,
     NotSimulated as NotSimulated,

@@ -120,15 +120,29 @@ class _HasDistribution(Protocol):
     @property
     def parameters(self) -> NamedValues: ...
     @property
-    def ddm_quantities(self) -> tuple[Quantity, ...]: ...
-    @property
     def distribution(self) -> SamplingDistribution: ...
 
 
-class EstimateAccessors:
-    """What is told of an estimate by its distribution, whether it has its rows or is of a file."""
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
+class EstimateFacts:
+    """What an estimate tells without its rows, whether it has them or is of a file.
 
-    __slots__ = ()
+    Its members are those of an `Estimate`.
+    """
+
+    method: str
+    quantities: tuple[Quantity, ...]
+    physical: Array
+    ddm_quantities: tuple[Quantity, ...]
+    row_period: float
+    equation_error_percent: float
+    simulation_error_percent: float | None
+    condition_number: float
+    iterates: tuple[Iterate, ...]
+    remarks: tuple[str, ...]
+    started: str = ""
+    chosen: str = "hac"
+    gain_relative_sd: float = 0.0
 
     def __repr__(self: _HasDistribution) -> str:
         return f"{self.method}: {self.parameters.listed()}"
@@ -138,12 +152,12 @@ class EstimateAccessors:
         return self.parameters[name]
 
     @property
-    def is_direct(self: _HasDistribution) -> bool:
+    def is_direct(self) -> bool:
         """Whether a direct model was regressed."""
         return bool(self.ddm_quantities)
 
     @property
-    def by_output_error(self: _HasDistribution) -> bool:
+    def by_output_error(self) -> bool:
         """Whether the simulated loop's columns were regressed, so that no noise is in them."""
         return is_output_error(self.method)
 
@@ -164,7 +178,7 @@ class EstimateAccessors:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
-class Estimate(EstimateAccessors, Presentable, Exact):
+class Estimate(EstimateFacts, Presentable, Exact):
     """An estimate of the physical parameters, and of the direct model's where it is regressed.
 
     Attributes
@@ -233,33 +247,20 @@ class Estimate(EstimateAccessors, Presentable, Exact):
         Covariances, the bias of filter and noise and the gain's part; see `inference`.
     """
 
-    method: str
     form: Form
-    quantities: tuple[Quantity, ...]
     theta: Array
-    physical: Array
     jacobian: Array
-    ddm_quantities: tuple[Quantity, ...]
     y: Array
     X: Array
     Z: Array | None
     rows: Array
     neighbours: RowTimes
     period: float
-    row_period: float
     residuals: Array
     simulated: Array | NotSimulated
-    equation_error_percent: float
-    simulation_error_percent: float | None
-    condition_number: float
-    iterates: tuple[Iterate, ...]
-    remarks: tuple[str, ...]
     covariance_model: Covariance
     deferred: Deferred[Inference]
-    started: str = ""
     times: Array | None = None
-    chosen: str = "hac"
-    gain_relative_sd: float = 0.0
     weights: Array | None = None
     loss: str = ROW_LOSSES[0]
     counts: LossWeights | None = None

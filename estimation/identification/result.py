@@ -132,10 +132,19 @@ class _HasEstimates(Protocol[Estimated_co]):
     def local_names(self) -> Mapping[str, tuple[str, ...]]: ...
 
 
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class ByMethod(Checked):
-    """Estimates by method: ``result["idm-iv"]``; it iterates over the methods."""
+    """Estimates by method: ``result["idm-iv"]``; it iterates over the methods.
 
-    __slots__ = ()
+    Its members are those of an `Identification`.
+    """
+
+    skipped: Mapping[str, str]
+    failed: Mapping[str, str]
+    requested: Prefilter | None = None
+    set_aside: Mapping[str, str] = field(default_factory=dict)
+    drive_time: DriveTime | None = None
+    levels: Levels = DEFAULT_LEVELS
 
     @property
     def checks(self: _HasEstimates[object]) -> tuple[Check, ...]:
@@ -245,12 +254,6 @@ class Identification(HasRecords, ByMethod, Uncached, Presentable, Exact):
 
     problem: Problem
     estimates: Mapping[str, Estimate]
-    skipped: Mapping[str, str]
-    failed: Mapping[str, str]
-    requested: Prefilter | None = None
-    set_aside: Mapping[str, str] = field(default_factory=dict)
-    drive_time: DriveTime | None = None
-    levels: Levels = DEFAULT_LEVELS
     further: tuple[Check, ...] = ()
 
     @property

@@ -15,7 +15,7 @@ from axisid.codegen.generated_axes import GeneratedAxis, Quantity
 from axisid.estimation.bootstrap import Chain
 from axisid.estimation.estimates import (
     Estimate,
-    EstimateAccessors,
+    EstimateFacts,
     Iterate,
     NamedValues,
     Physical,
@@ -300,7 +300,7 @@ def _named(quantities: Iterable[Quantity], values: Array) -> dict[str, float]:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class SavedEstimate(EstimateAccessors, Presentable, Exact):
+class SavedEstimate(EstimateFacts, Presentable, Exact):
     """An estimate that was read from a file, with the names of `Estimate`.
 
     What is not listed is as of an `Estimate`.
@@ -309,18 +309,10 @@ class SavedEstimate(EstimateAccessors, Presentable, Exact):
     ----------
     document : WrittenEstimate
         What the file holds of it.
-    row_period : float
-        Time from one row of the regression to the next, s.
     parameters : NamedValues
         Physical parameters by name.
     ddm_parameters : NamedValues
         Those of the direct model; none for an inverse model.
-    quantities, ddm_quantities : tuple of Quantity
-        The same without values, p and m of them; base parameters with what they are made of.
-    started : str
-        Where the iteration started; empty for least squares, and in older files.
-    iterates : tuple of Iterate
-        The start and every iterate; empty for least squares.
     covariances : mapping of str to array
         Of `parameters`, (p, p), by name.
     distribution : SamplingDistribution
@@ -330,26 +322,14 @@ class SavedEstimate(EstimateAccessors, Presentable, Exact):
     """
 
     document: WrittenEstimate
-    row_period: float
-    method: str
-    chosen: str
     parameters: NamedValues
     ddm_parameters: NamedValues
-    quantities: tuple[Quantity, ...]
-    ddm_quantities: tuple[Quantity, ...]
     covariances: Mapping[str, Array]
     distribution: SamplingDistribution
     covariance_names: Mapping[str, str]
     correlation: Array
     curvatures: Array
-    equation_error_percent: float
-    simulation_error_percent: float | None
-    condition_number: float
-    iterates: tuple[Iterate, ...]
-    started: str
     residual_tests: ResidualTests
-    remarks: tuple[str, ...]
-    gain_relative_sd: float
 
     @classmethod
     def of(cls, written: WrittenEstimate, row_period: float) -> "SavedEstimate":
@@ -370,6 +350,7 @@ class SavedEstimate(EstimateAccessors, Presentable, Exact):
             Quantity(name=name, unit=v.unit, expression=made.get(name, ""))
             for name, v in written.parameters.items()
         )
+        physical = np.array([v.value for v in written.parameters.values()])
         biases = [v.filter_bias for v in written.parameters.values() if v.filter_bias is not None]
         return read_as(
             cls,
@@ -380,6 +361,7 @@ class SavedEstimate(EstimateAccessors, Presentable, Exact):
             parameters=named(written.parameters, chosen),
             ddm_parameters=named(direct, chosen),
             quantities=quantities,
+            physical=physical,
             ddm_quantities=tuple(
                 Quantity(name=name, unit=v.unit, expression=v.expression)
                 for name, v in direct.items()
@@ -387,7 +369,7 @@ class SavedEstimate(EstimateAccessors, Presentable, Exact):
             covariances=covariances,
             distribution=SamplingDistribution(
                 quantities=quantities,
-                theta=np.array([v.value for v in written.parameters.values()]),
+                theta=physical,
                 covariances=covariances,
                 freedom={chosen: np.array([free.get(name, float(usual)) for name in names])},
                 chosen=chosen,
@@ -426,15 +408,11 @@ class SavedEstimate(EstimateAccessors, Presentable, Exact):
             self,
             parameters=own.values,
             quantities=own.quantities,
+            physical=own.theta,
             covariances=own.covariances,
             correlation=correlation(own.covariances[own.chosen]),
             distribution=own,
         )
-
-    @property
-    def physical(self) -> Array:
-        """Physical parameters, (p,)."""
-        return self.distribution.theta
 
     def derive(self, function: FunctionLike) -> Value:
         """Any function of the physical parameters, with its unit and interval.

@@ -366,7 +366,8 @@ class SavedIdentification(ByMethod, Presentable, Exact):
     """An identification that was read from a file; see `load_result`.
 
     It has the names of `Identification`: ``saved["idm-iv"].parameters``, `verdict`, `summary`,
-    `plot`; what needs the rows of the record is refused with a sentence.
+    `plot`; what needs the rows of the record is refused with a sentence. What is not listed is as
+    of an `Identification`.
 
     Attributes
     ----------
@@ -381,17 +382,11 @@ class SavedIdentification(ByMethod, Presentable, Exact):
         Recorded signals that the axis has.
     drive : Drive
         How it follows its commands; its gain is 1.
-    drive_time : DriveTime or None
-        The drive's lag or delay where it was estimated.
     estimates : mapping of str to SavedEstimate
     physical : mapping of str to Physical
         Declared parameters by method; empty where the estimates are of them already.
     diagnosis : Diagnosis
         What the tests of the result measured.
-    levels : Levels
-        From when on something was told as missing of the model.
-    requested : Prefilter or None
-        The prefilter before what it left open was chosen for the record, if that is known.
     prefilter : Prefilter
         With what was chosen for the record.
     record : RecordInfo
@@ -404,9 +399,6 @@ class SavedIdentification(ByMethod, Presentable, Exact):
         Of each declared parameter that records have for themselves, its names by record.
     declared_gain : float or None
         The declared drive gain where it is identified; None where it is believed.
-    skipped, failed, set_aside : mapping of str to str
-        Methods that axis or record did not allow, methods that came to nothing, and records that
-        could not be used, with the reason.
     """
 
     file: str
@@ -416,21 +408,15 @@ class SavedIdentification(ByMethod, Presentable, Exact):
     signature: str
     signals: tuple[Signal, ...]
     drive: Drive
-    drive_time: DriveTime | None
     estimates: Mapping[str, SavedEstimate]
     physical: PhysicalByMethod[Physical]
     diagnosis: Diagnosis
-    levels: Levels
-    requested: Prefilter | None
     prefilter: Prefilter
     record: RecordInfo
     sampling: Sampling
     of_records: tuple[RecordResult, ...]
     local_names: Mapping[str, tuple[str, ...]]
     declared_gain: float | None
-    skipped: Mapping[str, str]
-    failed: Mapping[str, str]
-    set_aside: Mapping[str, str]
 
     @classmethod
     def of(
