@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Protocol, TypeAlias, TypeVar
+from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -84,7 +84,7 @@ def record_index(number: object, records: int) -> int:
     return int(number) - 1
 
 
-Estimated_co = TypeVar("Estimated_co", covariant=True)
+Estimated = TypeVar("Estimated")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,24 +121,23 @@ class _HasParameters(Protocol):
     def parameters(self) -> NamedValues: ...
 
 
-class _HasEstimates(Protocol[Estimated_co]):
-    @property
-    def estimates(self) -> Mapping[str, Estimated_co]: ...
+class _HasDiagnosis(Protocol):
     @property
     def diagnosis(self) -> Diagnosis: ...
     @property
-    def preferred(self) -> Estimated_co: ...
+    def preferred(self) -> _HasParameters: ...
     @property
     def local_names(self) -> Mapping[str, tuple[str, ...]]: ...
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class ByMethod(Checked):
+class ByMethod(Checked, Generic[Estimated]):
     """Estimates by method: ``result["idm-iv"]``; it iterates over the methods.
 
     Its members are those of an `Identification`.
     """
 
+    estimates: Mapping[str, Estimated]
     skipped: Mapping[str, str]
     failed: Mapping[str, str]
     requested: Prefilter | None = None
@@ -147,14 +146,14 @@ class ByMethod(Checked):
     levels: Levels = DEFAULT_LEVELS
 
     @property
-    def checks(self: _HasEstimates[object]) -> tuple[Check, ...]:
+    def checks(self: _HasDiagnosis) -> tuple[Check, ...]:
         """What was checked: a name, a status, a sentence and a figure each."""
         return self.diagnosis.verdict
 
     verdict = checks
 
     @property
-    def local(self: _HasEstimates[_HasParameters]) -> dict[str, tuple[Value | None, ...]]:
+    def local(self: _HasDiagnosis) -> dict[str, tuple[Value | None, ...]]:
         """Of each parameter that records have for themselves, its value in each, as judged.
 
         None in a record that does not have the parameter.
@@ -162,7 +161,7 @@ class ByMethod(Checked):
         values = self.preferred.parameters
         return {name: tuple(map(values.get, own)) for name, own in self.local_names.items()}
 
-    def __getitem__(self: _HasEstimates[Estimated_co], method: str) -> Estimated_co:
+    def __getitem__(self, method: str) -> Estimated:
         name = str(method).lower()
         if name not in self.estimates:
             raise UsageError(
@@ -171,13 +170,13 @@ class ByMethod(Checked):
             )
         return self.estimates[name]
 
-    def __iter__(self: _HasEstimates[object]) -> Iterator[str]:
+    def __iter__(self) -> Iterator[str]:
         return iter(self.estimates)
 
-    def __contains__(self: _HasEstimates[object], method: object) -> bool:
+    def __contains__(self, method: object) -> bool:
         return isinstance(method, str) and method.lower() in self.estimates
 
-    def __len__(self: _HasEstimates[object]) -> int:
+    def __len__(self) -> int:
         return len(self.estimates)
 
     def summary(self, draws: int = 0, *, every: bool = False, full: bool = False) -> str:
@@ -225,7 +224,7 @@ class HasRecords:
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class Identification(HasRecords, ByMethod, Uncached, Presentable, Exact):
+class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exact):
     """The estimates of one axis from one record, or from several together.
 
     Attributes
@@ -253,7 +252,6 @@ class Identification(HasRecords, ByMethod, Uncached, Presentable, Exact):
     """
 
     problem: Problem
-    estimates: Mapping[str, Estimate]
     further: tuple[Check, ...] = ()
 
     @property

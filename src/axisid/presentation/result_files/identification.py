@@ -362,7 +362,7 @@ def _response(drive: Drive, found: DriveTime | None) -> WrittenResponse | UnsetT
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class SavedIdentification(ByMethod, Presentable, Exact):
+class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
     """An identification that was read from a file; see `load_result`.
 
     It has the names of `Identification`: ``saved["idm-iv"].parameters``, `verdict`, `summary`,
@@ -408,7 +408,6 @@ class SavedIdentification(ByMethod, Presentable, Exact):
     signature: str
     signals: tuple[Signal, ...]
     drive: Drive
-    estimates: Mapping[str, SavedEstimate]
     physical: PhysicalByMethod[Physical]
     diagnosis: Diagnosis
     prefilter: Prefilter
