@@ -397,12 +397,10 @@ def write_figures(plots: Iterable[Plot], folder: Path, form: str) -> list[Path]:
         The files.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    written = []
-    for plot in plots:
-        path = folder / f"{plot.name}.{form}"
+    written = {folder / f"{plot.name}.{form}": plot for plot in plots}
+    for path, plot in written.items():
         _save(draw(plot), path)
-        written.append(path)
-    return written
+    return [*written]
 
 
 def _save(figure: Drawing, path: Path) -> None:

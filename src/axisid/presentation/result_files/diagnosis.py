@@ -9,7 +9,7 @@ from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis
 from axisid.estimation.diagnostics.control_law import LawAgreement
 from axisid.support.errors import Missing
 
-from .json_objects import JsonObject, about, written_as
+from .json_objects import JsonObject, about, by_name, written_as
 
 
 class WrittenLawCheck(JsonObject, frozen=True, kw_only=True):
@@ -117,9 +117,7 @@ def record_members(found: Diagnosis | RecordDiagnosis, names: Sequence[str]) -> 
         else written_as(
             WrittenAlignment,
             profile,
-            sensitivity=dict(
-                zip(profile.names or names, profile.sensitivity.tolist(), strict=True)
-            ),
+            sensitivity=by_name(profile.names or names, profile.sensitivity),
             reason=UNSET,
         ),
         "verdict": found.verdict,

@@ -29,7 +29,7 @@ from axisid.support.arrays import Array, Exact, MaybeInfinite
 from axisid.support.errors import UsageError, is_among, is_whole, quoted
 from axisid.support.presentable import Presentable
 
-from .json_objects import JsonObject, Matrix, WrittenKnown, about, read_as, written_as
+from .json_objects import JsonObject, Matrix, WrittenKnown, about, by_name, read_as, written_as
 
 
 class WrittenValue(JsonObject, frozen=True, kw_only=True):
@@ -207,7 +207,7 @@ def written_estimate(
     physical: WrittenPhysical | Any = UNSET,
 ) -> WrittenEstimate:
     """One estimate; statistics that are not finite become None."""
-    direct, iterates = bool(estimate.ddm_quantities), estimate.iterates
+    names, direct = ([q.name for q in of] for of in (estimate.quantities, estimate.ddm_quantities))
     return written_as(
         WrittenEstimate,
         estimate,
@@ -229,27 +229,29 @@ def written_estimate(
         chains=tuple(each.likeliest for each in estimate.inference.chains) or UNSET,
         chosen_covariance=estimate.chosen,
         rows=len(estimate.y),
-        iterations=tuple(_named(estimate.quantities, i.physical) for i in iterates),
-        theta_ddm_iterations=tuple(_named(estimate.ddm_quantities, i.theta) for i in iterates)
+        iterations=tuple(by_name(names, i.physical) for i in estimate.iterates),
+        theta_ddm_iterations=tuple(by_name(direct, i.theta) for i in estimate.iterates)
         if direct
         else None,
-        iteration_simulation_errors_percent=tuple(i.simulation_error_percent for i in iterates),
+        iteration_simulation_errors_percent=tuple(
+            i.simulation_error_percent for i in estimate.iterates
+        ),
         started=estimate.started or UNSET,
         loss=UNSET if estimate.counts is None else estimate.loss,
         light_rows=UNSET if estimate.counts is None else int(estimate.light_rows.sum()),
-        curvatures=_named(estimate.quantities, estimate.curvatures),
-        freedom=_named(estimate.quantities, estimate.freedom[estimate.chosen]),
+        curvatures=by_name(names, estimate.curvatures),
+        freedom=by_name(names, estimate.freedom[estimate.chosen]),
         drawn=drawn,
         physical=physical,
-        gain_slopes=_slopes(estimate.quantities, estimate.inference.gain_slopes),
-        theta_ddm_gain_slopes=_slopes(estimate.ddm_quantities, estimate.inference.theta_gain_slopes)
+        gain_slopes=_slopes(names, estimate.inference.gain_slopes),
+        theta_ddm_gain_slopes=_slopes(direct, estimate.inference.theta_gain_slopes)
         if direct
         else None,
     )
 
 
-def _slopes(quantities: Iterable[Quantity], slopes: Array | None) -> dict[str, float] | None:
-    return None if slopes is None else _named(quantities, slopes)
+def _slopes(names: Iterable[str], slopes: Array | None) -> dict[str, float] | None:
+    return None if slopes is None else by_name(names, slopes)
 
 
 def written_physical(physical: Physical, chosen: str) -> WrittenPhysical:
@@ -293,10 +295,6 @@ def _written(kind: type[_Number], value: Value, **others: Any) -> _Number:
 def matrix(values: Array) -> Matrix:
     """An array as a document holds it."""
     return tuple(map(tuple, values.tolist()))
-
-
-def _named(quantities: Iterable[Quantity], values: Array) -> dict[str, float]:
-    return {q.name: float(value) for q, value in zip(quantities, values, strict=True)}
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)

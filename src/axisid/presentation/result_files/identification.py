@@ -66,7 +66,15 @@ from .estimate import (
     written_estimate,
     written_physical,
 )
-from .json_objects import JsonObject, WrittenKnown, WrittenResult, about, read_as, written_as
+from .json_objects import (
+    JsonObject,
+    WrittenKnown,
+    WrittenResult,
+    about,
+    by_name,
+    read_as,
+    written_as,
+)
 from .record import (
     WrittenDriveTime,
     WrittenPrefilter,
@@ -281,15 +289,12 @@ def _member(of_one: RecordResult, diagnosis: RecordDiagnosis) -> WrittenMember:
 
 
 def _apart(apart: RecordDifference) -> WrittenApart:
-    def named(values: Array) -> dict[str, float]:
-        return dict(zip(apart.names, map(float, np.ravel(values)), strict=True))
-
     return written_as(
         WrittenApart,
         apart,
-        own=named(apart.own),
-        common=named(apart.others),
-        deviations=named(apart.deviations),
+        own=by_name(apart.names, apart.own),
+        common=by_name(apart.names, apart.others),
+        deviations=by_name(apart.names, apart.deviations),
     )
 
 

@@ -4,7 +4,7 @@ What the two have alike is said by their fields alone, all the way down; a call 
 differs.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from functools import cache
 from types import NoneType
@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal, TypeAlias, TypeVar, get_args, get_ty
 
 import numpy as np
 from msgspec import UNSET, Meta, Struct, UnsetType, json
+from numpy.typing import ArrayLike
 
 from axisid.support.arrays import OF_NULL, Array, finite_or_none, to_json
 
@@ -51,6 +52,11 @@ class WrittenKnown(JsonObject, frozen=True, kw_only=True):
 
     value: float
     sd: Annotated[float, about("0 for an exact value.")]
+
+
+def by_name(names: Iterable[str], values: ArrayLike) -> dict[str, float]:
+    """Values of an array by the names of what they are of."""
+    return dict(zip(names, np.ravel(values).tolist(), strict=True))
 
 
 _Written = TypeVar("_Written", bound=Struct)

@@ -25,6 +25,7 @@ from .json_objects import (
     WrittenKnown,
     WrittenResult,
     about,
+    by_name,
     read_as,
     written_as,
 )
@@ -175,9 +176,7 @@ def written_output_fit(fit: OutputFit) -> WrittenOutputFit:
         lacks=_lacks(fit),
         horizon=UNSET if fit.horizon is None else fit.horizon,
         local=dict(fit.local) or UNSET,
-        iterations=tuple(
-            dict(zip(fit.names, map(float, step.physical), strict=True)) for step in fit.best.steps
-        ),
+        iterations=tuple(by_name(fit.names, step.physical) for step in fit.best.steps),
         iteration_errors=tuple(step.error for step in fit.best.steps),
         costs=tuple(each.cost for each in fit.searches),
         law_check=written_law(fit.law),

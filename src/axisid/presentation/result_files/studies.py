@@ -38,7 +38,7 @@ from .identification import (
     WrittenValidation,
     written_identification,
 )
-from .json_objects import JsonObject, WrittenKnown, WrittenResult, about, written_as
+from .json_objects import JsonObject, WrittenKnown, WrittenResult, about, by_name, written_as
 from .record import (
     WrittenPrefilter,
     WrittenRecord,
@@ -212,9 +212,8 @@ def _of_method(validation: MethodValidation) -> WrittenMethodValidation:
         WrittenMethodValidation,
         validation,
         reason=validation.reason or "",
-        anew=again and dict(zip(again.names, map(finite_or_none, again.own.tolist()), strict=True)),
-        anew_distances=again
-        and dict(zip(again.names, map(finite_or_none, again.distances.tolist()), strict=True)),
+        anew=again and by_name(again.names, again.own),
+        anew_distances=again and by_name(again.names, again.distances),
         anew_share_percent=again and finite_or_none(again.share_percent),
     )
 
