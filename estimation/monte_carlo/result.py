@@ -277,7 +277,7 @@ def column_name(estimand: Estimand) -> str:
     return ".".join((estimand.method, *kind, estimand.name))
 
 
-def write_runs(result: MonteCarlo, path: str | Path) -> None:
+def write_runs(result: MonteCarlo, path: str | Path) -> Path:
     """Write the numbers of every run, whole or not at all.
 
     Parameters
@@ -285,6 +285,11 @@ def write_runs(result: MonteCarlo, path: str | Path) -> None:
     result : MonteCarlo
     path : str or Path
         ``.npz`` (`numpy.load`) or ``.parquet``, which needs pyarrow; columns as `run_columns` says.
+
+    Returns
+    -------
+    Path
+        What was written.
 
     Raises
     ------
@@ -325,7 +330,7 @@ def write_runs(result: MonteCarlo, path: str | Path) -> None:
         content = npz_bytes({**columns, **about})
     else:
         content = parquet_bytes(columns, units, about, file)
-    write_file(file, content)
+    return write_file(file, content)
 
 
 def check_output(file: Path) -> None:

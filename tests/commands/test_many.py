@@ -88,7 +88,7 @@ def test_numbers_are_written_though_nobody_reads_what_is_printed(
     def gone(*_: Any) -> None:
         raise BrokenPipeError
 
-    monkeypatch.setattr(command, "put_result", gone)
+    monkeypatch.setattr("axisid.commands.options.outputs.print_result", gone)
     file = tmp_path / "runs.npz"
     arguments = ["--method", "idm-ls", "--loss", "huber", "--output", str(file)]
     run("study", "emps2015", "--runs", "1", *arguments)
@@ -98,17 +98,22 @@ def test_numbers_are_written_though_nobody_reads_what_is_printed(
 
 
 @pytest.mark.usefixtures("short")
-def test_tables_are_printed_though_their_numbers_cannot_be_written(
+def test_all_else_is_put_out_though_the_numbers_cannot_be_written(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(*_: Any) -> None:
         raise UsageError("no space is left.", code="output")
 
     monkeypatch.setattr(command.stages, "write_runs", full)
-    arguments = ["--method", "idm-ls", "--output", str(tmp_path / "runs.npz")]
-    code, out, err = run("study", "emps2015", "--runs", "1", *arguments)
+    files = {name: tmp_path / name for name in ("runs.npz", "study.json", "page.html")}
+    arguments = ["--method", "idm-ls", "--output", files["runs.npz"], "--json", files["study.json"]]
+    code, out, err = run(
+        "study", "emps2015", "--runs", "1", *arguments, "--report", files["page.html"]
+    )
     assert (code, err) == (2, "axisid: no space is left.\n")
     assert "IDM-LS" in out
+    assert out.endswith(f"wrote {files['page.html']}\n")
+    assert json.loads(files["study.json"].read_text())["schema"] == "axisid.monte_carlo/1"
 
 
 @pytest.mark.usefixtures("short")

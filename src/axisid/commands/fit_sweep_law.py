@@ -90,10 +90,8 @@ def fit(
             **asked.arguments(),
             **inputs.shared,
         )
-    put_result(result, json_file)
-    if report is not None:
-        write_page(report, stages.fit_report_html, result)
-        click.echo(f"wrote {report}", err=json_file == "-")
+    page = (report, lambda file: write_page(file, stages.fit_report_html, result))
+    put_result(result, json_file, page)
 
 
 @click.command(
@@ -154,14 +152,16 @@ def sweep(
             skip_bad=sharing.skip_bad,
             **inputs.shared,
         ).with_set_aside(inputs.set_aside)
-    put_result(result, json_file)
-    if figure is not None:
+
+    def draw(file: str) -> list[str]:
         try:
-            with ProgressLine(f"drawing {figure}"):
-                stages.sweep_figure(result, Path(figure))
+            with ProgressLine(f"drawing {file}"):
+                stages.sweep_figure(result, Path(file))
         except (OSError, ValueError) as error:
-            raise UsageError(f"{figure} cannot be drawn: {error}.") from error
-        click.echo(f"wrote {figure}", err=json_file == "-")
+            raise UsageError(f"{file} cannot be drawn: {error}.") from error
+        return [file]
+
+    put_result(result, json_file, (figure, draw))
 
 
 @click.command(

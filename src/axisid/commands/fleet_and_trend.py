@@ -190,6 +190,5 @@ def trend(
 
     with ProgressLine("reading results"):
         result = stages.trend(results, by=by, method=method, count_failing=count_failing)
-    for file in filter(None, (table, report)):
-        click.echo(f"wrote {result.write(Path(file))}", err=json_file == "-")
-    put_result(result, json_file)
+    ways = [(place, lambda file: [result.write(file)]) for place in (table, report)]
+    put_result(result, json_file, *ways)

@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
 
 import click
 
@@ -31,13 +33,12 @@ from axisid.commands.options import (
     method_option,
     option,
     print_result,
+    put_out,
     stages,
     takes,
-    write_output,
 )
 from axisid.presentation.console import ProgressLine, print_document
-from axisid.support.errors import AxisidError, EstimationError, UsageError
-from axisid.support.files import json_text
+from axisid.support.errors import AxisidError, EstimationError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -163,13 +164,24 @@ def identify(
         names = [each.record.provenance.source for each in validations]
         check = stages.joined([each.check for each in validations], names)
         result = replace(result, further=() if check is None else (check,))
-    refused = _put(result, json_file, validations, every=every, full=full)
-    for path in stages.write_outputs(
-        result, validations, _say, report=report, figures=figures, command=command_line()
-    ):
-        click.echo(f"wrote {path}", err=json_file == "-")
-    if refused is not None:
-        raise refused
+
+    def show() -> None:
+        with ProgressLine("judging the estimates"):
+            document = stages.as_blocks(result, every=every, full=full)
+        print_document(document)
+        for validation in validations:
+            click.echo()
+            print_result(validation)
+
+    def write(_: str) -> list[Path]:
+        return stages.write_outputs(
+            result, validations, _say, report=report, figures=figures, command=command_line()
+        )
+
+    if json_file == "-":
+        for method, reason in result.skipped.items():
+            _say(f"without {method}: {reason}")
+    put_out(json_file, lambda: _document(result, validations), show, (report or figures, write))
     if result.failed:
         raise EstimationError("; ".join(stages.missing_notes(result.failed)))
 
@@ -202,36 +214,15 @@ def _held_out(
     return records
 
 
-def _put(
-    result: "stages.Identification",
-    json_file: str | None,
-    validations: "Sequence[stages.Validation]",
-    *,
-    every: bool,
-    full: bool,
-) -> UsageError | None:
-    """Write the result and print it; a place that it could not be written to is told later."""
+def _document(
+    result: "stages.Identification", validations: "Sequence[stages.Validation]"
+) -> dict[str, Any]:
+    """What is written of a result and of how it holds on other records."""
     with ProgressLine("judging the estimates"):
-        written = None if json_file is None else result.to_dict()
-        document = () if json_file == "-" else stages.as_blocks(result, every=every, full=full)
-    refused: UsageError | None = None
-    if json_file is not None and written is not None:
-        checked = [validation.to_dict() for validation in validations]
-        written |= {"validation": checked[0]} if checked else {}
-        written |= {"validations": checked} if len(checked) > 1 else {}
-        try:
-            write_output(json_file, json_text(written))
-        except UsageError as error:
-            refused = error  # told after the result, which it must not cost
-    if json_file == "-":
-        for method, reason in result.skipped.items():
-            _say(f"without {method}: {reason}")
-    else:
-        print_document(document)
-        for validation in validations:
-            click.echo()
-            print_result(validation)
-    return refused
+        written = result.to_dict()
+    checked = [validation.to_dict() for validation in validations]
+    written |= {"validation": checked[0]} if checked else {}
+    return written | ({"validations": checked} if len(checked) > 1 else {})
 
 
 def _say(line: str) -> None:

@@ -24,7 +24,6 @@ from axisid.commands.options import (
     leave_out_option,
     loss_option,
     one_or_all,
-    print_result,
     put_result,
     reading,
     stages,
@@ -33,7 +32,6 @@ from axisid.commands.options import (
 )
 from axisid.estimation.choices import fit_names, fitted_output, method_names
 from axisid.presentation.console import ProgressLine, print_document
-from axisid.support.errors import AxisidError
 
 #: The noise of the twins, by option: what it is called in Python, its unit, and its help.
 NOISE = {
@@ -368,30 +366,19 @@ def study(
             progress=line,
             keep=keep,
         )
-    try:  # before what is printed, whose reader may have gone
-        written = _written(result, output, report, figures)
-    except AxisidError:
-        print_result(result)
-        raise
-    put_result(result, json_file)
-    for path in written:
-        click.echo(f"wrote {path}", err=json_file == "-")
 
-
-def _written(
-    result: "stages.MonteCarlo", output: str | None, report: str | None, figures: str | None
-) -> list[object]:
-    """Write what is asked for and return the places."""
-    drawn: list[Path] = []
-    if output is not None:
-        stages.write_runs(result, output)
-    if report is not None:
-        write_page(report, stages.monte_carlo_page, result)
-    if figures is not None:
+    def draw(folder: str) -> list[Path]:
         found = stages.monte_carlo_plots(result).values()
         plots = [plot for plot in found if isinstance(plot, stages.Plot)]
-        drawn = stages.write_figures(plots, Path(figures), "pdf")
-    return [*(file for file in (output, report) if file is not None), *drawn]
+        return stages.write_figures(plots, Path(folder), "pdf")
+
+    put_result(
+        result,
+        json_file,
+        (output, lambda file: [stages.write_runs(result, file)]),
+        (report, lambda file: write_page(file, stages.monte_carlo_page, result)),
+        (figures, draw),
+    )
 
 
 @click.command(

@@ -46,6 +46,7 @@ from .outputs import (
     is_earlier as is_earlier,
     json_option as json_option,
     print_result as print_result,
+    put_out as put_out,
     put_result as put_result,
     write_output as write_output,
     write_page as write_page,

@@ -7,14 +7,16 @@ import os
 import shlex
 import sys
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
+from typing import Any, TypeAlias
 
 import click
 
 from axisid.presentation.console import print_document
+from axisid.support.errors import AxisidError
 from axisid.support.files import axis_file, json_text, write_file
 from axisid.support.output_kind import kinds_of
 from axisid.support.presentable import Presentable
@@ -223,8 +225,8 @@ def write_output(file: str | None, text: str) -> None:
         write_file(Path(file), text)
 
 
-def write_page(file: str, page: Callable[..., str], result: Presentable) -> None:
-    """Write a page of HTML of a result, which says what command made it and when.
+def write_page(file: str, page: Callable[..., str], result: Presentable) -> list[str]:
+    """Write a page of HTML of a result, which says what command made it and when; tell the file.
 
     Parameters
     ----------
@@ -234,6 +236,7 @@ def write_page(file: str, page: Callable[..., str], result: Presentable) -> None
     result : Presentable
     """
     write_output(file, page(result, command=command_line(), made=datetime.now().astimezone()))
+    return [file]
 
 
 def command_line() -> str:
@@ -241,12 +244,52 @@ def command_line() -> str:
     return shlex.join(["axisid", *sys.argv[1:]])
 
 
-def put_result(result: "Presentable | stages.Trend", json_file: str | None) -> None:
-    """Write a result where ``--json`` says, and print it unless that is standard output."""
-    if json_file is not None:
-        write_output(json_file, json_text(result.to_dict()))
-    if json_file != "-":
-        print_result(result)
+#: A place, None where it is not asked for, and what writes there and returns what is told of it.
+Way: TypeAlias = tuple[str | None, Callable[[str], Iterable[object] | None]]
+
+
+def put_result(result: "Presentable | stages.Trend", json_file: str | None, *ways: Way) -> None:
+    """Put out a result as it is; see `put_out`."""
+    put_out(json_file, result.to_dict, lambda: print_result(result), *ways)
+
+
+def put_out(
+    json_file: str | None,
+    document: Callable[[], Mapping[str, Any]],
+    show: Callable[[], None],
+    *ways: Way,
+) -> None:
+    """Put out a result every way that is asked for; one that fails costs none of the others.
+
+    Parameters
+    ----------
+    json_file : str or None
+        Where ``--json`` says.
+    document : callable
+        Gives what is written there.
+    show : callable
+        Prints the result, unless JSON is on standard output.
+    *ways : (str or None, callable)
+        Further places, in their order.
+
+    Raises
+    ------
+    AxisidError, OSError
+        As the first that failed.
+    """
+    written: Way = (json_file, lambda file: write_output(file, json_text(document())))
+    shown: Way = (None if json_file == "-" else "", lambda _: show())
+    made, refused = list[object](), list[Exception]()
+    for place, put in (written, shown, *ways):
+        if place is not None:
+            try:
+                made += put(place) or ()
+            except (AxisidError, OSError) as error:
+                refused.append(error)
+    for path in made:
+        click.echo(f"wrote {path}", err=json_file == "-")
+    if refused:
+        raise refused[0]
 
 
 def print_result(result: "Presentable | stages.Fleet | stages.Trend") -> None:
