@@ -46,7 +46,8 @@ def axis_programs(model: AxisModel, *, by_gains: bool = False) -> tuple[Program,
         Whether the gains of a sampled law are arguments and no numbers: of the loop's step behind
         the parameters, of the law's other functions a vector of their own, the last.
     """
-    acceleration = _direct_dynamics(model)
+    about, name = "Acceleration that the force causes", model.axis.coordinate.acceleration.name
+    acceleration = _dynamics(model, "direct_dynamics", about, name, model.acceleration, force=True)
     programs = [inverse_dynamics(model)]
     # With states there are no rows of measured signals.
     programs += [acceleration] if model.states else [_idm_regressor(model), acceleration]
@@ -78,11 +79,16 @@ def _parameters(model: AxisModel) -> list[sympy.Symbol]:
 
 def inverse_dynamics(model: AxisModel) -> Program:
     """The force that a motion needs, by friction direction and parameters."""
-    arguments = _motion(model, force=False).vector_of("parameters", _parameters(model))
-    about = "Force that the motion needs."
-    return arguments.lower(tau=[[model.at_start(model.force)]]).program(
-        "inverse_dynamics", f"{about[:-1]}, the states where they start." if model.states else about
-    )
+    about = "Force that the motion needs"
+    return _dynamics(model, "inverse_dynamics", about, "tau", model.force, force=False)
+
+
+def _dynamics(
+    model: AxisModel, name: str, about: str, result: str, value: sympy.Expr, *, force: bool
+) -> Program:
+    arguments = _motion(model, force=force).vector_of("parameters", _parameters(model))
+    end = ", the states where they start." if model.states else "."
+    return arguments.lower(**{result: [[model.at_start(value)]]}).program(name, f"{about}{end}")
 
 
 def _idm_regressor(model: AxisModel) -> Program:
@@ -92,15 +98,6 @@ def _idm_regressor(model: AxisModel) -> Program:
         about = "tau = row . parameters + known, linearised about the parameters."
     return arguments.lower(row=[model.idm.columns], known=[[model.idm.intercept]]).program(
         "idm_regressor", about
-    )
-
-
-def _direct_dynamics(model: AxisModel) -> Program:
-    arguments = _motion(model, force=True).vector_of("parameters", _parameters(model))
-    name = model.axis.coordinate.acceleration.name
-    about = "Acceleration that the force causes."
-    return arguments.lower(**{name: [[model.at_start(model.acceleration)]]}).program(
-        "direct_dynamics", f"{about[:-1]}, the states where they start." if model.states else about
     )
 
 

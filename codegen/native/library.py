@@ -332,7 +332,7 @@ class NativeLibrary(LoadedLibrary):
                 *_strided(reference, first),
                 *_strided(noise, first),
                 *_strided(injected, first),
-                *_strided_signals(recorded, first),
+                *(() if recorded is None else _strided(recorded, first, 2)),
                 parameters[first:],
                 start.position[first:],
                 start.velocity[first:],
@@ -377,21 +377,15 @@ def _address(array: NDArray[Any]) -> int:
     return array.ctypes.data
 
 
-def _strided_signals(recorded: Array | None, first: int) -> tuple[Array | int, ...]:
-    """Recorded signals from a lane on, and their strides: from one to the next, time, lanes."""
-    if recorded is None:
-        return ()
-    over_time, each, *over_lanes = (stride // recorded.itemsize for stride in recorded.strides)
-    if not over_lanes:
-        return recorded, each, over_time, 0
-    return recorded[:, :, first:], each, over_time, over_lanes[0]
+def _strided(signal: Array | None, first: int, axes: int = 1) -> tuple[Array | int | None, ...]:
+    """A signal from a lane on, and its strides in values.
 
-
-def _strided(signal: Array | None, first: int) -> tuple[Array | None, int, int]:
-    """A signal from a lane on, and its strides over time and lanes in values."""
+    Its axes before the lanes' are time, and of recorded signals the one from each to the next,
+    whose stride comes first; the last is over lanes, 0 where all have the same.
+    """
     if signal is None:
         return None, 0, 0
-    over_time = signal.strides[0] // signal.itemsize
-    if signal.ndim == 1:
-        return signal, over_time, 0
-    return signal[:, first:], over_time, signal.strides[1] // signal.itemsize
+    over_time, *others = (stride // signal.itemsize for stride in signal.strides)
+    if signal.ndim == axes:
+        return signal, *others, over_time, 0
+    return signal[..., first:], *others[:-1], over_time, others[-1]

@@ -177,7 +177,8 @@ class VirtualLoop:
         """Run one simulation; as `NativeLibrary.simulate`."""
         samples, settings = len(reference), self._settings
         self._left = max(STEPS_IN_ALL, STEPS_OF_EACH * samples)
-        signals = {name: np.zeros(samples) for name in SIGNALS}
+        rows = np.zeros((len(SIGNALS), samples))
+        signals = dict(zip(SIGNALS, rows, strict=True))
         noise = np.zeros(samples) if noise is None else noise
         injected = np.zeros(samples) if injected is None else injected
         recorded = np.zeros((samples, 0)) if recorded is None else recorded
@@ -191,8 +192,7 @@ class VirtualLoop:
         for k in range(samples):
             if not abs(at.q - reference[k]) <= settings.allowed:
                 return (_OUT_OF_RANGE if np.isfinite(at.q) else _NOT_FINITE), k, signals
-            signals["position"][k], signals["velocity"][k] = at.q, at.dq
-            signals["direction_before"][k] = end
+            rows[:2, k] = at.q, at.dq
             if self._moving and k:
                 at = self._shifted(at, recorded[k])
             rate = 0.0
@@ -203,11 +203,9 @@ class VirtualLoop:
                 at, row = self._sample(at, given, recorded[k])
             except _StoppedError as stop:
                 return stop.status, k, signals
+            # At the first sample nothing was held before.
+            rows[2:, k] = (*row, end if k else row[-1])
             end = at.direction
-            for name, value in zip(SIGNALS[2:6], row, strict=True):
-                signals[name][k] = value
-            if k == 0:  # nothing was held before
-                signals["direction_before"][0] = signals["direction"][0]
         return _DONE, samples - 1, signals
 
     @np.errstate(all="ignore")

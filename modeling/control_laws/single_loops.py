@@ -7,7 +7,7 @@ import sympy
 from axisid.modeling.declaration import ControlLaw, Memory, gain
 from axisid.modeling.quantities import MEASURED_POSITION, PERIOD, REFERENCE
 
-from .blocks import Amount, Block, added, chosen, in_range, positive_among
+from .blocks import Amount, Block, added, chosen, difference, in_range, positive_among
 from .parts import commanded, formed_velocity, joined, with_integral, without_zeros
 
 #: Of what the derivative may be.
@@ -156,10 +156,10 @@ def _derivative(of: str, filter_time: float) -> Block:
     """Of the error or the position, by implicit differences behind a filter."""
     chosen(of, "derivative_of", DERIVATIVES)
     value = _ERROR if of == "error" else -MEASURED_POSITION
-    at_rest = REFERENCE - MEASURED_POSITION if of == "error" else -MEASURED_POSITION
-    last = Memory("last", following=value, start=at_rest)
+    plain = difference(value, name="last", start=value)
     if not filter_time:
-        return Block((value - last.symbol) / PERIOD, (last,))
+        return plain
+    (last,) = plain.memory
     time, name = gain("filter_time"), "derivative"
     rate = (time * sympy.Symbol(name, real=True) + value - last.symbol) / (time + PERIOD)
     return Block(rate, (last, Memory(name, following=rate, start=sympy.S.Zero)))
