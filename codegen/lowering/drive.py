@@ -205,13 +205,8 @@ def acting_from_sample(
         tau = drive.force(acting, *motion)
         return tau, (tau,), ()
     forces = remembered[len(remembered) - len(response.forces) :]
-    held: tuple[int, ...]
-    if response.holds_control:
-        pending = (acting, *forces[:-1])  # the newest first
-        control = pending[-1] if response.share else pending[response.whole]
-        tau = drive.force(control, *motion)
-        held, following = (tau, control), (*pending[:-1], tau)
-    else:
+    new = acting
+    if not response.holds_control:
         if response.by_motion:
             # Taken half a sample later it is as early as late: what a drive with a lag makes of the
             # motion is held as the command is.
@@ -222,26 +217,19 @@ def acting_from_sample(
                 build("add", q, build("mul", half, dq)),
                 build("add", dq, build("mul", half, change)),
             )
-        held, following = _driven(builder, response, drive.force(acting, *motion), forces)
-    return held[0], held, (*last, *following)
-
-
-def _driven(
-    builder: Builder, response: Response, tau: int, remembered: tuple[int, ...]
-) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """What is held from a sample on, and what the drive remembers at the next.
-
-    `tau` is the force of the command that is new.
-    """
-    pending = (tau, *remembered[: len(remembered) - bool(response.lag)])  # the newest first
+        new = drive.force(acting, *motion)
+    # The newest first; behind them is the force that was kept, if one is.
+    pending = (new, *forces[: len(forces) - response.keeps_force])
     then = pending[response.whole]
     first = pending[-1] if response.share else then
-    if not response.lag:
-        return (first,), pending[:-1]
-    now = remembered[-1]
-    parts = ((first, response.share), (then, 1 - response.share))
-    end = now
-    for target, share in parts if response.share else parts[1:]:
-        span = builder.constant(share * response.period)
-        end = later_force(builder, response.lag, (end, target), span)
-    return (now, first), (*pending[:-1], end)
+    if not response.keeps_force:
+        return first, (first,), (*last, *pending[:-1])
+    if response.holds_control:
+        now = end = drive.force(first, *motion)
+    else:
+        now = end = forces[-1]
+        parts = ((first, response.share), (then, 1 - response.share))
+        for target, share in parts if response.share else parts[1:]:
+            span = builder.constant(share * response.period)
+            end = later_force(builder, response.lag, (end, target), span)
+    return now, (now, first), (*last, *pending[:-1], end)
