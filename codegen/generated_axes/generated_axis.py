@@ -21,7 +21,13 @@ from axisid.codegen.lowering import (
 from axisid.codegen.native import Native, slices
 from axisid.codegen.runtime import FunctionShape, by_sample, checked_arguments, execute
 from axisid.modeling.declaration import Axis, ControlLaw, check_axis
-from axisid.modeling.derivation import AxisModel, BaseModel, derive, describe_loss
+from axisid.modeling.derivation import (
+    AxisModel,
+    BaseModel,
+    ParameterMap,
+    derive,
+    describe_loss,
+)
 from axisid.modeling.quantities import (
     CONTROL,
     DIRECTION,
@@ -30,7 +36,14 @@ from axisid.modeling.quantities import (
     TIME,
 )
 from axisid.support.arrays import Array
-from axisid.support.errors import Missing, ModelError, UsageError, quoted, real_array
+from axisid.support.errors import (
+    Missing,
+    ModelError,
+    UsageError,
+    quoted,
+    real_array,
+    unless_missing,
+)
 
 from .loop_by_gains import LoopByGains
 from .texts import FUNCTIONS, NATIVE, axis_artefacts, signature, single_result
@@ -329,7 +342,7 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
             Quantity(name=p.name, unit=p.unit, expression=combined.get(p.name, ""))
             for p in axis.parameters
         ),
-        ddm_parameters=_ddm_parameters(model),
+        ddm_parameters=_ddm_parameters(model.parameter_map),
         uniform=_is_uniform(model),
         evenly_damped=not model.acceleration.diff(axis.coordinate.velocity).has(
             axis.coordinate.velocity
@@ -398,10 +411,8 @@ def as_declared(axis: Axis | GeneratedAxis | None) -> Axis | None:
     return declared
 
 
-def _ddm_parameters(model: AxisModel) -> tuple[Quantity, ...] | Missing:
-    mapping = model.parameter_map
-    if isinstance(mapping, Missing):
-        return mapping
+@unless_missing
+def _ddm_parameters(mapping: ParameterMap) -> tuple[Quantity, ...]:
     return tuple(
         Quantity(name=str(symbol), unit=str(unit), expression=str(value))
         for symbol, unit, value in zip(mapping.symbols, mapping.units, mapping.forward, strict=True)

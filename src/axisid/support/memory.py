@@ -13,7 +13,6 @@ from pathlib import Path
 from .errors import DataError, UsageError, is_real, quoted
 
 GIGABYTE = 1e9
-#: Code of an error about a log that takes more memory than there is.
 #: What to do about a file that memory cannot hold, the beginning of a sentence.
 SHORTER_FILES = "Cut the log into shorter files, which are records of one regression with a verdict"
 #: What to do about more samples than memory can hold, likewise.
