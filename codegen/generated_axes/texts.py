@@ -6,7 +6,7 @@ machine: no time, no path, no version of a library.
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -180,17 +180,18 @@ def signature(model: AxisModel) -> str:
             ],
         },
     }
-    if axis.response is not None:
-        content["response"] = [repr(float(time)) for time in (axis.drive.lag, axis.drive.delay)]
-    if not axis.drive.path.is_plain:
-        content["path"] = {name: repr(x) for name, x in axis.drive.path.declared.items()}
-    if model.states:
-        content["states"] = [
+    times = () if axis.response is None else (axis.drive.lag, axis.drive.delay)
+    # Of which an axis that has none says nothing.
+    further: dict[str, Collection[object]] = {
+        "response": [repr(float(time)) for time in times],
+        "path": {name: repr(x) for name, x in axis.drive.path.declared.items()},
+        "states": [
             [s.name, s.unit, *(_with_numbers(with_own_symbols(value)) for value in s.values)]
             for s in axis.states
-        ]
-    if axis.signals:
-        content["signals"] = [[s.name, s.unit, s.between] for s in axis.signals]
+        ],
+        "signals": [[s.name, s.unit, s.between] for s in axis.signals],
+    }
+    content |= {name: told for name, told in further.items() if told}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
@@ -246,18 +247,18 @@ def _native(
         sizes = {
             size: len(ports[name].elements) if name in ports else 0 for size, name in _SIZES.items()
         }
-        if by_gains:
-            sizes["GAINS"] = len(law.gains)
-        if model.axis.signals:
-            sizes["SIGNALS"] = len(model.axis.signals)
-        if sizes["SIDES"]:
-            inputs = (port.name for port in by_name["switching"].inputs)
-            sizes |= {"MOVING": 1} if "held" in inputs else {}
-        if model.states:
-            sizes["STATES"] = len(model.states)
-            if limited := sum(state.limit is not None for state in model.states):
-                sizes["FIRST_LIMIT"] = sizes["SIDES"] - limited
-        sizes |= {"WAVES": 1} if "wave_number" in by_name else {}
+        deciding = by_name["switching"].inputs if sizes["SIDES"] else ()
+        limited = sum(state.limit is not None for state in model.states)
+        # What an axis has none of is not defined at all; the first of the limits may be 0.
+        further = {
+            "GAINS": len(law.gains) if by_gains else None,
+            "SIGNALS": len(model.axis.signals) or None,
+            "MOVING": 1 if "held" in [port.name for port in deciding] else None,
+            "STATES": len(model.states) or None,
+            "FIRST_LIMIT": sizes["SIDES"] - limited if limited else None,
+            "WAVES": 1 if "wave_number" in by_name else None,
+        }
+        sizes |= {name: size for name, size in further.items() if size is not None}
         response, following = model.axis.response, dict[str, float]()
         if response is not None and not response.is_held:
             following = {"LAGGED": int(response.keeps_force)}
