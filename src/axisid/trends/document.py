@@ -126,25 +126,32 @@ def _series_blocks(series: Series, by: str) -> tuple[Block, ...]:
         rows=tuple(map(_row, series.charts)),
         title=f"{series.title}, {results} by {' and '.join(methods)}",
     )
-    if len(methods) > 1:
-        said.append(
+    failing = [f"{p.name} ({', '.join(p.failing)})" for p in points if p.failing]
+    aside = any(points[i].failing for i in series.set_aside)
+    what = "set no limits and tell no change" if aside else "count like the others"
+    odd = [point.name for point in points if not point.is_comparable]
+    doubts = (
+        (
+            len(methods) > 1,
             "The results are judged by different methods, which may differ: follow one of them "
-            "with --method METHOD, method=."
-        )
-    if len({point.signature for point in points}) > 1:
-        said.append("The results are of different models of that name, whose values may differ.")
-    if failing := [f"{p.name} ({', '.join(p.failing)})" for p in points if p.failing]:
-        aside = any(points[i].failing for i in series.set_aside)
-        what = "set no limits and tell no change" if aside else "count like the others"
-        said.append(
+            "with --method METHOD, method=.",
+        ),
+        (
+            len({point.signature for point in points}) > 1,
+            "The results are of different models of that name, whose values may differ.",
+        ),
+        (
+            failing,
             f"The verdict fails of {len(failing)} of {len(points)} results, which {what} and may "
-            f"be wrong: {first_of(failing, _MOST_SHOWN)}."
-        )
-    if odd := [point.name for point in points if not point.is_comparable]:
-        said.append(
+            f"be wrong: {first_of(failing, _MOST_SHOWN)}.",
+        ),
+        (
+            odd,
             "Values or deviations that are not finite, or too large to compare, set no limits and "
-            f"tell no change: {first_of(odd, _MOST_SHOWN)}."
-        )
+            f"tell no change: {first_of(odd, _MOST_SHOWN)}.",
+        ),
+    )
+    said += [doubt for is_so, doubt in doubts if is_so]
     return table, paragraph(*(said or ["Nothing beyond the limits, no step and no drift."]))
 
 
