@@ -224,28 +224,28 @@ class Axis:
         declared = drive.of_held_commands
         if law is None or not declared:
             return
-        if law.continuous:
-            raise ModelError(
-                f"axis {self.name!r}: the drive has a {' and '.join(declared)}, which is that of "
-                f"commands held from sample to sample, and the control law {law.name!r} is "
-                f"continuous. Declare a sampled law, or leave the {' and the '.join(declared)} "
-                "out.",
-                code="drive",
-            )
-        if law.delay and drive.delay:
-            raise ModelError(
-                f"axis {self.name!r}: the control law {law.name!r} has a delay of {law.delay} "
-                f"samples and the drive one of {drive.delay:g} s, which mean the same but for what "
-                "was recorded. Keep the law's where the control was recorded after it, the "
-                "drive's (with logged='command' or 'applied') otherwise.",
-                code="drive",
-            )
-        if drive.delay > LONGEST_DELAY * law.period:
-            raise ModelError(
-                f"axis {self.name!r}: the drive's delay is {drive.delay:g} s, more than "
-                f"{LONGEST_DELAY} samples of {law.period:g} s; give it in seconds.",
-                code="drive",
-            )
+        for is_wrong, what in (
+            (
+                law.continuous,
+                f"the drive has a {' and '.join(declared)}, which is that of commands held from "
+                f"sample to sample, and the control law {law.name!r} is continuous. Declare a "
+                f"sampled law, or leave the {' and the '.join(declared)} out",
+            ),
+            (
+                law.delay and drive.delay,
+                f"the control law {law.name!r} has a delay of {law.delay} samples and the drive "
+                f"one of {drive.delay:g} s, which mean the same but for what was recorded. Keep "
+                "the law's where the control was recorded after it, the drive's (with "
+                "logged='command' or 'applied') otherwise",
+            ),
+            (
+                drive.delay > LONGEST_DELAY * law.period,
+                f"the drive's delay is {drive.delay:g} s, more than {LONGEST_DELAY} samples of "
+                f"{law.period:g} s; give it in seconds",
+            ),
+        ):
+            if is_wrong:
+                raise ModelError(f"axis {self.name!r}: {what}.", code="drive")
 
     def _check_types(self) -> None:
         wanted: dict[str, type | UnionType] = {
@@ -298,28 +298,32 @@ class Axis:
         used -= self.force.atoms(ConstantSymbol) | profile.atoms(ConstantSymbol)
         allowed = declared | {q.symbol, q.velocity, q.acceleration}
         allowed |= {signal.symbol for signal in self.signals}
-        if unknown := sorted(map(str, used - allowed)):
-            raise ModelError(
-                f"axis {self.name!r}: the equation of motion has the unknown symbols "
-                f"{', '.join(unknown)}; it may use {', '.join(sorted(map(str, allowed)))}. Declare "
-                "each unknown as a Parameter, and write the expression with the Parameter and "
-                "Coordinate objects rather than with symbols of the same name.",
-                code="axis",
-            )
-        if unused := sorted(map(str, declared - used)):
-            raise ModelError(
-                f"axis {self.name!r}: the parameters {', '.join(unused)} are declared but do not "
-                "appear in the equation of motion. Use or remove them.",
-                code="axis",
-            )
-        if not declared:
-            raise ModelError(f"axis {self.name!r} has no parameter to identify; declare one.")
-        if q.acceleration not in used:
-            raise ModelError(
-                f"axis {self.name!r}: the acceleration {q.acceleration} does not appear in the "
-                "equation of motion; an axis needs an inertia.",
-                code="axis",
-            )
+        unknown, unused = (sorted(map(str, each)) for each in (used - allowed, declared - used))
+        for is_wrong, what, code in (
+            (
+                unknown,
+                f": the equation of motion has the unknown symbols {', '.join(unknown)}; it may "
+                f"use {', '.join(sorted(map(str, allowed)))}. Declare each unknown as a Parameter, "
+                "and write the expression with the Parameter and Coordinate objects rather than "
+                "with symbols of the same name",
+                "axis",
+            ),
+            (
+                unused,
+                f": the parameters {', '.join(unused)} are declared but do not appear in the "
+                "equation of motion. Use or remove them",
+                "axis",
+            ),
+            (not declared, " has no parameter to identify; declare one", ""),
+            (
+                q.acceleration not in used,
+                f": the acceleration {q.acceleration} does not appear in the equation of motion; "
+                "an axis needs an inertia",
+                "axis",
+            ),
+        ):
+            if is_wrong:
+                raise ModelError(f"axis {self.name!r}{what}.", code=code)
 
     def _check_signals(self) -> None:
         """Refuse signals that are used and not declared, or named as another column is."""

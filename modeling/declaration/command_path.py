@@ -84,13 +84,12 @@ class CommandPath:
 
     def text(self, unit: str) -> str:
         """What becomes of a command, in its order; empty where nothing does."""
-        said = []
-        if self.is_limited:
-            said.append(f"changes by {self.rate_limit:g} {unit}/s at most")
-        if self.quantisation:
-            said.append(f"is rounded to steps of {self.quantisation:g} {unit}")
-        if self.deadband:
-            said.append(f"makes no force within {self.deadband:g} {unit} of 0")
+        steps = (
+            (self.is_limited, f"changes by {self.rate_limit:g} {unit}/s at most"),
+            (self.quantisation, f"is rounded to steps of {self.quantisation:g} {unit}"),
+            (self.deadband, f"makes no force within {self.deadband:g} {unit} of 0"),
+        )
+        said = [step for is_there, step in steps if is_there]
         return f"the command {', '.join(said)}" if said else ""
 
 
@@ -185,21 +184,22 @@ def check_logged(logged: object, lag: float, delay: float, path: CommandPath) ->
     ModelError
         There is no such place, or what it lies behind is not declared.
     """
-    if logged not in LOGGED:
-        raise ModelError(
+    for is_wrong, what in (
+        (
+            logged not in LOGGED,
             f"logged is {quoted(logged)}; give {', '.join(LOGGED[:-1])} or {LOGGED[-1]}: where the "
-            "recorded control was taken.",
-            code="drive",
-        )
-    if logged == "applied" and not delay and path.is_plain:
-        raise ModelError(
+            "recorded control was taken",
+        ),
+        (
+            logged == "applied" and not delay and path.is_plain,
             "logged='applied' is what acts after the drive's delay, rate limit, quantisation and "
-            "dead band, and none is declared; declare delay=..., or what is, or logged='command'.",
-            code="drive",
-        )
-    if logged == "current" and not lag:
-        raise ModelError(
+            "dead band, and none is declared; declare delay=..., or what is, or logged='command'",
+        ),
+        (
+            logged == "current" and not lag,
             "logged='current' is what is there after the drive's lag, and no lag is declared; "
-            "declare lag=..., or logged='command'.",
-            code="drive",
-        )
+            "declare lag=..., or logged='command'",
+        ),
+    ):
+        if is_wrong:
+            raise ModelError(f"{what}.", code="drive")

@@ -150,17 +150,28 @@ class Experiment:
             resolution=number(self.resolution, "the encoder's resolution"),
         )
         duration = sum(move.duration for move in self.moves)
-        if not 0 < duration < _LONGEST:
-            raise ModelError(
+        for is_right, wrong, code in (
+            (
+                0 < duration < _LONGEST,
                 f"the moves of an experiment take {duration:g} s; give some that take more than 0 "
-                f"and less than {_LONGEST:g} s."
-            )
-        if not (is_whole(self.seed) and self.seed >= 0):
-            raise ModelError(f"the seed is {quoted(self.seed)}; give a whole number, 0 or more.")
-        if not self.position_noise >= 0:
-            raise ModelError(f"the position noise is {self.position_noise!r}; give 0 or more.")
-        if not self.resolution >= 0:
-            raise ModelError(
+                f"and less than {_LONGEST:g} s.",
+                "",
+            ),
+            (
+                is_whole(self.seed) and self.seed >= 0,
+                f"the seed is {quoted(self.seed)}; give a whole number, 0 or more.",
+                "",
+            ),
+            (
+                self.position_noise >= 0,
+                f"the position noise is {self.position_noise!r}; give 0 or more.",
+                "",
+            ),
+            (
+                self.resolution >= 0,
                 f"the encoder's resolution is {self.resolution!r}; give 0 or more.",
-                code="twin",
-            )
+                "twin",
+            ),
+        ):
+            if not is_right:
+                raise ModelError(wrong, code=code)
