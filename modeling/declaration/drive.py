@@ -236,23 +236,34 @@ class Drive:
             delay=checked_time(self.delay, "the drive's delay"),
             **asdict(path),
         )
-        if self.gain == 0:
-            raise ModelError(f"the drive gain is {self.gain!r}; give a finite number other than 0.")
-        if not 0 <= self.relative_sd < 1:
-            raise ModelError(
+        missing = signals_in(self.scaled_by) - signals_in(self.force)
+        for is_wrong, what, code in (
+            (
+                self.gain == 0,
+                f"the drive gain is {self.gain!r}; give a finite number other than 0",
+                "",
+            ),
+            (
+                not 0 <= self.relative_sd < 1,
                 f"the drive gain's relative deviation is {self.relative_sd!r}; give a fraction "
-                "from 0 to below 1, such as 0.005 for 0.5 %.",
-                code="drive",
-            )
-        if missing := signals_in(self.scaled_by) - signals_in(self.force):
-            raise ModelError(
+                "from 0 to below 1, such as 0.005 for 0.5 %",
+                "drive",
+            ),
+            (
+                missing,
                 f"the drive {type(self).__name__} has a force of its own, which scaled_by "
                 f"({self.scaled_by}) does not enter; write {', '.join(map(str, missing))} into its "
-                "force and inverse.",
-                code="drive",
-            )
-        if not self.limit > 0:
-            raise ModelError(f"the drive limit is {self.limit!r}; give a positive number.")
+                "force and inverse",
+                "drive",
+            ),
+            (
+                not self.limit > 0,
+                f"the drive limit is {self.limit!r}; give a positive number",
+                "",
+            ),
+        ):
+            if is_wrong:
+                raise ModelError(f"{what}.", code=code)
         check_within(path, self.limit)
         check_logged(self.logged, self.lag, self.delay, path)
 
