@@ -11,6 +11,7 @@ coincidence.
 """
 
 import contextlib
+import math
 from collections.abc import Iterator, Mapping
 from itertools import permutations
 from typing import Any
@@ -22,7 +23,7 @@ from sympy.functions.elementary.miscellaneous import Max, Min
 from axisid.modeling.quantities import DIRECTION, extreme
 from axisid.support.errors import ModelError
 
-from .point_value import CANNOT, drawn, numbers, value_at, zero
+from .point_value import CANNOT, deciding, drawn, float_at, numbers, value_at, zero
 
 _POINTS = 6
 _STARTS = (-1.5, 0.5)  # velocities from which an edge is looked for, also one of either sign
@@ -56,14 +57,8 @@ def jumping_node(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr | None
 
 def _edges(node: sympy.Expr, velocity: sympy.Symbol) -> Iterator[sympy.Expr]:
     """Functions whose zeros are where a step or a choice may jump with the velocity."""
-    if not isinstance(node, sympy.Piecewise):
-        if velocity in node.args[0].free_symbols:
-            yield node.args[0]
-        return
-    for _, condition in node.args:
-        for relation in condition.atoms(Relational):
-            if velocity in relation.free_symbols:
-                yield relation.lhs - relation.rhs
+    kinks = node.atoms(Relational) if isinstance(node, sympy.Piecewise) else [node]
+    yield from (x for kink in kinks for x in deciding(kink) if velocity in x.free_symbols)
 
 
 def _is_continuous(force: sympy.Expr, velocity: sympy.Symbol, edge: sympy.Expr) -> bool:
@@ -72,9 +67,9 @@ def _is_continuous(force: sympy.Expr, velocity: sympy.Symbol, edge: sympy.Expr) 
     jumps: list[float] = []
     for turn in range(_POINTS):
         point = {s: _number(s, turn) for s in others}
-        found = [_jump(force, velocity, point, v) for v in _places(edge, velocity, point)]
-        jumps += [jump for jump in found if jump is not None]
-    return bool(jumps) and max(jumps) < _ROUNDING
+        jumps += [_jump(force, velocity, point, v) for v in _places(edge, velocity, point)]
+    found = [jump for jump in jumps if not math.isnan(jump)]
+    return bool(found) and max(found) < _ROUNDING
 
 
 def _number(symbol: sympy.Symbol, turn: int) -> Any:
@@ -104,25 +99,16 @@ def _beside(place: Any) -> Any:
     return _BESIDE * max(abs(place), 1)
 
 
-def _jump(force: sympy.Expr, velocity: sympy.Symbol, point: _Point, place: Any) -> float | None:
-    """Jump of a force there, over the force's size; None where it has no value."""
+def _jump(force: sympy.Expr, velocity: sympy.Symbol, point: _Point, place: Any) -> float:
+    """Jump of a force there, over the force's size; NaN where it has no value."""
     beside, apart = _beside(place), 1 + abs(place)
     direction = numbers.sign(place) if abs(place) > beside else _AT_REST
     above, below, *others = (
-        _value(force, {**point, velocity: place + step, DIRECTION: direction})
+        float_at(force, {**point, velocity: place + step, DIRECTION: direction})
         for step in (beside, -beside, apart, -apart)
     )
-    if above is None or below is None:
-        return None
-    sizes = [abs(value) for value in (above, below, *others) if value is not None]
-    return float(abs(above - below) / (max(sizes) or 1))
-
-
-def _value(expression: sympy.Expr, point: _Point) -> Any | None:
-    try:
-        return value_at(expression, point)
-    except CANNOT:
-        return None
+    sizes = [abs(value) for value in (above, below, *others) if not math.isnan(value)]
+    return abs(above - below) / (max(sizes, default=0.0) or 1.0)
 
 
 def slope(value: sympy.Expr, variable: sympy.Symbol, what: str) -> sympy.Expr:
@@ -140,7 +126,7 @@ def slope(value: sympy.Expr, variable: sympy.Symbol, what: str) -> sympy.Expr:
     ModelError
         The expression jumps where the variable passes a value.
     """
-    derivative = _Slopes(variable)(value)
+    derivative = _derivative(value, variable, {})
     impulses = derivative.atoms(sympy.DiracDelta)
     for impulse in impulses:
         if not _is_continuous(value, variable, impulse.args[0]):
@@ -158,66 +144,49 @@ def slope(value: sympy.Expr, variable: sympy.Symbol, what: str) -> sympy.Expr:
 
 def plain_slope(value: sympy.Expr, variable: sympy.Symbol) -> sympy.Expr:
     """The same away from where an expression jumps."""
-    derivative = _Slopes(variable)(value)
+    derivative = _derivative(value, variable, {})
     return derivative.xreplace(dict.fromkeys(derivative.atoms(sympy.DiracDelta), sympy.S.Zero))
 
 
-class _Slopes:
-    """Derivatives by a variable, each node's once.
+def _derivative(
+    value: sympy.Expr, variable: sympy.Symbol, known: dict[sympy.Expr, sympy.Expr]
+) -> sympy.Expr:
+    """A derivative by the chain rule, each node's once.
 
     What has a kink stands for itself in SymPy's derivative: SymPy would ask which side is the
     larger, and whether the arguments are real.
     """
+    if variable not in value.free_symbols:
+        return sympy.S.Zero
+    if value not in known:
+        product = value.is_Mul and any(factor.is_Pow for factor in value.args)
+        power = value.is_Pow and variable not in value.exp.free_symbols
+        if product or power or isinstance(value, _KINKS):
+            slopes = {argument: _derivative(argument, variable, known) for argument in value.args}
+            terms = [s * _partial(value, argument) for argument, s in slopes.items() if s != 0]
+            known[value] = sympy.Add(*terms)
+        else:
+            kinks = {node: sympy.Dummy(real=True) for node in _outermost_kinks(value)}
+            outer = value.xreplace(kinks)
+            slopes = {size: _derivative(node, variable, known) for node, size in kinks.items()}
+            terms = [outer.diff(size) * s for size, s in slopes.items() if s != 0]
+            inside = {size: node for node, size in kinks.items()}
+            known[value] = sympy.Add(outer.diff(variable), *terms).xreplace(inside)
+    return known[value]
 
-    def __init__(self, variable: sympy.Symbol) -> None:
-        self._variable = variable
-        self._made: dict[sympy.Expr, sympy.Expr] = {}
 
-    def __call__(self, value: sympy.Expr) -> sympy.Expr:
-        if self._variable not in value.free_symbols:
-            return sympy.S.Zero
-        if value not in self._made:
-            self._made[value] = self._of(value)
-        return self._made[value]
-
-    def _of(self, value: sympy.Expr) -> sympy.Expr:
-        if isinstance(value, (Max, Min)):
-            return self._of_extreme(value)
-        if isinstance(value, (sympy.Abs, sympy.sign, sympy.Heaviside)):
-            inside = value.args[0]
-            return _RATES[value.func](inside) * self(inside)
-        if value.is_Pow and self._variable not in value.exp.free_symbols:
-            # SymPy writes base**exp / base, which has no value where a hinge is 0.
-            return value.exp * value.base ** (value.exp - 1) * self(value.base)
-        if value.is_Mul and any(factor.is_Pow for factor in value.args):
-            return self._of_product(value)
-        kinks = {node: sympy.Dummy(real=True) for node in _outermost_kinks(value)}
-        outer = value.xreplace(kinks)
-        derivative = outer.diff(self._variable)
-        for node, size in kinks.items():
-            slope = self(node)
-            if slope != 0:
-                derivative += outer.diff(size) * slope
-        return derivative.xreplace({size: node for node, size in kinks.items()})
-
-    def _of_product(self, value: sympy.Mul) -> sympy.Expr:
-        terms = []
-        for factor in value.args:
-            slope = self(factor)
-            if slope != 0:
-                terms.append(slope * sympy.Mul(*(other for other in value.args if other != factor)))
-        return sympy.Add(*terms)
-
-    def _of_extreme(self, value: sympy.Expr) -> sympy.Expr:
+def _partial(value: sympy.Expr, argument: sympy.Expr) -> sympy.Expr:
+    """Derivative of a product, a power or a kink by one of its arguments."""
+    others = [other for other in value.args if other != argument]
+    if value.is_Mul:
+        return sympy.Mul(*others)
+    if value.is_Pow:
+        # SymPy writes base**exp / base, which has no value where a hinge is 0.
+        return value.exp * value.base ** (value.exp - 1)
+    if isinstance(value, (Max, Min)):
         sign = 1 if isinstance(value, Max) else -1
-        terms = []
-        for argument in value.args:
-            slope = self(argument)
-            if slope != 0:
-                others = extreme(value.func, [other for other in value.args if other != argument])
-                step = sympy.Heaviside(sign * (argument - others), evaluate=False)
-                terms.append(slope * step)
-        return sympy.Add(*terms)
+        return sympy.Heaviside(sign * (argument - extreme(value.func, others)), evaluate=False)
+    return _RATES[value.func](argument)
 
 
 _RATES = {
@@ -225,13 +194,14 @@ _RATES = {
     sympy.sign: lambda inside: 2 * sympy.DiracDelta(inside, evaluate=False),
     sympy.Heaviside: lambda inside: sympy.DiracDelta(inside, evaluate=False),
 }
+_KINKS = (Max, Min, *_RATES)
 
 
 def _outermost_kinks(value: sympy.Expr) -> Iterator[sympy.Expr]:
     """The nodes with kinks that are not within others."""
     walk = sympy.preorder_traversal(value)
     for node in walk:
-        if isinstance(node, (Max, Min, sympy.Abs, sympy.sign, sympy.Heaviside)):
+        if isinstance(node, _KINKS):
             walk.skip()
             yield node
 

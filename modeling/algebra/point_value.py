@@ -179,7 +179,7 @@ class Points:
     ) -> None:
         self.given, self.velocity = given or {}, velocity
         kinks = {node for e in expressions for node in e.atoms(*_KINKS)}
-        decisive = {x for node in kinks for x in _decisive(node)}
+        decisive = {x for node in kinks for x in deciding(node)}
         if velocity is not None and any(DIRECTION in e.free_symbols for e in expressions):
             decisive.add(velocity)
         self.signed = {x for x in decisive if x.is_Symbol}
@@ -350,7 +350,7 @@ class _Drawn(_Values):
         free = decisive.free_symbols - self._points.given.keys() - self.placed.keys()
         for symbol in sorted(free, key=lambda s: self.drawn("moved", s.name)):
 
-            def value(place: Any, symbol: sympy.Symbol = symbol) -> Any:
+            def value(place: Any, *, symbol: sympy.Symbol = symbol) -> Any:
                 there = _Drawn(self._points, self._turn)
                 there.values |= {**self.placed, symbol: exactly(place)}
                 return numbers.re(there(decisive)[0])
@@ -364,7 +364,7 @@ class _Drawn(_Values):
                     return
 
 
-def _decisive(kink: sympy.Basic) -> Iterator[sympy.Expr]:
+def deciding(kink: sympy.Basic) -> Iterator[sympy.Expr]:
     """Expressions whose signs decide the side of a kink."""
     arguments = list(kink.args[:1])
     if isinstance(kink, (Max, Min)):
@@ -377,14 +377,7 @@ def _decisive(kink: sympy.Basic) -> Iterator[sympy.Expr]:
 
 def zero(value: Callable[[Any], Any], start: Any) -> Any:
     """Where a function is 0, by secants."""
-    one, other = start, start + 1
-    here, there = value(one), value(other)
-    for _ in range(_SECANTS):
-        if here == there or not there:
-            break
-        one, other = other, other - there * (other - one) / (there - here)
-        here, there = there, value(other)
-    return other
+    return numbers.findroot(value, (start, start + 1), maxsteps=_SECANTS, verify=False)
 
 
 def _number(node: sympy.Expr) -> Value:
