@@ -17,7 +17,7 @@ from .forms import (
     intercept as intercept,
     joined_exponential as joined_exponential,
     multiplied_out as multiplied_out,
-    where_zero as where_zero,
+    where as where,
     without as without,
 )
 from .point_value import (

@@ -5,8 +5,9 @@ of numbers get their reduced row echelon form, where rounding tells what is noth
 """
 
 import math
-from collections.abc import ItemsView, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set as AbstractSet
 from fractions import Fraction
+from functools import cache
 from typing import Any, TypeAlias
 
 import sympy
@@ -45,6 +46,13 @@ class Coefficients:
     expression : sympy.Expr
     parameters : sequence of sympy.Symbol
         Those that it is a polynomial of, once everything that cancels is left out.
+    motion : set of sympy.Symbol
+        Those of them that count as motion, and have no powers.
+
+    Attributes
+    ----------
+    terms : dict
+        The weights by the products of powers; what no parameter multiplies too.
 
     Raises
     ------
@@ -52,46 +60,32 @@ class Coefficients:
         It has too many terms, or too large ones.
     """
 
-    def __init__(self, expression: sympy.Expr, parameters: Sequence[sympy.Symbol]) -> None:
+    def __init__(
+        self,
+        expression: sympy.Expr,
+        parameters: Sequence[sympy.Symbol],
+        motion: AbstractSet[sympy.Symbol] = frozenset(),
+    ) -> None:
         self._one = (0,) * len(parameters)
-        self._places = {p: j for j, p in enumerate(parameters)}
-        self._zero = dict.fromkeys(parameters, sympy.S.Zero)
-        self._made: dict[sympy.Basic, _Polynomial] = {}
+        self._places = {p: j for j, p in enumerate(parameters) if p not in motion}
+        self._zero = dict.fromkeys(self._places, sympy.S.Zero)
+        self._of = cache(self._worked_out)
         self._left = _MOST_PRODUCTS
         self._hidden: set[sympy.Symbol] = set()
-        self._polynomial = self._of(expression)
-        for weight in self._polynomial.values():
+        self.terms = self._of(expression)
+        for weight in self.terms.values():
             check_size(weight, "the equation of motion, multiplied out,")
-
-    @property
-    def terms(self) -> ItemsView[Exponents, sympy.Expr]:
-        """The weights by the products of powers."""
-        return self._polynomial.items()
 
     @property
     def nonlinear(self) -> set[sympy.Symbol]:
         """The parameters that the expression is no polynomial of."""
         divisors = {
             p
-            for exponents, weight in self.terms
-            for p, exponent in zip(self._places, exponents, strict=True)
-            if exponent < 0 and not vanishes(weight)
+            for exponents, weight in self.terms.items()
+            for p, j in self._places.items()
+            if exponents[j] < 0 and not vanishes(weight)
         }
         return self._hidden | divisors
-
-    def __getitem__(self, exponents: Exponents) -> sympy.Expr:
-        """The weight of a product of powers."""
-        return self._polynomial.get(exponents, sympy.S.Zero)
-
-    @property
-    def rest(self) -> sympy.Expr:
-        """What no parameter multiplies."""
-        return self[self._one]
-
-    def _of(self, node: sympy.Expr) -> _Polynomial:
-        if node not in self._made:
-            self._made[node] = self._worked_out(node)
-        return self._made[node]
 
     def _worked_out(self, node: sympy.Expr) -> _Polynomial:
         if not node.free_symbols & self._places.keys():

@@ -82,13 +82,8 @@ def without(value: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> sympy.Expr
         return value
     if depends(value, inside):
         return None
-    forms = (_where(value, inside, place) for place in _ANYWHERE)
+    forms = (where(value, inside, place) for place in _ANYWHERE)
     return next((form for form in forms if form is not None), None)
-
-
-def where_zero(value: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> sympy.Expr | None:
-    """An expression where the symbols are 0; None if it is not finite there."""
-    return _where(value, symbols, sympy.S.Zero)
 
 
 def intercept(value: sympy.Expr, slopes: Mapping[sympy.Symbol, sympy.Expr]) -> sympy.Expr | None:
@@ -98,14 +93,15 @@ def intercept(value: sympy.Expr, slopes: Mapping[sympy.Symbol, sympy.Expr]) -> s
     follows from another place. None if it is finite at none that was tried.
     """
     for place in _ANYWHERE:
-        there = _where(value, slopes.keys(), place)
+        there = where(value, slopes.keys(), place)
         if there is not None:
             return sympy.Add(there, *(-place * slope for slope in slopes.values()))
     return None
 
 
-def _where(
-    value: sympy.Expr, symbols: AbstractSet[sympy.Symbol], place: sympy.Integer
+def where(
+    value: sympy.Expr, symbols: AbstractSet[sympy.Symbol], place: sympy.Integer = sympy.S.Zero
 ) -> sympy.Expr | None:
+    """An expression where all the symbols have a number; None if it is not finite there."""
     there = value.xreplace(dict.fromkeys(symbols, place))
     return None if there.has(*_INFINITE) else there

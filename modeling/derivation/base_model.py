@@ -87,16 +87,8 @@ def force_terms(
         except CANNOT as error:
             raise NotRealError(f"{node} has no finite real value.") from error
     nonlinear = Coefficients(force, parameters).nonlinear
-    linear = [p for p in parameters if p not in nonlinear]
-    places = [j for j, p in enumerate(parameters) if p not in nonlinear]
-    weights: dict[Exponents, sympy.Expr] = {}
-    for powers, weight in Coefficients(force, linear).terms:
-        exponents = [0] * len(parameters)
-        for j, power in zip(places, powers, strict=True):
-            exponents[j] = power
-        if any(exponents):
-            weights[tuple(exponents)] = weight
-    weights = dict(sorted(weights.items(), key=lambda item: _order(item[0])))
+    terms = Coefficients(force, parameters, nonlinear).terms
+    weights = {e: terms[e] for e in sorted(terms, key=_order) if any(e)}
     found, pivots = reduced_functions(list(weights.values()), velocity)
     own = [j for j, p in enumerate(parameters) if p in nonlinear]
     monomials = [*weights, *(tuple(int(i == j) for i in range(len(parameters))) for j in own)]
@@ -278,14 +270,10 @@ def _reduced(
         declared[value] if value in declared else _combined(base, i, leads[i], taken)
         for i, value in enumerate(base.expressions)
     )
-    linear = [s for s in declared if s not in nonlinear]
-    places = [j for j, s in enumerate(declared) if s not in nonlinear]
-    coefficients = Coefficients(axis.force, linear)
-    terms = [coefficients.rest]
-    for p, lead in zip(parameters, leads, strict=True):
-        if p.symbol not in nonlinear:
-            terms.append(p * coefficients[tuple(lead[j] for j in places)])
-    force = sympy.Add(*terms)
+    weights = Coefficients(axis.force, tuple(declared), nonlinear).terms
+    rest = weights.get((0,) * len(declared), sympy.S.Zero)
+    scaled = zip(parameters, leads, strict=True)
+    force = sympy.Add(rest, *(p * weights.get(lead, sympy.S.Zero) for p, lead in scaled))
     check_size(force, "the equation of motion in base parameters")
     truth = axis.experiment and replace(axis.experiment, truth=_truth(base, parameters))
     return replace(axis, parameters=parameters, force=force, experiment=truth)

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import sympy
 
-from axisid.modeling.algebra import multiplied_out, reduced_rows, vanishes, where_zero, without
+from axisid.modeling.algebra import multiplied_out, reduced_rows, vanishes, where, without
 from axisid.modeling.declaration import Axis, check_axis
 from axisid.modeling.quantities import Parameter, fresh_name, number, with_numbers
 from axisid.support.errors import ModelError
@@ -98,7 +98,7 @@ def _rest(term: sympy.Expr, parameters: AbstractSet[sympy.Symbol]) -> sympy.Expr
     """What a term is without some parameters."""
     inside = term.free_symbols & parameters
     linear = {p for p in inside if vanishes(term.diff(p, 2))}
-    rest = where_zero(term, linear)
+    rest = where(term, linear)
     if rest is None or rest.free_symbols & parameters:
         rest = multiplied_out(term if rest is None else rest, powers=False)
         return sympy.Add(
