@@ -121,10 +121,18 @@ def _laws(
     speed, sign = q.velocity, sympy.sign(q.velocity)
     force, rate = str(q.force_unit), f"{q.unit}/s"
     ahead, back = (1 + sign) / 2, (1 - sign) / 2
-    viscous = _declared(axis, friction, speed) or _fresh("Fv", f"{force}/({rate})", taken)
-    coulomb = _declared(axis, friction, sign) or _fresh("Fc", force, taken)
-    constant = _declared(axis, friction, sympy.S.One) or _fresh("F0", force, taken)
-    basic = [(viscous, speed), (coulomb, sign), (constant, sympy.S.One)]
+
+    def term(name: str, unit: str, factor: sympy.Expr) -> _Term:
+        """A term by the axis's own parameter, or by a new one that nothing else is named like."""
+        own = _declared(axis, friction, factor)
+        return own or Parameter(fresh_name(name, taken), unit), factor
+
+    basic = [
+        term("Fv", f"{force}/({rate})", speed),
+        term("Fc", force, sign),
+        term("F0", force, sympy.S.One),
+    ]
+    (viscous, _), (coulomb, _), _ = basic
     # Of one direction a level has the constant force in it, of whatever sign.
     level = replace(coulomb, lower=-math.inf, upper=math.inf)
     directional = [
@@ -143,14 +151,11 @@ def _laws(
         "directional": directional,
     }
     if quadratic:
-        drag = speed * sympy.Abs(speed)
-        own = _declared(axis, friction, drag)
-        added = own or _fresh("Fq", f"{force}/({rate})^2", taken)
-        laws["quadratic"] = [*directional, (added, drag)]
+        drag = term("Fq", f"{force}/({rate})^2", speed * sympy.Abs(speed))
+        laws["quadratic"] = [*directional, drag]
     if stribeck is not None:
-        peak = sign * sympy.exp(-((speed / stribeck) ** 2))
-        added = _declared(axis, friction, peak) or _fresh("Fs", force, taken)
-        laws["Stribeck"] = [*directional, (added, peak)]
+        peak = term("Fs", force, sign * sympy.exp(-((speed / stribeck) ** 2)))
+        laws["Stribeck"] = [*directional, peak]
     return laws
 
 
@@ -209,8 +214,3 @@ def _one_way(parameter: Parameter, suffix: str, taken: set[str]) -> Parameter:
     """
     name = fresh_name(f"{parameter.name}{suffix}", taken)
     return replace(parameter, name=name, known=None, known_sd=0.0)
-
-
-def _fresh(name: str, unit: str, taken: set[str]) -> Parameter:
-    """A new parameter by a name that nothing else has."""
-    return Parameter(fresh_name(name, taken), unit)
