@@ -21,7 +21,7 @@ from .point_value import (
     NOTHING,
     Points,
     Value,
-    dependences,
+    depends,
     exactly,
     is_nothing,
     numbers,
@@ -110,7 +110,7 @@ class Coefficients:
         """A node that is taken as a whole; some of the parameters in it may cancel."""
         shown = node if isinstance(node, sympy.Expr) else sympy.Piecewise((1, node), (0, True))
         inside = node.free_symbols & self._places.keys() - self._hidden
-        self._hidden |= {p for (p,) in dependences(shown, [{p} for p in inside])}
+        self._hidden |= {p for p in inside if depends(shown, {p})}
         return node
 
     def _chosen(self, node: sympy.Piecewise) -> _Polynomial:

@@ -13,7 +13,7 @@ import hashlib
 import math
 import operator
 import random
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set as AbstractSet
+from collections.abc import Callable, Iterable, Iterator, Mapping, Set as AbstractSet
 from fractions import Fraction
 from itertools import combinations
 from typing import Any, TypeAlias
@@ -23,7 +23,7 @@ from mpmath.ctx_mp import MPContext
 from sympy.core.relational import Relational
 from sympy.functions.elementary.miscellaneous import Max, Min
 
-from axisid.modeling.quantities import DIRECTION
+from axisid.modeling.quantities import DIRECTION, replaced
 
 #: Numbers of many digits; SymPy's own context is left alone.
 numbers = MPContext()
@@ -103,33 +103,8 @@ def vanishes(expression: sympy.Expr) -> bool:
 
 def depends(expression: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> bool:
     """Whether an expression changes with symbols; what has no finite value does."""
-    return bool(dependences(expression, [symbols]))
-
-
-def dependences(
-    expression: sympy.Expr, groups: Sequence[AbstractSet[sympy.Symbol]]
-) -> list[AbstractSet[sympy.Symbol]]:
-    """Those of several groups of symbols with which an expression changes."""
-    left = list(groups)
-    try:
-        points = Points(expression)
-        with points.digits():
-            for turn in range(points.count):
-                left = [g for g in left if not _changes(expression, g, points, turn)]
-                if not left:
-                    break
-    except CANNOT:
-        return list(groups)
-    return [group for group in groups if group not in left]
-
-
-def _changes(
-    expression: sympy.Expr, symbols: AbstractSet[sympy.Symbol], points: "Points", turn: int
-) -> bool:
-    """Whether the value changes when the symbols do, and nothing else."""
-    one, less = points.at(turn)(expression)
-    other, more = points.beside(turn, symbols)(expression)
-    return not is_nothing((one - other, less - more))
+    others = {s: sympy.Symbol(f"other {s.name}", **s.assumptions0) for s in symbols}
+    return not vanishes(expression - replaced(expression, others))
 
 
 def value_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> Any:
@@ -216,15 +191,6 @@ class Points:
                 made.place(self._edges[other % size], (-1) ** other)
             self._made = {turn: made}
         return self._made[turn]
-
-    def beside(self, turn: int, symbols: AbstractSet[sympy.Symbol]) -> "_Drawn":
-        """Values where some symbols are others than at a point."""
-        here = self.at(turn)
-        there = _Drawn(self, turn)
-        there.values |= here.placed
-        for symbol in symbols:
-            there.values[symbol] = exactly(here.drawn("other", symbol.name))
-        return there
 
 
 class _Values:
