@@ -175,10 +175,10 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         "float(e @ e) / len(e) * (factor @ factor.T)",
         (f"{_SANDWICH}::test_classical_and_robust_are_those_of_statsmodels",),
     ),
-    "the published variance of a lane is over n": (
+    "the instruments of a lane are as sure as a regressor of their own": (
         "estimation/batched/batched_iv.py",
-        "fits.power[:, None] / (n - 1)",
-        "fits.power[:, None] / n",
+        "self.instruments[own, :, place] @ self.mixing[place].T",
+        "self.instruments[own, :, place] @ self.inverse[place].T",
         (
             "tests/estimation/batched/test_identify_lanes.py"
             "::test_a_lane_is_what_identify_makes_of_its_record",

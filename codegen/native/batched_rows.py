@@ -162,13 +162,6 @@ class LaneLibrary(LoadedLibrary):
         self("lanes_products", rows, lanes, p, q, one, apart[0], other, apart[1], out)
         return out
 
-    def lagged(self, columns: Array, lags: int) -> Array:
-        """Sums of products of columns (n, p, L) with themselves before, (lags + 1, p, L)."""
-        rows, p, lanes = columns.shape
-        out = np.empty((lags + 1, p, lanes))
-        self("lanes_lagged", rows, lanes, p, lags, np.ascontiguousarray(columns), out)
-        return out
-
     def _decimated(
         self,
         function: str,

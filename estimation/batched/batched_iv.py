@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.native import LaneLibrary
-from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.estimation_problem import SignalRanges, shown_up_to
 from axisid.estimation.methods import StepControl
-from axisid.estimation.regression import Equations, Hac, InverseForm, Solution, most_lags
+from axisid.estimation.regression import Equations, InverseForm, Solution
 from axisid.estimation.signals import (
     Prefilter,
     RowTimes,
@@ -27,7 +26,6 @@ from axisid.estimation.signals import (
 )
 from axisid.estimation.thresholds import (
     CONVERGED,
-    FEW_SCORES,
     MAX_SIMULATION_ERROR,
     MIN_DISTANCE_FROM_NOISE,
     MIN_INFORMATION_LEFT,
@@ -48,19 +46,35 @@ class LaneSolutions:
     ----------
     theta : (L, p) array
     residuals : (n, L) array
-    mixing : (L, p, p) array
-        ``(Z'X)^-1``.
     power : (L,) array
         Of the residuals.
+    instruments : (n, p, L) array
+        Z; the regressor X of least squares.
+    mixing, inverse : (L, p, p) arrays
+        ``(Z'X)^-1`` and ``(Z'Z)^-1``.
     sound : (L,) array of bool
         Where the products are well conditioned.
     """
 
     theta: Array
     residuals: Array
-    mixing: Array
     power: Array
+    instruments: Array
+    mixing: Array
+    inverse: Array
     sound: NDArray[np.bool_]
+
+    def alone(self, block: LaneBlock, rows: Chosen | None, lane: int, place: int) -> Solution:
+        """The solution of a lane of a block, at its place among these, as if it were alone."""
+        own = slice(None) if rows is None else rows[:, lane]
+        places = block.template.sampling.rows.astype(np.int64)[own]
+        return Solution(
+            theta=self.theta[place],
+            residuals=np.ascontiguousarray(self.residuals[own, place]),
+            inverse_factor=np.asarray(np.linalg.cholesky(self.inverse[place]), dtype=float),
+            influence=self.instruments[own, :, place] @ self.mixing[place].T,
+            neighbours=RowTimes(places // block.template.prefilter.decimate),
+        )
 
 
 def products(library: LaneLibrary, one: Array, other: Array) -> Array:
@@ -107,8 +121,10 @@ def solved(
     return LaneSolutions(
         theta=theta,
         residuals=residuals,
-        mixing=mixing,
         power=products(library, residuals[:, None], residuals[:, None])[:, 0, 0],
+        instruments=instruments,
+        mixing=mixing,
+        inverse=inverse_products(library, instruments),
         sound=sound,
     )
 
@@ -128,54 +144,43 @@ def _applied(matrices: Array, vectors: Array) -> Array:
 
 def norms(library: LaneLibrary, columns: Array) -> Array:
     """Of columns (n, p, L), (L, p)."""
-    return np.asarray(np.sqrt(library.lagged(columns, 0)[0].T))
+    squares = products(library, columns, columns)
+    return np.asarray(np.sqrt(np.diagonal(squares, axis1=1, axis2=2)))
 
 
 _MOST = 8  # steps of lanes; what takes more is identified alone
 _CLEARLY = 0.5  # of what a record may hide: lanes nearer to that are looked at alone
 _ROUNDING = float(np.finfo(float).eps)
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LaneFits(LaneSolutions):
-    """Where lanes ended; what is not `sound` is to be identified alone.
-
-    Attributes
-    ----------
-    rows : (n, L) array of bool or None
-        Which there are.
-    instruments : (n, p, L) array
-    iterations : (L,) array of int
-    """
-
-    rows: Chosen | None
-    instruments: Array
-    iterations: NDArray[np.int64]
+#: Solutions as if each lane were alone, and steps to them, by lane.
+LaneFits = dict[int, tuple[Solution, int]]
 
 
 def fitted_lanes(block: LaneBlock, asked: Prefilter) -> LaneFits:
-    """Lanes from their samples to where the instruments' iteration ends."""
-    excluded = _near_reversals(block, asked)
-    shown = np.ones(len(block.lanes), dtype=bool)
+    """Lanes from their samples to where the instruments' iteration ends.
+
+    Lanes that are not among them are to be identified alone.
+    """
+    excluded, able = _near_reversals(block, asked), block.starts[1]
     if excluded is not None:
         _, _, loops, follows, shown = _first_fit(block, excluded, block.rows_of(excluded))
         again = block.turns(block.filtered(loops.position))
         # Where the loop does not follow, the record's own reversals stay.
-        excluded = np.where(follows & excluded.any(axis=0), again, excluded)
+        excluded, able = np.where(follows & excluded.any(axis=0), again, excluded), able & shown
     rows = block.rows_of(excluded)
-    measured, theta, loops, follows, clear = _first_fit(block, excluded, rows)
-    return _iterated(block, measured, excluded, rows, theta, follows & clear & shown, loops)
+    measured, found, loops, follows, shown = _first_fit(block, excluded, rows)
+    return _iterated(block, measured, excluded, rows, found, follows & shown & able, loops)
 
 
 def _first_fit(
     block: LaneBlock, excluded: Chosen | None, rows: Chosen | None
-) -> tuple[Equations, Array, LaneLoops, Chosen, Chosen]:
+) -> tuple[Equations, LaneSolutions, LaneLoops, Chosen, Chosen]:
     """Least squares of lanes.
 
     Returns
     -------
     measured : Equations
-    theta : (L, p) array
+    found : LaneSolutions
     loops : LaneLoops
         Simulated with it.
     follows : (L,) array of bool
@@ -191,7 +196,7 @@ def _first_fit(
     off = measured.left - (fitted(loops.Z, found.theta) + loops.intercept)
     error = 100 * (np.linalg.norm(off, axis=0) / np.linalg.norm(measured.left, axis=0))
     follows = loops.well & found.sound & (error < MAX_SIMULATION_ERROR.value)
-    return measured, found.theta, loops, follows, _clearly_shown(block, measured, rows, found)
+    return measured, found, loops, follows, _clearly_shown(block, measured, rows, found)
 
 
 def _near_reversals(block: LaneBlock, asked: Prefilter) -> Chosen | None:
@@ -243,95 +248,37 @@ def _iterated(
     measured: Equations,
     excluded: Chosen | None,
     rows: Chosen | None,
-    physical: Array,
+    found: LaneSolutions,
     active: Chosen,
     loops: LaneLoops,
 ) -> LaneFits:
-    """Iterate lanes from least squares (L, p), whose loops are known, until they stand still."""
-    n, p, lanes = measured.regressor.shape
-    net = measured.left - measured.intercept
-    end = LaneFits(  # its arrays are filled in as lanes end
-        theta=np.full((lanes, p), np.nan),
-        residuals=np.zeros((n, lanes)),
-        mixing=np.zeros((lanes, p, p)),
-        power=np.zeros(lanes),
-        sound=np.zeros(lanes, dtype=bool),
-        rows=rows,
-        instruments=np.zeros((n, p, lanes)),
-        iterations=np.zeros(lanes, dtype=np.int64),
-    )
+    """Iterate lanes from least squares, whose loops are known, until they stand still."""
+    ended: LaneFits = {}
+    net, lanes = measured.left - measured.intercept, len(active)
     paces, counts = [StepControl() for _ in range(lanes)], row_counts(rows, net.shape)
-    physical, size = physical.copy(), np.full(lanes, np.inf)
+    physical, size, going = found.theta.copy(), np.full(lanes, np.inf), np.arange(lanes)
     active = active.copy()
-    for step in range(1, _MOST + 2):
+    for step in range(_MOST + 1):
         active &= loops.well
-        at = np.flatnonzero(active)
-        done = size[at] <= CONVERGED.value
-        if done.any():
-            end.sound[at[done]], end.iterations[at[done]] = True, step - 1
-            active[at[done]] = False
-        if not active.any() or step > _MOST:
+        for place, lane in enumerate(going):
+            if active[lane] and size[lane] <= CONVERGED.value:
+                ended[int(lane)] = found.alone(block, rows, int(lane), place), step
+                active[lane] = False
+        if not active.any() or step == _MOST:
             break
-        going = at[~done]
+        going = np.flatnonzero(active)
         left, regressor = (
             np.ascontiguousarray(each[..., going]) for each in (net, measured.regressor)
         )
         Z = np.ascontiguousarray(loops.Z[..., np.searchsorted(loops.lanes, going)])
         found = solved(block.library, left, regressor, Z)
-        inverse = inverse_products(block.library, Z)
         sigma = found.power / (counts[going] - 1)
-        deviations = np.sqrt(sigma[:, None] * np.diagonal(inverse, axis1=1, axis2=2))
-        end.theta[going], end.residuals[:, going] = found.theta, found.residuals
-        end.mixing[going] = found.mixing
-        end.instruments[:, :, going] = Z
-        end.power[going] = found.power
-        for i, lane in enumerate(going):
-            size[lane], _ = paces[lane].step(physical[lane], found.theta[i], deviations[i])
-            found.sound[i] &= paces[lane].share == 1.0
+        deviations = np.sqrt(sigma[:, None] * np.diagonal(found.inverse, axis1=1, axis2=2))
+        for place, lane in enumerate(going):
+            size[lane], _ = paces[lane].step(physical[lane], found.theta[place], deviations[place])
+            found.sound[place] &= paces[lane].share == 1.0
         physical[going] = found.theta
         active[going[~found.sound]] = False
         if active.any():
             loops = block.loops(physical, active, excluded, rows)
-    return end
-
-
-def lane_numbers(block: LaneBlock, fits: LaneFits, lags: int | None) -> Array:
-    """Values, deviations and their degrees of freedom, (L, 1 + 2 c, p), of lanes that ended well.
-
-    Of no meaning for the others.
-    """
-    (rows, k), shape = fits.instruments.shape[:2], fits.theta.shape
-    n, model = row_counts(fits.rows, fits.residuals.shape)[:, None], Hac(lags)
-    inverse = inverse_products(block.library, fits.instruments)
-    # Each column a sum of all instruments, by the matrices of the lanes.
-    own = [sum(fits.instruments[:, j] * fits.mixing[:, i, j] for j in range(k)) for i in range(k)]
-    scores = np.stack(own, axis=1) * fits.residuals[:, None]
-    most = (most_lags(rows) if lags is None else lags) + 2
-    lagged = block.library.lagged(scores, min(most, rows - 1))
-    variances = {
-        "iid": fits.power[:, None] / (n - 1) * np.diagonal(inverse, axis1=1, axis2=2),
-        "robust": n / (n - k) * lagged[0].T,
-        "hac": np.full(shape, np.nan),
-    }
-    freedom = {name: np.broadcast_to(n - k, shape).copy() for name in variances}
-    for lane in map(int, np.flatnonzero(fits.sound)):
-        sums = lagged[:, :, lane, None] * np.eye(k)
-        applied = model.of_scores(lambda at: sums[: at + 1], (int(n[lane, 0]), k))  # noqa: B023
-        if lags is None and applied.freedom.min() < FEW_SCORES.value:
-            applied = model.applied(_lane_solution(block, fits, lane, inverse[lane]))
-        variances["hac"][lane], freedom["hac"][lane] = np.diag(applied.matrix), applied.freedom
-    deviations = [np.sqrt(np.maximum(variances[name], 0.0)) for name in COVARIANCES]
-    return np.stack([fits.theta, *deviations, *(freedom[name] for name in COVARIANCES)], axis=1)
-
-
-def _lane_solution(block: LaneBlock, fits: LaneFits, lane: int, inverse: Array) -> Solution:
-    """A lane's solution as if it were alone; `inverse` are ``(Z'Z)^-1``."""
-    own = slice(None) if fits.rows is None else fits.rows[:, lane]
-    places = block.template.sampling.rows.astype(np.int64)[own]
-    return Solution(
-        theta=fits.theta[lane],
-        residuals=np.ascontiguousarray(fits.residuals[own, lane]),
-        inverse_factor=np.asarray(np.linalg.cholesky(inverse), dtype=np.float64),
-        influence=fits.instruments[own, :, lane] @ fits.mixing[lane].T,
-        neighbours=RowTimes(places // block.template.prefilter.decimate),
-    )
+    return ended

@@ -1,20 +1,19 @@
 """`identify` of many records of one reference, side by side."""
 
-from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
-from axisid.estimation.estimates import COVARIANCES
+from axisid.estimation.estimates import COVARIANCES, covariance_of
 from axisid.estimation.identification import identify
 from axisid.estimation.records import is_same_period
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import AxisidError
 
-from .batched_iv import fitted_lanes, lane_numbers
+from .batched_iv import LaneFits, fitted_lanes
 from .block import ALONE, FAILED, SIDE_BY_SIDE, LaneBlock, LaneEstimates, RecordLanes
 
 #: The method of which lanes go side by side.
@@ -84,43 +83,52 @@ def identify_lanes(
     """
     generated = as_generated(axis)
     asked = Prefilter.given(prefilter)
-    # Of each lane values, then deviations and their degrees of freedom by covariance.
-    numbers = np.full((len(lanes), 1 + 2 * len(COVARIANCES), len(generated.parameters)), np.nan)
-    iterations = np.zeros(len(lanes), dtype=np.int64)
+    shape = len(lanes), len(generated.parameters)
+    values, iterations = np.full(shape, np.nan), np.zeros(len(lanes), dtype=np.int64)
+    deviations, freedom = ({name: np.full(shape, np.nan) for name in COVARIANCES} for _ in range(2))
     how, errors = [SIDE_BY_SIDE] * len(lanes), dict[int, str]()
     served = not (settings or lanes.resolution) and is_served(generated, lanes.period, method)
     for first in range(0, len(lanes), _BLOCK):
         part = lanes.part(slice(first, first + _BLOCK))
-        well = np.zeros(len(part), dtype=bool)
-        template = None
-        with suppress(AxisidError):  # what it refuses goes alone, and is told there
-            keep = replace(asked, reversals="keep")
-            template = FilteredRecord.bind(generated, part.record(0), keep) if served else None
-        if template is not None:
-            block = LaneBlock(axis=generated, lanes=part, template=template)
-            with np.errstate(all="ignore"):  # what is not finite goes alone too
-                fits = fitted_lanes(block, asked)
-                made = lane_numbers(block, fits, lags)
-            well = fits.sound & block.starts[1]
-            beside = first + np.flatnonzero(well)
-            numbers[beside], iterations[beside] = made[well], fits.iterations[well]
-        for lane in map(int, first + np.flatnonzero(~well)):
-            how[lane], chosen = ALONE, {"lags": lags, "bootstrap": 0, **settings}
-            try:
-                alone = identify(generated, lanes.record(lane), asked, [method], **chosen)[method]
-                variances = [np.diag(alone.covariances[name]) for name in COVARIANCES]
-                freedom = [alone.freedom[name] for name in COVARIANCES]
-                deviations = np.sqrt(np.maximum(variances, 0.0))
-                numbers[lane] = [alone.physical, *deviations, *freedom]
-                iterations[lane] = max(len(alone.iterates) - 1, 0)
-            except AxisidError as error:
-                how[lane], errors[lane] = FAILED, str(error)
-    values, *rest = np.ascontiguousarray(numbers.transpose(1, 0, 2))
+        fits = _block_fits(generated, part, asked) if served else {}
+        for place, lane in enumerate(range(first, first + len(part))):
+            if place in fits:
+                solution, iterations[lane] = fits[place]
+                values[lane] = solution.theta
+                with np.errstate(all="ignore"):
+                    applied = [covariance_of(name, lags).applied(solution) for name in COVARIANCES]
+                spread = [(each.matrix, each.freedom) for each in applied]
+            else:
+                how[lane], chosen = ALONE, {"lags": lags, "bootstrap": 0, **settings}
+                try:
+                    result = identify(generated, part.record(place), asked, [method], **chosen)
+                    found = result[method]
+                    spread = [
+                        (found.covariances[name], found.freedom[name]) for name in COVARIANCES
+                    ]
+                except AxisidError as error:
+                    how[lane], errors[lane] = FAILED, str(error)
+                    continue
+                values[lane], iterations[lane] = found.physical, max(len(found.iterates) - 1, 0)
+            for name, (matrix, of_one) in zip(COVARIANCES, spread, strict=True):
+                deviations[name][lane] = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+                freedom[name][lane] = of_one
     return LaneEstimates(
         values=values,
-        deviations=dict(zip(COVARIANCES, rest, strict=False)),
-        freedom=dict(zip(COVARIANCES, rest[len(COVARIANCES) :], strict=True)),
+        deviations=deviations,
+        freedom=freedom,
         iterations=iterations,
         how=tuple(how),
         errors=errors,
     )
+
+
+def _block_fits(axis: GeneratedAxis, lanes: RecordLanes, asked: Prefilter) -> LaneFits:
+    """Fits of the lanes of a block side by side, but for those that go alone."""
+    try:
+        keep = replace(asked, reversals="keep")
+        template = FilteredRecord.bind(axis, lanes.record(0), keep)
+    except AxisidError:
+        return {}  # they are told why where they go alone
+    with np.errstate(all="ignore"):  # what is not finite goes alone too
+        return fitted_lanes(LaneBlock(axis=axis, lanes=lanes, template=template), asked)

@@ -14,24 +14,3 @@ void lanes_products(ptrdiff_t rows, ptrdiff_t lanes, ptrdiff_t p, ptrdiff_t q, c
                 store(out + (i * q + j) * lanes + first, sums[0] + sums[1], count);
             }
 }
-
-/* Sums of products of each column with itself up to `lags` rows before, (lags + 1, p, lanes). */
-void lanes_lagged(ptrdiff_t rows, ptrdiff_t lanes, ptrdiff_t p, ptrdiff_t lags,
-                  const double *columns, double *out)
-{
-    const ptrdiff_t row = p * lanes;
-    for (ptrdiff_t lag = 0; lag <= lags; ++lag)
-        for (ptrdiff_t first = 0; first < row; first += WIDE) {
-            const ptrdiff_t count = row - first;
-            wide sum = {0}, odd = {0};
-            for (ptrdiff_t k = lag; k < rows; ++k) {
-                const wide product = load(columns + k * row + first, count) *
-                                     load(columns + (k - lag) * row + first, count);
-                if (k % 2)
-                    odd += product;
-                else
-                    sum += product;
-            }
-            store(out + lag * row + first, sum + odd, count);
-        }
-}
