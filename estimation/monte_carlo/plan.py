@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from axisid.estimation.choices import (
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
-from axisid.estimation.simulation import Simulation, TwinPlan, simulate_batch, twin_plan
+from axisid.estimation.simulation import TwinPlan, simulate_batch, twin_plan
 from axisid.modeling.declaration import Experiment
 from axisid.support.arrays import Array
 from axisid.support.errors import (
@@ -265,53 +266,10 @@ def twin_of(axis: GeneratedAxis, truth: object, moves: object) -> GeneratedAxis:
 _POSITION, _SENSORS, _CONTROL, _DISTURBANCE, _OFFSET = range(5)  # each a stream of its own
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DrawnChain:
-    """The noise of one twin, whatever others there are.
-
-    Attributes
-    ----------
-    chain : Chain
-    seed : int
-    run : int
-        The number of the twin.
-    """
-
-    chain: Chain
-    seed: int
-    run: int
-
-    def draws(self, stream: int) -> Draws:
-        """The random numbers of a stream: a child of the seed for each run, whoever runs it."""
-        child = np.random.SeedSequence(self.seed, spawn_key=(self.run, stream))
-        return Draws(np.random.default_rng(child))
-
-    def position(self, samples: int) -> Array:
-        """Noise of the measured position, (samples,)."""
-        return self.chain.position * self.draws(_POSITION).normal(samples)
-
-    def own(self, plan: TwinPlan) -> TwinPlan:
-        """The plan of this twin: its encoder, where it begins, and what disturbs it."""
-        chain, step, added = self.chain, self.chain.position_step, plan.added
-        begin = chain.anywhere * step / 2 + chain.drawn_offset(self.draws(_OFFSET))
-        if chain.disturbances:
-            draws, samples = self.draws(_DISTURBANCE), len(plan.reference)
-            added = {"control": chain.drawn_disturbance(draws, samples, plan.period)}
-        experiment = replace(plan.experiment, resolution=step)
-        return replace(plan, reference=plan.reference + begin, added=added, experiment=experiment)
-
-    def record(self, plan: TwinPlan, loop: Simulation) -> Record:
-        """What is logged of the loop of its own plan, without what disturbs it."""
-        chain = self.chain
-        if chain.disturbances:
-            loop = replace(loop, control=loop.control - plan.added["control"])
-        record = plan.record(
-            loop,
-            f"twin {self.run + 1} of {plan.axis.axis.name}, seed {self.seed}",
-            None if chain.velocity is None else loop.velocity,
-            None if chain.acceleration is None else plan.acceleration(loop),
-        )
-        return chain.logged(record, self.draws(_SENSORS), self.draws(_CONTROL))
+def _draws(seed: int, run: int, stream: int) -> Draws:
+    """The random numbers of a stream: a child of the seed for each run, whoever runs it."""
+    child = np.random.SeedSequence(seed, spawn_key=(run, stream))
+    return Draws(np.random.default_rng(child))
 
 
 def twins(plan: MonteCarloPlan, runs: Sequence[int]) -> Iterator[tuple[int, Record | str]]:
@@ -339,12 +297,25 @@ def drawn_twin(plan: TwinPlan, noise: Chain, seed: int, run: int) -> Record:
     AxisidError
         The loop runs away, or the axis stands still while its reference moves.
     """
-    drawn = DrawnChain(chain=noise, seed=seed, run=run)
-    own = drawn.own(plan)
-    loop = own.loop(drawn.position)
+    draws, step, added = partial(_draws, seed, run), noise.position_step, plan.added
+    begin = noise.anywhere * step / 2 + noise.drawn_offset(draws(_OFFSET))
+    if noise.disturbances:
+        samples = len(plan.reference)
+        added = {"control": noise.drawn_disturbance(draws(_DISTURBANCE), samples, plan.period)}
+    experiment = replace(plan.experiment, resolution=step)
+    own = replace(plan, reference=plan.reference + begin, added=added, experiment=experiment)
+    loop = own.loop(lambda count: noise.position * draws(_POSITION).normal(count))
     if still := _at_rest(own, loop.position):
         raise EstimationError(still, code="twin")
-    return drawn.record(own, loop)
+    if noise.disturbances:  # which are not logged
+        loop = replace(loop, control=loop.control - own.added["control"])
+    record = own.record(
+        loop,
+        f"twin {run + 1} of {plan.axis.axis.name}, seed {seed}",
+        None if noise.velocity is None else loop.velocity,
+        None if noise.acceleration is None else own.acceleration(loop),
+    )
+    return noise.logged(record, draws(_SENSORS), draws(_CONTROL))
 
 
 def _at_rest(plan: TwinPlan, position: Array) -> str:
@@ -377,15 +348,16 @@ def are_lanes(plan: MonteCarloPlan) -> bool:
 
 
 def twin_lanes(
-    twin: GeneratedAxis, drawn: Sequence[DrawnChain], threads: int | None
+    twin: GeneratedAxis, chain: Chain, seed: int, runs: Sequence[int], threads: int | None
 ) -> tuple[RecordLanes, Mapping[int, str]]:
-    """The records of twins side by side, and why there is none of some, by lane."""
+    """The records of runs side by side, and why there is none of some, by lane."""
     plan = twin_plan(twin)
     samples = len(plan.reference)
-    noise: Array = np.column_stack([each.position(samples) for each in drawn])
+    drawn = (_draws(seed, run, _POSITION).normal(samples) for run in runs)
+    noise = chain.position * np.column_stack([*drawn])
     batch = simulate_batch(
         plan.axis,
-        np.tile(plan.truth, (len(drawn), 1)),
+        np.tile(plan.truth, (len(runs), 1)),
         plan.reference,
         plan.period,
         position_noise=noise,
@@ -398,11 +370,9 @@ def twin_lanes(
             unsimulated[lane] = still
     noise += batch["position"]
     control = batch["control"]
-    for lane, each in enumerate(drawn):
-        if each.chain.control:
-            control[:, lane] = each.chain.logged_control(
-                each.draws(_CONTROL), control[:, lane], plan.period
-            )
+    for lane, run in enumerate(runs if chain.control else ()):
+        drawn_control = _draws(seed, run, _CONTROL)
+        control[:, lane] = chain.logged_control(drawn_control, control[:, lane], plan.period)
     lanes = RecordLanes(
         reference=plan.reference, position=noise, control=control, period=plan.period
     )

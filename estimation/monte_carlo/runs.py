@@ -21,7 +21,7 @@ from axisid.estimation.records import Record
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 
-from .plan import COLOURED, IID, DrawnChain, MonteCarloPlan, are_lanes, twin_lanes, twins
+from .plan import COLOURED, IID, MonteCarloPlan, are_lanes, twin_lanes, twins
 
 _T = TypeVar("_T")
 Interval: TypeAlias = tuple[float, tuple[float, float]]  # a deviation, and both bounds
@@ -171,8 +171,7 @@ def block_numbers(plan: MonteCarloPlan, block: range, threads: int | None = None
 
 def _lane_runs(plan: MonteCarloPlan, runs: range, threads: int | None) -> Iterator[_Run]:
     (method,) = plan.methods
-    drawn = [DrawnChain(chain=plan.noise, seed=plan.seed, run=run) for run in runs]
-    lanes, unsimulated = twin_lanes(plan.twin, drawn, threads)
+    lanes, unsimulated = twin_lanes(plan.twin, plan.noise, plan.seed, runs, threads)
     found = identify_lanes(plan.axis, lanes, method, plan.prefilter, lags=plan.settings["lags"])
     for lane, number in enumerate(runs):
         run = _Run(number)

@@ -16,9 +16,15 @@ from statsmodels.stats.proportion import proportion_confint
 from axisid import EstimationError, build, fit, fix, identify, load_axis, monte_carlo
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation import Chain, MonteCarlo
-from axisid.estimation.monte_carlo import COLOURED, declared_chain, declared_figures, runs
+from axisid.estimation.monte_carlo import (
+    COLOURED,
+    declared_chain,
+    declared_figures,
+    drawn_twin,
+    runs,
+)
 from axisid.estimation.monte_carlo.figures import Mean, Share
-from axisid.estimation.monte_carlo.plan import DrawnChain, twins
+from axisid.estimation.monte_carlo.plan import twins
 from axisid.estimation.monte_carlo.result import write_runs
 from axisid.estimation.monte_carlo.runs import (
     INTERVALS,
@@ -28,6 +34,7 @@ from axisid.estimation.monte_carlo.runs import (
     FailedRun,
     block_numbers,
 )
+from axisid.estimation.records import Record
 from axisid.estimation.simulation.twin import twin_plan
 from axisid.modeling.declaration import Move, back_and_forth
 from tests.estimation.monte_carlo.short import FILTER, MOVES, axis, judged, study
@@ -306,27 +313,22 @@ EVERY = {
 }
 
 
-def drawn(run: int = 3, **noise: Any) -> DrawnChain:
-    return DrawnChain(chain=Chain(**noise), seed=7, run=run)
+def drawn(run: int = 3, **noise: Any) -> Record:
+    return drawn_twin(twin_plan(axis()), Chain(**noise), 7, run)
 
 
 def test_one_source_of_noise_does_not_change_another() -> None:
-    beside = drawn(
-        position=1e-6,
-        position_step=1e-5,
-        anywhere=True,
-        control=((0.0, 0.1),),
-        disturbances=((0.0, 0.2),),
-    )
-    alone, plan = drawn(position=1e-6), twin_plan(axis())
-    assert np.array_equal(alone.position(50), beside.position(50))
-    assert not np.array_equal(alone.position(50), drawn(run=4, position=1e-6).position(50))
-    assert abs(alone.position(5000).std() / 1e-6 - 1) < 0.05
-    assert np.array_equal(alone.own(plan).reference, plan.reference)
-    assert not alone.own(plan).added
-    own = beside.own(plan)
-    assert 0 < own.reference[0] - plan.reference[0] < 1e-5
-    assert abs(own.added["control"].std() / 0.2 - 1) < 0.05
+    quiet, alone = drawn(), drawn(position=1e-6)
+    beside = drawn(position=1e-6, velocity=1e-4, control=((0.0, 0.1),))
+    assert np.array_equal(alone.position, beside.position)
+    assert not np.array_equal(alone.position, drawn(run=4, position=1e-6).position)
+    assert abs((alone.position - quiet.position).std() / 1e-6 - 1) < 0.05
+    assert abs((beside.control - alone.control).std() / 0.1 - 1) < 0.05
+    assert np.array_equal(alone.reference, twin_plan(axis()).reference)
+    disturbed = drawn(disturbances=((0.0, 0.2),))
+    assert not np.array_equal(disturbed.position, quiet.position)
+    moved = drawn(position_step=1e-5, anywhere=True, disturbances=((0.0, 0.2),))
+    assert 0 < moved.reference[0] - quiet.reference[0] < 1e-5
 
 
 def test_a_chain_has_what_options_give_and_the_rest_of_the_experiment() -> None:
