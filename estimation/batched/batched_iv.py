@@ -18,8 +18,6 @@ from axisid.estimation.regression import Equations, InverseForm, Solution
 from axisid.estimation.signals import (
     Prefilter,
     RowTimes,
-    Signals,
-    drive_force,
     remaining_information,
     searches_friction,
     takes_robust_loss,
@@ -226,13 +224,9 @@ def _clearly_shown(
     What a record may hide follows from its force and motion, which are those of the first lane in
     all but noise.
     """
-    columns = (*block.motion, block.lanes.control)
-    q, dq, ddq, control = (np.ascontiguousarray(each[:, 0]) for each in columns)
-    force = drive_force(block.axis, control, q, dq)
-    signals = Signals(position=q, velocity=dq, acceleration=ddq, force=force, direction=np.sign(dq))
-    reach = SignalRanges.of(
-        [(signals, InverseForm(block.axis).equations(signals), block.template.sampling.kept)]
-    )
+    signals = block.template.signals
+    every = InverseForm(block.axis).equations(signals)
+    reach = SignalRanges.of([(signals, every, block.template.sampling.kept)])
     if reach is None:
         return np.zeros(len(block.lanes), dtype=bool)
     most: Array = shown_up_to(block.axis, reach)
