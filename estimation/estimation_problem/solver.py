@@ -20,7 +20,6 @@ from axisid.estimation.regression import (
     checked_columns,
     factor,
     instrumental_variables,
-    least_squares,
 )
 from axisid.estimation.signals import FilteredRecord, hold_mean
 from axisid.estimation.simulation import Simulation, logged_control
@@ -56,8 +55,6 @@ class Solver:
         left = rows.left - right.intercept
         Z = factor(right.regressor, names) if self.loop is None else self.loop
         X = Z if self.loop is None else checked_columns(right.regressor, names)
-        if self.loop is None and self.counts is None:
-            return least_squares(left, Z)
         return instrumental_variables(left, X, Z, self.counts)
 
 

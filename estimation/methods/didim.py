@@ -29,7 +29,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
 from .instrumental import Instruments, Iteration, IterationState, IterationStep, SimulatedRows
-from .method import robust_least_squares, scale_of, size_by_loss
+from .method import robust_solution, scale_of, size_by_loss
 
 # of a parameter, left by a step where the loop does not follow: measured, from 5 to 1000 kg on
 # the EMPS record, with 0.1 to 0.5 alike
@@ -49,7 +49,7 @@ class _ByOutputError(Iteration):
 
     def _solution(self, at: IterationState, simulated: QrFactors) -> Solution:
         left = at.measured.left - at.right.intercept
-        solution = robust_least_squares(left, simulated, self._loss)
+        solution = robust_solution(left, simulated, simulated, self._loss)
         return replace(solution, neighbours=self._on.neighbours)
 
     def _next(

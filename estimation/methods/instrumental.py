@@ -29,7 +29,6 @@ from axisid.estimation.regression import (
     damped_step,
     delta_method,
     factor,
-    instrumental_variables,
     loop_reference,
     search_bounds,
 )
@@ -267,8 +266,7 @@ class Iteration:
         """By the simulated loop as instruments."""
         regressor = self._on.factored(self._form, at.measured)
         left = at.measured.left - at.measured.intercept
-        plain = instrumental_variables(left, regressor, simulated)
-        return robust_solution(left, regressor, simulated, self._loss, plain)
+        return robust_solution(left, regressor, simulated, self._loss)
 
     def _next(
         self, step: IterationStep, physical: Array, share: float

@@ -187,7 +187,7 @@ LOSS_FUNCTIONS: Mapping[str, RowLoss] = MappingProxyType(
 _STARTS = {BISQUARE_LOSS: HUBER_LOSS}
 
 
-def robust_solution(y: Array, X: Columns, Z: QrFactors, loss: str, plain: Solution) -> Solution:
+def robust_solution(y: Array, X: Columns, Z: QrFactors, loss: str) -> Solution:
     """The solution of ``sum psi(e_i/s) z_i = 0`` with s from the median of the residuals' sizes.
 
     Of least squares Z is X. The influence is that of these equations, ``Z (X' diag(psi') Z)^-1`` of
@@ -200,17 +200,16 @@ def robust_solution(y: Array, X: Columns, Z: QrFactors, loss: str, plain: Soluti
     Z : QrFactors
     loss : str
         Of `ROW_LOSSES`, or another for squares.
-    plain : Solution
-        By squares.
 
     Raises
     ------
     EstimationError
         It does not stand still, or what counts of the rows does not tell the parameters apart.
     """
+    plain = instrumental_variables(y, X, Z)
     if loss not in LOSS_FUNCTIONS or scale_of(plain.residuals) <= _ROUNDING * np.linalg.norm(y):
         return plain
-    solution = robust_solution(y, X, Z, _STARTS[loss], plain) if loss in _STARTS else plain
+    solution = robust_solution(y, X, Z, _STARTS[loss]) if loss in _STARTS else plain
     for _ in range(_MOST):
         weights, slopes, _ = LOSS_FUNCTIONS[loss](solution.residuals / scale_of(solution.residuals))
         previous = solution.theta
@@ -223,11 +222,6 @@ def robust_solution(y: Array, X: Columns, Z: QrFactors, loss: str, plain: Soluti
         "what the residuals are.",
         code="no-convergence",
     )
-
-
-def robust_least_squares(y: Array, X: QrFactors, loss: str) -> Solution:
-    """`robust_solution` of least squares."""
-    return robust_solution(y, X, X, loss, least_squares(y, X))
 
 
 def size_by_loss(residuals: Array, scale: float, loss: str) -> float:
@@ -284,7 +278,7 @@ class LeastSquares(Method):
         regressor = problem.factored(form, measured)
         left = measured.left - measured.intercept
         if form.is_linear:
-            solution = robust_least_squares(left, regressor, self.loss)
+            solution = robust_solution(left, regressor, regressor, self.loss)
         else:
             # The search ends within the bounds, where a step of the linearised model might not.
             solution = at_point(least_squares(left, regressor), measured, form.start)

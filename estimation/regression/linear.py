@@ -270,7 +270,8 @@ def instrumental_variables(
 ) -> Solution:
     """``(Z'X)^-1 Z'y``, just identified, y of shape (n,).
 
-    With weights W that a loss gave it is ``(Z'WX)^-1 Z'Wy``, Z being X of least squares, and the
+    Least squares where the instruments are the regressor itself and all rows count alike. With
+    weights W that a loss gave it is ``(Z'WX)^-1 Z'Wy``, Z being X of least squares, and the
     influence is that of the loss, ``Z (X'DZ)^-1`` with its slopes D.
 
     Raises
@@ -283,6 +284,8 @@ def instrumental_variables(
     ----------
     Equation (16) of [Brunot2015]_.
     """
+    if X is Z and counts is None:
+        return least_squares(y, Z)
     basis, scaled = Z.basis.astype(float), X.columns / X.scale
     weighted = bent = basis.T @ scaled
     counted, what = y, "the instruments together with the record"

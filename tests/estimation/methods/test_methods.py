@@ -16,7 +16,7 @@ from axisid.estimation import choices
 from axisid.estimation.identification import Identification
 from axisid.estimation.methods import METHODS
 from axisid.estimation.methods.instrumental import StepControl
-from axisid.estimation.methods.method import robust_least_squares
+from axisid.estimation.methods.method import robust_solution
 from axisid.estimation.methods.methods import method_of
 from axisid.estimation.regression import Hac, Robust, factor
 from axisid.estimation.thresholds import CONVERGED
@@ -113,7 +113,8 @@ def test_estimate_is_that_of_another_program(loss: str) -> None:
     norm = sm.robust.norms.HuberT(1.345) if loss == "huber" else sm.robust.norms.TukeyBiweight()
     other: Any = sm.RLM(y, X / np.linalg.norm(X, axis=0), M=norm)
     oracle = other.fit(tol=1e-14, maxiter=500)
-    found = robust_least_squares(y, factor(X, ("a", "b", "c")), loss)
+    columns = factor(X, ("a", "b", "c"))
+    found = robust_solution(y, columns, columns, loss)
     assert found.theta * np.linalg.norm(X, axis=0) == pytest.approx(oracle.params, rel=1e-7)
     assert found.counts.weights == pytest.approx(oracle.weights, abs=1e-6)
 
@@ -124,7 +125,8 @@ def test_intervals_of_contaminated_rows_hold_the_truth(loss: str) -> None:
     held, truth = np.zeros((2, 3)), np.array([2.0, -0.3, 500.0])
     for seed in range(200):
         y, X = _contaminated(seed)
-        found = robust_least_squares(y, factor(X, ("a", "b", "c")), loss)
+        columns = factor(X, ("a", "b", "c"))
+        found = robust_solution(y, columns, columns, loss)
         for place, model in enumerate((Robust(), Hac())):
             away = 1.96 * np.sqrt(np.diag(model.matrix(found)))
             held[place] += np.abs(found.theta - truth) < away
@@ -136,7 +138,8 @@ def test_the_estimate_follows_the_size_of_its_left_side(loss: str) -> None:
     # Estimates by a loss are as large as what they explain, so that the slope is the estimate, but
     # for what the median of the residuals does.
     y, X = _contaminated()
-    found = robust_least_squares(y, factor(X, ("a", "b", "c")), loss)
+    columns = factor(X, ("a", "b", "c"))
+    found = robust_solution(y, columns, columns, loss)
     assert found.response.T @ y == pytest.approx(found.theta, rel=0.02)
 
 
