@@ -36,7 +36,6 @@ cluster jackknife and its t distribution with groups less one.
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from itertools import product
 from typing import Annotated
 
@@ -46,8 +45,8 @@ from numpy.typing import NDArray
 from scipy.special import fdtrc, stdtr, stdtrit
 
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.regression import CovarianceEstimate, Hac, score_products
-from axisid.estimation.signals import FilteredRecord, RowTimes
+from axisid.estimation.regression import Hac
+from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_MODEL_SHARE
 from axisid.support.arrays import Array, Exact, MaybeInfinite
 
@@ -321,7 +320,8 @@ def lack_of_fit(estimate: Estimate, data: FilteredRecord) -> LackOfFit | None:
     common = (sums**2 - power) / (count - 1)  # of all rows of a phase, without bias
     share = float(common.sum()) / total
     neighbours = estimate.neighbours[first]
-    scatter = _long_run((common - share * power)[:, None], neighbours)
+    # Of residuals on no regressor: the kernel alone.
+    scatter = Hac().long_run((common - share * power)[:, None], neighbours)
     deviation = float(np.sqrt(max(scatter.matrix[0, 0], 0.0))) / total
     chance = 0.0 if share > 0 else 1.0
     if deviation > 0:
@@ -378,18 +378,11 @@ def _hac_excess(
     Z = estimate.slope_columns.T @ estimate.X
     weights = np.linalg.solve(Z, estimate.score_columns[rows].T).T @ estimate.jacobian.T
     neighbours = estimate.neighbours[rows]
-    whole, alone = (
-        np.sqrt(np.maximum(np.diag(_long_run(weights * each[:, None], neighbours).matrix), 0.0))
-        for each in (residuals, noise)
-    )
+    # Held against each other: the kernel alone.
+    both = (Hac().long_run(weights * each[:, None], neighbours) for each in (residuals, noise))
+    whole, alone = (np.sqrt(np.maximum(np.diag(each.matrix), 0.0)) for each in both)
     ratios = np.divide(whole, alone, out=np.full(len(whole), np.inf), where=alone > 0)
     return dict(zip((q.name for q in estimate.quantities), ratios.tolist(), strict=True))
-
-
-def _long_run(scores: Array, neighbours: RowTimes) -> CovarianceEstimate:
-    """Covariance of the sum of scores, (n, k), that may depend on their neighbours."""
-    # Held against each other, or of residuals on no regressor: the kernel alone.
-    return Hac().long_run(partial(score_products, scores, neighbours), len(scores))
 
 
 class JackknifeInterval(Struct, frozen=True, kw_only=True, rename={"interval": "interval_95"}):

@@ -9,8 +9,7 @@ Twins would not do: they know of noise, and not of a loop that starts elsewhere 
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import stdtr
@@ -21,7 +20,6 @@ from axisid.estimation.regression import (
     factor,
     instrumental_variables,
     joint_p,
-    score_products,
     wald,
 )
 from axisid.estimation.thresholds import CHECK_LEVEL
@@ -80,9 +78,7 @@ def hausman(one: Estimate, other: Estimate) -> dict[str, HausmanTest] | Missing:
         return Missing(str(error))
     model = other.covariance_model if isinstance(other.covariance_model, Hac) else Hac()
     # What parts two fits of the same rows is a direction that neither took: the kernel alone.
-    scatter = replace(model, widened=False).of_scores(
-        partial(score_products, scores, other.neighbours), scores.shape
-    )
+    scatter = model.of_scores(scores, other.neighbours)
     covariance, freedom = scatter.matrix, scatter.freedom
     difference = one.corrected - other.corrected
     if not (np.isfinite(covariance).all() and np.isfinite(difference).all()):

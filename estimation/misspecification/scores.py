@@ -8,7 +8,7 @@ encoder and the filter's own error are allowed for, whatever estimator is judged
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,6 @@ from axisid.estimation.regression import (
     joint_p,
     loop_carries_noise,
     recorded_loops,
-    score_products,
 )
 from axisid.estimation.signals import FilteredRecord, Signals
 from axisid.support.arrays import Array
@@ -213,8 +212,7 @@ class RecordScores:
         block = columns[:, place] - self.basis @ (self.basis.T @ columns[:, place])
         residuals, away, chances = self.net_residuals[:, 0], own[place] @ values[place], []
         for left in (residuals - block @ values[place], residuals):
-            products = partial(score_products, block * left[:, None], self.data.sampling.neighbours)
-            run = Hac().long_run(products, len(left))
+            run = Hac().long_run(block * left[:, None], self.data.sampling.neighbours)
             square = float(away @ np.linalg.solve(run.matrix, away))
             chances.append((joint_p(square, g, float(np.min(run.freedom))), run.matrix))
         (wald, spread[place]), (score, _) = chances

@@ -10,7 +10,6 @@ each parameter by.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from operator import is_
 
 import numpy as np
@@ -26,7 +25,7 @@ from axisid.estimation.estimation_problem import noise_free_record
 from axisid.estimation.parameters import ExtendedForm, axis_at
 from axisid.estimation.prediction_errors import PredictionErrors, record_rows
 from axisid.estimation.records import Record
-from axisid.estimation.regression import Hac, recorded_loops, score_products
+from axisid.estimation.regression import Hac, recorded_loops
 from axisid.estimation.signals import FilteredRecord, Prefilter, RowTimes
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, Missing
@@ -152,8 +151,8 @@ def calibrated_covariance(
     columns = sandwich.jacobian[chosen] @ sandwich.inverse
 
     def deviations(errors: Array) -> Array:
-        products = partial(score_products, columns * errors[chosen, None], neighbours)
-        return np.sqrt(np.maximum(np.diag(Hac().of_scores(products, columns.shape).matrix), 0.0))
+        applied = Hac().of_scores(columns * errors[chosen, None], neighbours)
+        return np.sqrt(np.maximum(np.diag(applied.matrix), 0.0))
 
     of_errors, of_twins = deviations(errors), np.array([*map(deviations, residuals.T)])
     t = (estimates.T - estimates.mean(axis=1)) / np.where(of_twins > 0, of_twins, np.inf)

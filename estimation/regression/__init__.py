@@ -22,7 +22,6 @@ from .covariance import (
     correlation as correlation,
     delta_method as delta_method,
     joint_p as joint_p,
-    most_lags as most_lags,
     wald as wald,
 )
 from .inverse_and_direct import (

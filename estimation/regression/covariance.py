@@ -6,7 +6,7 @@ differ in what they assume of e.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import ClassVar
@@ -14,6 +14,7 @@ from typing import ClassVar
 import numpy as np
 from scipy.special import fdtrc
 
+from axisid.estimation.signals import RowTimes
 from axisid.estimation.thresholds import (
     FEW_SCORES,
     MAX_AUTOREGRESSION,
@@ -139,8 +140,7 @@ class Hac(Covariance):
 
     def applied(self, solution: Solution) -> CovarianceEstimate:
         """See `Covariance.applied`; fewer degrees for many lags, or sluggish scores."""
-        products = partial(score_products, _scores(solution), solution.neighbours)
-        applied = self.of_scores(products, solution.influence.shape)
+        applied = self.of_scores(_scores(solution), solution.neighbours)
         widens = self.lags is None if self.widened is None else self.widened
         if not (widens and float(applied.freedom.min()) < FEW_SCORES.value):
             return applied
@@ -154,52 +154,46 @@ class Hac(Covariance):
             widened=wider,
         )
 
-    def of_scores(
-        self, products: Callable[[int], Array], shape: tuple[int, ...]
-    ) -> CovarianceEstimate:
-        """Of scores, (n, k), by their products as `long_run` takes them; never widened."""
-        kernel = self.long_run(products, shape[0])
-        applied = applied_covariance(kernel.matrix, shape, kernel.description, is_corrected=True)
+    def of_scores(self, scores: Array, neighbours: RowTimes) -> CovarianceEstimate:
+        """Of scores, (n, k), of an estimate; never widened."""
+        kernel = self.long_run(scores, neighbours)
+        applied = applied_covariance(
+            kernel.matrix, scores.shape, kernel.description, is_corrected=True
+        )
         return replace(applied, freedom=np.minimum(kernel.freedom, applied.freedom))
 
-    def long_run(self, products: Callable[[int], Array], rows: int) -> CovarianceEstimate:
-        """The long-run covariance of scores, from their products up to so many lags.
+    def long_run(self, scores: Array, neighbours: RowTimes) -> CovarianceEstimate:
+        """The long-run covariance of scores, (n, k).
 
         Its degrees of freedom are by the relative variance of the kernel, ``2/n sum w^2``, and by
         the delta method of the autoregression, whose own variance is ``(1 - rho^2)/n``.
-
-        Parameters
-        ----------
-        products : callable
-            ``sum s_t s_(t-lag)'`` of the scores at lags 0 to the one that it is given,
-            (lags + 1, k, k).
-        rows : int
 
         Raises
         ------
         UsageError
             The lags that were given are too many for the rows.
         """
-        white, colour = self.whitened(products, rows)
-        lags = len(white) - 1
+        white, colour = self.whitened(scores, neighbours)
+        rows, lags = len(scores), len(white) - 1
         gain = 1 / (1 - colour)
         kernel = 1 + 2 * float(np.sum((1 - np.arange(1, lags + 1) / (lags + 1)) ** 2))
         whitens = self.lags is None
         coloured = 2 * (1 + colour) / (1 - colour) if whitens else 0.0
         capped = lags == most_lags(rows)
         rule = f"plug-in rule{', capped' * capped}" if whitens else "as given"
-        scores = "scores prewhitened by AR(1), " * whitens
+        whitening = "scores prewhitened by AR(1), " * whitens
         return CovarianceEstimate(
             matrix=np.asarray(bartlett(white) * np.outer(gain, gain), dtype=float),
             freedom=np.asarray(rows / (kernel + coloured) * np.ones_like(colour), dtype=float),
-            description=f"HAC, {scores}Bartlett kernel, {lags} lags ({rule})",
+            description=f"HAC, {whitening}Bartlett kernel, {lags} lags ({rule})",
         )
 
-    def whitened(self, products: Callable[[int], Array], rows: int) -> tuple[Array, Array]:
+    def whitened(self, scores: Array, neighbours: RowTimes) -> tuple[Array, Array]:
         """Products of whitened scores at the lags that count, and their autoregression, (k,).
 
         The latter is 0 where the lags are given, which are those of the scores themselves.
         """
+        rows, products = len(scores), partial(score_products, scores, neighbours)
         if self.lags is not None:
             if self.lags > rows // 4:
                 raise UsageError(

@@ -1,7 +1,6 @@
 """Least squares, instruments and covariances against statsmodels, linearmodels, NIST's digits."""
 
 from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 import pytest
@@ -98,13 +97,12 @@ def long_run(
     """Of scores (n, k), of which a part is missing."""
     kept = np.random.default_rng(0).random(len(scores)) >= missing
     order = RowTimes.consecutive(len(scores))[kept]
-    return (hac or Hac()).long_run(partial(score_products, scores[kept], order), int(kept.sum()))
+    return (hac or Hac()).long_run(scores[kept], order)
 
 
 def whitened(scores: np.ndarray, hac: Hac | None = None) -> tuple[int, np.ndarray]:
     """Lags that count of scores (n, k), and their autoregression."""
-    products = partial(score_products, scores, RowTimes.consecutive(len(scores)))
-    white, colour = (hac or Hac()).whitened(products, len(scores))
+    white, colour = (hac or Hac()).whitened(scores, RowTimes.consecutive(len(scores)))
     return len(white) - 1, colour
 
 
