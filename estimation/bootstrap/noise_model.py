@@ -1,9 +1,8 @@
 """The chain: what stands between a motion and its log, and what acts beside the drive."""
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from scipy.fft import next_fast_len
@@ -174,8 +173,8 @@ class Chain:
             control = control + _drawn(self.control, rng, len(control), period)
         return _rounded(control, self.control_step, rng)
 
-    def logged(self, record: Record, rng: Draws, of_control: Draws) -> Record:
-        """A record as sensors and drive log it, from what their columns are without noise.
+    def logged(self, record: Record, rng: Draws, of_control: Draws) -> dict[str, Array]:
+        """Columns of a record as sensors and drive log them, where these have noise or steps.
 
         Parameters
         ----------
@@ -184,7 +183,7 @@ class Chain:
         rng, of_control : Draws
             Of velocity and acceleration, and of the control or force.
         """
-        columns: dict[str, Any] = {}
+        columns: dict[str, Array] = {}
         if record.velocity is not None:
             noise = (self.velocity or 0.0) * rng.normal(len(record))
             columns["velocity"] = _rounded(record.velocity + noise, self.velocity_step, rng)
@@ -194,7 +193,7 @@ class Chain:
         if self.control or self.control_step:
             role = "control" if record.force is None else "force"
             columns[role] = self.logged_control(of_control, getattr(record, role), record.period)
-        return replace(record, **columns) if columns else record
+        return columns
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

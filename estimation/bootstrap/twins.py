@@ -205,7 +205,7 @@ def twin_of(data: FilteredRecord, physical: Array, chain: Chain, rng: Draws) -> 
         for loop, (a, b) in zip(loops, record.spans, strict=True)
     ]
     twin = noise_free_record(data, logged)
-    return replace(twin, record=chain.logged(twin.record, rng, rng))
+    return twin.with_columns(**chain.logged(twin.record, rng, rng))
 
 
 _ROUNDING = 1e-9  # of a parameter: what simulated loops that reverse make of the last digit

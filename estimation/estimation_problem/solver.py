@@ -128,7 +128,7 @@ def noise_free_record(data: FilteredRecord, loops: Sequence[Simulation]) -> Filt
         for role, seen in simulated.items()
         if getattr(record, role) is not None
     }
-    return replace(data, record=replace(record, **columns))
+    return data.with_columns(**columns)
 
 
 _DRAWS = 4  # each once with either sign
@@ -155,7 +155,7 @@ def quantisation_bias(form: Form, data: FilteredRecord, step: float, physical: A
         noise = step * rng.uniform(-0.5, 0.5, len(data.record))
         for sign in (1.0, -1.0):
             position = data.record.position + sign * noise
-            noisy = replace(data, record=replace(data.record, position=position))
+            noisy = data.with_columns(position=position)
             rows = form.equations(noisy.signals).reduced(noisy)
             changes.append(form.physical(Solver()(form, rows).theta)[0] - physical)
     return np.asarray(np.mean(changes, axis=0), dtype=float)

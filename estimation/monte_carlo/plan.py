@@ -315,7 +315,7 @@ def drawn_twin(plan: TwinPlan, noise: Chain, seed: int, run: int) -> Record:
         None if noise.velocity is None else loop.velocity,
         None if noise.acceleration is None else own.acceleration(loop),
     )
-    return noise.logged(record, draws(_SENSORS), draws(_CONTROL))
+    return record.with_values(**noise.logged(record, draws(_SENSORS), draws(_CONTROL)))
 
 
 def _at_rest(plan: TwinPlan, position: Array) -> str:

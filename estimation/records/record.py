@@ -340,6 +340,13 @@ class Record(Presentable, Exact):
         roles["signals"] = {name: columns[name] for name in self.signals}
         return replace(self, **{"sampled": None, **roles, **changed})
 
+    def with_values(self, **columns: Array) -> "Record":
+        """The same samples of a twin: values of columns that are there, which alone are checked."""
+        changed, name = object.__new__(type(self)), self._name()
+        settle(changed, **{each.name: getattr(self, each.name) for each in fields(self)})
+        settle(changed, **{r: checked_column(name, r, values) for r, values in columns.items()})
+        return changed
+
     @property
     def digest(self) -> str:
         """Sha256 of the samples: of each channel its role, then its values as 64-bit floats."""

@@ -114,6 +114,10 @@ class FilteredRecord(Exact, Uncached):
             return None
         return replace(self, record=replace(record, velocity=None, acceleration=None))
 
+    def with_columns(self, **columns: Array) -> "FilteredRecord":
+        """As a record of the same samples with other columns, such as a twin, is filtered."""
+        return self._changed(("sampling",), record=self.record.with_values(**columns))
+
     def with_mean_control(self, between: Array | None) -> "FilteredRecord":
         """The record with what its control is more in the mean than at the samples, (N,)."""
         if between is None or self.record.force is not None or self.prefilter.hold != "zoh":
