@@ -250,20 +250,17 @@ def likeliest_variances(power: Array, units: Array, known: Array, counts: Array)
     if not (power.any() and len(units)):
         return np.zeros((*known.shape[:-1], len(units)))
     variances: Array = power.mean() / units.mean(axis=1) / len(units)
+    counted, least = counts * power, _LEAST * power.max()
     for _ in range(_ROUNDS):
-        expected = _expected(variances, power, units, known)
-        up, down = counts * power / expected**2, counts / expected
+        expected = variances @ units + known + least
+        up, down = counted / expected**2, counts / expected
         variances = variances * (up @ units.T) / (down @ units.T)
     return variances
 
 
-def _expected(variances: Array, power: Array, units: Array, known: Array) -> Array:
-    return np.asarray(variances @ units + known + _LEAST * power.max(), dtype=float)
-
-
 def _likelihood(variances: Array, power: Array, units: Array, known: Array, counts: Array) -> Array:
     """Logarithm of Whittle's likelihood, (...)."""
-    expected = _expected(variances, power, units, known)
+    expected = variances @ units + known + _LEAST * power.max()
     return np.asarray(-(np.log(expected) + power / expected) @ counts)
 
 
@@ -411,8 +408,8 @@ class _RowBands:
         first, every = round(float(data.sampling.rows[0])), data.prefilter.decimate
         places = (np.round(whole.sampling.rows).astype(np.int64) - first) // every
         white = np.zeros((int(places[-1] - places[0]) + 1, _DRAWS))
-        forces = (whole.force_by(rng.standard_normal(len(data))) for _ in range(_DRAWS))
-        white[places - places[0]] = np.column_stack([*map(whole.reduce, forces)])
+        forces = [whole.force_by(rng.standard_normal(len(data))) for _ in range(_DRAWS)]
+        white[places - places[0]] = whole.reduce(np.column_stack(forces))
         here = self.places - places[0]
         weights = data.sampling.weights / whole.sampling.weights.max()
         transformed = np.fft.rfft(white, axis=0)

@@ -293,7 +293,7 @@ def instrumental_variables(
         rows = (each[:, None] * scaled for each in (counts.weights, counts.slopes))
         weighted, bent = (basis.T @ each for each in rows)
         counted, what = counts.weights * y, "what counts of the rows"
-    for matrix in (weighted, bent):
+    for matrix in (weighted,) if counts is None else (weighted, bent):
         _check_rank(matrix, len(y), X.scale, X.names, what)
     theta = np.linalg.solve(weighted, basis.T @ counted) / X.scale
     influence = np.linalg.solve(bent, basis.T).T / X.scale
