@@ -67,7 +67,8 @@ def print_c_prelude(text: str) -> str:
 
 def print_c_helpers(text: str) -> str:
     """Return the helpers that a C text needs."""
-    used = [name for name in _HELPERS if re.search(rf"\b{name}\(", text)]
+    called = {*re.findall(r"\b(\w+)\(", text)}
+    used = [name for name in _HELPERS if name in called]
     return "".join(f"static inline double {name}{_HELPERS[name]}\n" for name in used)
 
 
