@@ -1,5 +1,7 @@
 """The search: each form started by a regression, its gains found by runs, judged on other rows."""
 
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -35,8 +37,6 @@ from .law_forms import FORMS, ExplainedLaw, LawForm, LawSearch
 # same 0.234 % as the drive's own
 _MAX_AS_WELL = 1.1
 _NEGLIGIBLE_LEFT = 1e-5  # % of a control, below which laws leave the rounding of the runs only
-# of the samples at the drive's limit, from which laws with anti-windup are tried
-_MIN_LIMITED_SHARE = 2e-3
 
 _BLOCKS = 10  # of rows, every second of which is held out
 _DELAYS = 4  # samples, the most that are tried
@@ -151,41 +151,40 @@ class _AlongRecord:
         starts = [
             start
             for extra in form.begun(self.record.period)
-            for delay in range(_DELAYS + 1)
-            if (start := self._started(form, extra, delay, apart=apart)) is not None
+            for start in self._starts(form, extra, apart=apart)
         ]
-        return min(starts, key=lambda start: start[0], default=(0.0, None))[1]
+        for _, delay, gains in sorted(starts, key=lambda start: start[0]):
+            with suppress(ModelError):  # a negative time
+                return form.made(gains, self.record.period, delay)
+        return None
 
-    def _started(
-        self, form: LawForm, extra: float | None, delay: int, *, apart: bool
-    ) -> tuple[float, ControlLaw] | None:
-        """What a regression leaves, and the law that it starts with."""
+    def _starts(
+        self, form: LawForm, extra: float | None, *, apart: bool
+    ) -> Iterator[tuple[float, int, dict[str, float]]]:
+        """What a regression leaves, the delay, and the gains that it starts with."""
         columns = form.signals(self.ticks, self.record.period, extra)
         if apart:
             columns.pop("constant")
-        late = np.column_stack([*columns.values()])
-        late = np.vstack([np.repeat(late[:1], delay, axis=0), late[: len(late) - delay]])
-        commands, told = _commands(self.axis, self.record)
+        at_once = np.column_stack([*columns.values()])
+        given, told = _commands(self.axis, self.record)
         used = self.used & told
-        commands = commands - as_logged(self.axis, self.ticks.added_at_samples(delay))
-        rows = np.column_stack([commands, as_logged(self.axis, late)])[used]
-        if apart:
-            rows = _about_means(rows, np.cumsum(np.diff(np.flatnonzero(used), prepend=-1) > 1))
-        control, regressor = rows[:, 0], rows[:, 1:]
-        sizes = np.linalg.norm(regressor, axis=0)
-        if not np.all(sizes > 0):
-            return None
-        values, *_ = np.linalg.lstsq(regressor / sizes, control, rcond=None)
-        gains = form.gains(dict(zip(columns, values / sizes, strict=True)))
-        if extra is not None:
-            gains[form.extra] = extra
-        if not all(np.isfinite(value) and value for value in gains.values()):
-            return None
-        try:
-            law = form.made(gains, self.record.period, delay)
-        except ModelError:
-            return None  # a negative time
-        return float(np.linalg.norm(control - regressor @ (values / sizes))), law
+        for delay in range(_DELAYS + 1):
+            late = at_once[np.maximum(np.arange(len(at_once)) - delay, 0)]
+            commands = given - as_logged(self.axis, self.ticks.added_at_samples(delay))
+            rows = np.column_stack([commands, as_logged(self.axis, late)])[used]
+            if apart:
+                rows = _about_means(rows, np.cumsum(np.diff(np.flatnonzero(used), prepend=-1) > 1))
+            control, regressor = rows[:, 0], rows[:, 1:]
+            sizes = np.linalg.norm(regressor, axis=0)
+            if not np.all(sizes > 0):
+                continue
+            values, *_ = np.linalg.lstsq(regressor / sizes, control, rcond=None)
+            gains = form.gains(dict(zip(columns, values / sizes, strict=True)))
+            if extra is not None:
+                gains[form.extra] = extra
+            if all(np.isfinite(value) and value for value in gains.values()):
+                left = float(np.linalg.norm(control - regressor @ (values / sizes)))
+                yield left, delay, gains
 
     def _by_gains(self, law: ControlLaw) -> LawByGains:
         smooth = comparison_filter(law, self.record)
@@ -224,9 +223,9 @@ class _AlongRecord:
         )
 
     def wound(self, form: LawForm, law: ControlLaw) -> list[ExplainedLaw]:
-        """A law with each anti-windup, where the drive was at its limit; of each the best start."""
-        limited = 1 - float(np.mean(self.used | self.held_out))
-        if "sum of error" not in form.columns or limited < _MIN_LIMITED_SHARE:
+        """A law with each anti-windup, where the drive came near its limit; each the best start."""
+        limit = LawAlong.of(self.axis, law, self.ticks, self.record).limit
+        if "sum of error" not in form.columns or not np.any(np.isfinite(limit)):
             return []  # no integral that may have wound up
         starts, found = [law, self.begun(form, apart=True)], list[ExplainedLaw | None]()
         for how in ANTI_WINDUP[1:]:
