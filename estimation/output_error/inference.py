@@ -22,6 +22,7 @@ from axisid.estimation.estimation_problem import ParameterAtBound
 from axisid.estimation.nonlinear_least_squares import SearchResult, WeightedLoss
 from axisid.estimation.parameters import (
     ExtendedForm,
+    KnownValues,
     Unknowns,
     bounded_quadratic_minimum,
     least_sizes,
@@ -83,7 +84,7 @@ class FitSearch:
     searches: tuple[SearchResult, ...]
     bootstrap: int
     seed: int
-    known: tuple[str, ...]
+    known: KnownValues
     doubts: tuple[tuple[ExtendedForm, PredictionErrors], ...] = field(repr=False, compare=False)
     rests_count: bool = field(repr=False, compare=False)
     alone: SearchResult | None = field(repr=False, compare=False)

@@ -144,6 +144,18 @@ def test_the_command_line_takes_several_logs(logs: list[str], tmp_path: Path) ->
     assert written["declared_gain"] == 35.15
 
 
+@pytest.mark.slow
+def test_a_fit_and_its_file_say_what_is_known_of_each_record(
+    logs: list[str], tmp_path: Path
+) -> None:
+    out = tmp_path / "r.json"
+    told = _run(
+        "fit", *logs[:3], "--known", "m_add=0,20+-0.01", "--bootstrap", "0", "--json", str(out)
+    )
+    assert "; m_add = 20 +- 0.01 kg" in told
+    assert "; m_add = 20 +- 0.01" in load_result(out).summary()
+
+
 @pytest.mark.parametrize(
     ("count", "options", "said"),
     [

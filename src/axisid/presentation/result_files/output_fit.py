@@ -121,6 +121,10 @@ class WrittenOutputFit(
         Mapping[str, tuple[str, ...]] | UnsetType,
         about("Parameters that records have for themselves: their names by record."),
     ] = UNSET
+    known: Annotated[
+        Mapping[str, tuple[WrittenKnown, ...]] | UnsetType,
+        about("What is known of each record, SI, by name."),
+    ] = UNSET
     iterations: Annotated[
         tuple[Mapping[str, float], ...], about("Parameters where slopes were taken, SI.")
     ]
@@ -176,6 +180,11 @@ def written_output_fit(fit: OutputFit) -> WrittenOutputFit:
         lacks=_lacks(fit),
         horizon=UNSET if fit.horizon is None else fit.horizon,
         local=dict(fit.local) or UNSET,
+        known={
+            name: tuple(WrittenKnown(value=value, sd=sd) for value, sd in of_records)
+            for name, of_records in fit.known.items()
+        }
+        or UNSET,
         iterations=tuple(by_name(fit.names, step.physical) for step in fit.best.steps),
         iteration_errors=tuple(step.error for step in fit.best.steps),
         costs=tuple(each.cost for each in fit.searches),

@@ -63,12 +63,17 @@ def saved_fit_document(fit: SavedOutputFit, *, declared: Axis | None = None) -> 
 
 def _heading(fit: SavedOutputFit, declared: Axis | None) -> Heading:
     written = fit.document
+    known = [
+        {name: (each[i].value, each[i].sd) for name, each in (written.known or {}).items()}
+        for i in range(len(fit.records))
+    ]
+    units = {p.name: p.unit for p in declared.parameters} if declared else {}
     facts = {
         "axis": fit.name + (f": {declared.title}" if declared and declared.title else ""),
         "left out": left_out_text(declared)
         if declared
         else ", ".join(f"{name} = {value:g}" for name, value in written.left_out.items()),
-        **records_facts(fit.records),
+        **records_facts(fit.records, known, units),
         "output": "; ".join(f"{name}, {OUTPUTS[name]}" for name in fit.outputs),
         "loss": "" if written.loss == SQUARES else f"{written.loss}, {LOSSES[written.loss]}",
         "start": f"{written.started}, {len(written.iterations)} steps",
