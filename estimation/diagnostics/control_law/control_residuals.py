@@ -17,6 +17,7 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.law_replay import (
     LawInputs,
     as_logged,
+    cached_per_record,
     law_along,
     law_ticks,
     limit_in_log,
@@ -26,6 +27,7 @@ from axisid.estimation.law_replay import (
 from axisid.estimation.records import Record, at_times
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
 from axisid.estimation.signals import Prefilter, RowTimes, SampledFilter
+from axisid.estimation.simulation import law_of
 from axisid.estimation.thresholds import (
     COMPARISON_CUTOFF,
     LIMIT_TOLERANCE,
@@ -69,7 +71,7 @@ def compared_with_law(
         # A position that was cut off stays in the memory.
         limited[start : stop + LAW_SETTLING] = True
     limited[:settle] = True
-    ticks, memory = noisy_ticks(axis, law, record)
+    ticks, memory = noisy_ticks(axis, record)
     made = law_along(axis, ticks, memory) + as_logged(axis, ticks.added_at_samples(law.delay))
     limited |= at_limit(control, made, axis.axis.drive.limit)
     if not law.takes_velocity:
@@ -84,14 +86,15 @@ def compared_with_law(
     return control, made, ~maximum_filter1d(spread, settle), limited
 
 
-def noisy_ticks(axis: GeneratedAxis, law: ControlLaw, record: Record) -> tuple[LawInputs, Array]:
+@cached_per_record
+def noisy_ticks(axis: GeneratedAxis, record: Record) -> tuple[LawInputs, Array]:
     """What a law measured along a record, with all its noise, and what it remembers first, (m,).
 
     That is of the low-passed velocity, of which the first controls show it better.
     """
     whole = (0, len(record))
     ticks = law_ticks(axis, record, whole, noisy=True)
-    quiet = law_ticks(axis, record, whole) if law.takes_velocity else ticks
+    quiet = law_ticks(axis, record, whole) if law_of(axis).takes_velocity else ticks
     return ticks, start_of_law(axis, record, whole, quiet)
 
 

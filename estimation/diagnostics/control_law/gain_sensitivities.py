@@ -121,7 +121,7 @@ class LawByGains:
         limited : (N,) array of bool
             Samples whose control is not the law's, see `compared_with_law`.
         """
-        smooth, (ticks, start) = comparison_filter(law, record), noisy_ticks(axis, law, record)
+        smooth, (ticks, start) = comparison_filter(law, record), noisy_ticks(axis, record)
         along = LawAlong.of(axis, law, ticks, record)
         declared = LawPoint(along.declared.gains, start[: len(law.memory)])
         output = along.output(declared)
