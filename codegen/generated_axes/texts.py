@@ -19,7 +19,7 @@ from axisid.codegen.printers import (
     print_c_prelude,
     print_c_rows,
     print_function,
-    with_c_loop,
+    with_loop_header,
 )
 from axisid.codegen.thresholds import MAX_CONTROL_DIFFERENCE
 from axisid.modeling.derivation import AxisModel, derived_sections
@@ -268,7 +268,7 @@ def _native(
     body = "\n".join(printed)
     return (
         f"/* Native code of the axis {model.axis.name}.\n\n{head}*/\n\n"
-        f"{print_c_prelude(with_c_loop(body))}\n{body}"
+        f"{print_c_prelude(with_loop_header(body))}\n{body}"
     )
 
 

@@ -13,7 +13,7 @@ from .feed_forward import FeedForward as FeedForward, feed_forward as feed_forwa
 from .loop_interface import (
     BLOCK as BLOCK,
     HELD_REFERENCE as HELD_REFERENCE,
-    PASSED as PASSED,
+    PHASE_PER_STEP as PHASE_PER_STEP,
     PROBE as PROBE,
     PROBED as PROBED,
     RESOLVED as RESOLVED,

@@ -29,7 +29,7 @@ RESOLVED = 0.025
 RESOLVED_STATES = 0.2
 #: Way times wave number of a step that passes a wave; with Simpson's rule, which a Runge-Kutta step
 #: is along a given way, the wave's mean is then right within 2e-6 of its size.
-PASSED = 0.25
+PHASE_PER_STEP = 0.25
 #: Of position and velocity, SI, over which the plant's rates are probed.
 PROBE = 1e-6
 #: At most, the part of the way on which the acceleration varies.

@@ -16,7 +16,14 @@ from axisid.modeling.quantities import DIRECTION, FORCE, Signal
 from .drive import DriveInMode, acting_from_sample, drive_response, forces_in_step, later_force
 from .expressions import Arguments
 from .friction_states import STATES, Remembering, state_dynamics, state_start, with_mode
-from .loop_interface import HELD_REFERENCE, PASSED, PROBE, PROBED, RESOLVED, RESOLVED_STATES
+from .loop_interface import (
+    HELD_REFERENCE,
+    PHASE_PER_STEP,
+    PROBE,
+    PROBED,
+    RESOLVED,
+    RESOLVED_STATES,
+)
 from .program import Program
 from .switching import Switching, largest_wave, switching, wave_number
 
@@ -309,7 +316,7 @@ def _runge_kutta(plant: _Plant, step: int) -> tuple[int, int, int, int]:
 def _plant_rate(plant: _Plant, found: Switching) -> Program:
     """Rate times step must be at most `RESOLVED`: of damping, stiffness, and waves that pass."""
     builder, build, (q, dq) = plant.builder, plant.builder.apply, plant.motion
-    wave = builder.constant(0)
+    wave, resolved = builder.constant(0), builder.constant(RESOLVED / PHASE_PER_STEP)
     if found.wave_numbers:
         wave = largest_wave(plant.builder, found.wave_numbers)
     if plant.states:
@@ -324,10 +331,8 @@ def _plant_rate(plant: _Plant, found: Switching) -> Program:
             speed, change = build("abs", dq), build("abs", plant.accelerate(q, dq, None))
             reach = build("add", builder.constant(1), build("mul", widest, speed))
             share = build("mul", change, build("div", widest, reach))
-            rate = build("max", rate, build("mul", builder.constant(RESOLVED / PASSED), share))
-    passing = build(
-        "mul", builder.constant(RESOLVED / PASSED), build("mul", build("abs", dq), wave)
-    )
+            rate = build("max", rate, build("mul", resolved, share))
+    passing = build("mul", resolved, build("mul", build("abs", dq), wave))
     builder.output("plant_rate", [[build("max", rate, passing)]])
     return builder.program("plant_rate", "How fast the motion may change in one mode, 1/s.")
 

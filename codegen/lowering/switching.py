@@ -22,7 +22,7 @@ from axisid.modeling.derivation import AxisModel, motion_point
 from axisid.modeling.quantities import Signal, at_start, signals_in, with_numbers
 
 from .expressions import Arguments
-from .loop_interface import PASSED, RESOLVED
+from .loop_interface import PHASE_PER_STEP, RESOLVED
 from .program import Program
 
 _RELATIONS = (
@@ -266,7 +266,7 @@ def stiffest_term(
         by_speed, by_way = (_size(term.diff(by), point) for by in (q.velocity, q.symbol))
         waves = max([_size(each, point) for each in _wave_numbers((term,), q.symbol)], default=0.0)
         rate = max(by_speed / inertia, math.sqrt(by_way / inertia)) if inertia else 0.0
-        return max(rate / RESOLVED, waves * abs(motion[1]) / PASSED)
+        return max(rate / RESOLVED, waves * abs(motion[1]) / PHASE_PER_STEP)
 
     terms = sympy.Add.make_args(axis.force)
     found = [(str(term), steps(with_numbers(at_start(term)))) for term in terms]

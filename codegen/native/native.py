@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from axisid.codegen.printers import has_known_part, print_c_lanes, with_c_loop
+from axisid.codegen.printers import has_known_part, print_c_lanes, with_loop_header
 from axisid.support.arrays import Array
 
 from .batched_rows import LaneLibrary
@@ -86,7 +86,7 @@ class Native:
         self.enabled = enabled
         self._gains = gains
         #: The C source, with the time loop that it includes.
-        self.text = with_c_loop(text)
+        self.text = with_loop_header(text)
         self._functions = functions
         #: Why there is no library, once that is known.
         self.refusal = "" if enabled else "it was switched off"

@@ -13,6 +13,6 @@ from .c import (
     print_c_loop_header as print_c_loop_header,
     print_c_prelude as print_c_prelude,
     print_c_rows as print_c_rows,
-    with_c_loop as with_c_loop,
+    with_loop_header as with_loop_header,
 )
 from .python import print_function as print_function

@@ -161,7 +161,7 @@ def print_c_loop_header() -> str:
     return _joined("loop", _LOOP)
 
 
-def with_c_loop(text: str) -> str:
+def with_loop_header(text: str) -> str:
     """Return native code with what it includes in its place, as one text to compile."""
     return text.replace(_INCLUDE_LOOP, print_c_loop_header())
 

@@ -21,7 +21,7 @@ from zipfile import ZipFile
 import msgspec
 import numpy as np
 
-from axisid.estimation.logs.text import NoStampsError, is_stamp, stamp_seconds
+from axisid.estimation.logs.text import TimeStampError, is_stamp, stamp_seconds
 from axisid.estimation.raw_tables import (
     UNITS_ENTRY,
     Table,
@@ -298,6 +298,6 @@ def _values(cells: Sequence[Any]) -> tuple[np.ndarray[Any, Any], str]:
         with suppress(OverflowError):
             return np.array([math.nan if cell is None else float(cell) for cell in cells]), ""
     elif any(cells) and all(cell is None or isinstance(cell, str) for cell in cells):
-        with suppress(NoStampsError):
+        with suppress(TimeStampError):
             return stamp_seconds([cell or "" for cell in cells])
     return np.array(["" if cell is None else str(cell) for cell in cells]), ""

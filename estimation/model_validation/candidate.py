@@ -45,7 +45,7 @@ from .held_out import (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ParameterCheck:
+class ParameterSignificance:
     """Whether the record needs a parameter.
 
     Attributes
@@ -106,7 +106,7 @@ class Candidate(Exact):
         Held-out error of the simulated loop.
     reason : str or None
         Why there is no `simulation`.
-    checks : tuple of ParameterCheck
+    checks : tuple of ParameterSignificance
     """
 
     name: str
@@ -116,7 +116,7 @@ class Candidate(Exact):
     equation: HeldOut
     simulation: HeldOut | None
     reason: str | None
-    checks: tuple[ParameterCheck, ...]
+    checks: tuple[ParameterSignificance, ...]
 
     @property
     def size(self) -> int:
@@ -193,11 +193,11 @@ def _checked(
     rows: Regression,
     blocks: Sequence[HeldOutBlock],
     equation: HeldOut,
-) -> ParameterCheck:
+) -> ParameterSignificance:
     """A parameter of an estimate against zero, and against the model without it."""
     name = rows.names[column]
     if name in rows.nonlinear or name == GAIN:
-        return ParameterCheck(
+        return ParameterSignificance(
             name=name,
             not_tested="it is the drive's, and no term of the model"
             if name == GAIN
@@ -213,7 +213,7 @@ def _checked(
     deviation_hac = float(np.sqrt(estimate.covariances["hac"][column, column]))
     distance = abs(estimate.corrected[column]) / deviation_hac if deviation_hac else math.inf
     p_value = 0.0 if lost else float(2 * stdtr(estimate.freedom["hac"][column], -distance))
-    return ParameterCheck(
+    return ParameterSignificance(
         name=name,
         p_value=None if lost else p_value,
         without_percent=None if without is None else without.error_percent,

@@ -25,7 +25,7 @@ from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.identification import Identification, RecordInfo
 from axisid.estimation.methods import METHODS, Bootstrap, bound_record, estimate_by
 from axisid.estimation.output_error import OutputFit, checked_horizon
-from axisid.estimation.parameters import GAIN, START_PARAMETERS, by_declared_gain
+from axisid.estimation.parameters import GAIN, INITIAL_STATE_PARAMETERS, by_declared_gain
 from axisid.estimation.prediction_errors import LoopPredictions, PredictionErrors, WindowPredictions
 from axisid.estimation.records import Record, check_record, clock_of, period_conflict
 from axisid.estimation.regression import (
@@ -406,7 +406,7 @@ def validate_fit(
     check_record(record)
     if not isinstance(result, OutputFit):
         raise UsageError(f"the result is {quoted(result)}; give what fit gave.", code="validation")
-    if {*result.local} - {*START_PARAMETERS} or result.known:
+    if {*result.local} - {*INITIAL_STATE_PARAMETERS} or result.known:
         raise UsageError(
             "the fit has parameters or known values for each of its records, and nothing says "
             "which are those of another record; fit without them.",

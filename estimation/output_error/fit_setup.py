@@ -24,8 +24,8 @@ from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import JointRecords, check_time, identify
 from axisid.estimation.parameters import (
     GAIN,
+    INITIAL_STATE_PARAMETERS,
     START,
-    START_PARAMETERS,
     ExtendedForm,
     JointForm,
     Unknowns,
@@ -153,13 +153,13 @@ def form_with(
             "out.",
             code="free",
         )
-    starts = [n for n in names if n in (START, *START_PARAMETERS) and n not in of_law]
+    starts = [n for n in names if n in (START, *INITIAL_STATE_PARAMETERS) and n not in of_law]
     gains = [n for n in names if n not in starts]
     if law is not None and of_law and (others := [n for n in gains if n not in of_law]):
         raise UsageError(
             f"there is no gain {quoted(others[0])} to be free; control law {law.name!r} has "
             f"{', '.join(of_law)}. Beside gains of the law there are {_GAIN}, lag and delay of "
-            f"the drive, {START}, {' and '.join(START_PARAMETERS)}.",
+            f"the drive, {START}, {' and '.join(INITIAL_STATE_PARAMETERS)}.",
             code="free",
         )
     form = form.with_gains(gains) if gains else form

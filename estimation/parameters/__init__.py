@@ -20,8 +20,8 @@ from .known import (
     read_known as read_known,
 )
 from .nuisance import (
+    INITIAL_STATE_PARAMETERS as INITIAL_STATE_PARAMETERS,
     START as START,
-    START_PARAMETERS as START_PARAMETERS,
     ExtendedForm as ExtendedForm,
     axis_at as axis_at,
     by_declared_gain as by_declared_gain,

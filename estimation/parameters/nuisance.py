@@ -27,7 +27,7 @@ from axisid.support.errors import ModelError
 from .joint_parameters import GAIN, JointForm, drive_gain_of
 
 #: How parameters of a start are called, and what asks for both.
-START_PARAMETERS, START = ("start_position", "start_velocity"), "start"
+INITIAL_STATE_PARAMETERS, START = ("start_position", "start_velocity"), "start"
 _SIZE = 1e-2  # of the range of positions, and of the mean speed: a start's least size
 
 _NEXT_TO_0 = 1e-9  # of what a gain is declared as
@@ -53,7 +53,7 @@ class ExtendedForm(InverseForm):
         Gains of the law, the same for all records.
     starts : mapping of (int, int) to mapping of str to Parameter
         First positions and velocities of each stretch, by record and segment: what is free of them
-        by its name in `START_PARAMETERS`.
+        by its name in `INITIAL_STATE_PARAMETERS`.
     start_sizes : tuple of float
         Their least sizes, from which steps are taken.
     time : tuple of Parameter
@@ -166,7 +166,7 @@ class ExtendedForm(InverseForm):
 
     def with_starts(self, records: Sequence[Record], asked: Sequence[str]) -> "ExtendedForm":
         """With what is asked for of the starts of all stretches of the records."""
-        names = [name for name in START_PARAMETERS if START in asked or name in asked]
+        names = [name for name in INITIAL_STATE_PARAMETERS if START in asked or name in asked]
         stretches = [
             (i, segment, start)
             for i, pair in enumerate(zip(self.axes, records, strict=True))
@@ -178,7 +178,7 @@ class ExtendedForm(InverseForm):
             after = f"_{number}" if len(stretches) > 1 else ""
             position = records[i].position[slice(*records[i].spans[segment])]
             every = zip(
-                START_PARAMETERS,
+                INITIAL_STATE_PARAMETERS,
                 (q.unit, q.velocity_unit),
                 (start.position, start.velocity),
                 start_sizes(position, records[i].period),

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.codegen.lowering import (
-    PASSED,
+    PHASE_PER_STEP,
     PROBE,
     PROBED,
     RESOLVED,
@@ -182,7 +182,7 @@ def substeps_along(
         )
         passing = np.zeros(len(rates))
         passing[: len(q)] = _wave_numbers(axis, q, parameters, signals) * np.abs(dq)
-    shortest = np.maximum(_by_rate(axis, rates, period), passing * period / PASSED).argmax()
+    shortest = np.maximum(_by_rate(axis, rates, period), passing * period / PHASE_PER_STEP).argmax()
     at = place_at(visited, int(looked_at[shortest]), recorded)
     steps = steps_by_rate(axis, rates.max(keepdims=True), period, float(passing.max()))
     return int(steps[0]), at
@@ -305,7 +305,7 @@ def steps_by_rate(
     would leave the steps unstable, or blind for the waves.
     """
     by_rate = _by_rate(axis, rates, period)
-    by_wave = passing * period / PASSED
+    by_wave = passing * period / PHASE_PER_STEP
     wanted = np.maximum(by_rate, by_wave)
     wanted = wanted * (1 - _SLACK)  # so that rounding does not decide for round numbers
     powers = np.ceil(np.log2(np.clip(wanted, 1, MOST_SUBSTEPS)))

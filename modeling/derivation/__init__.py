@@ -19,7 +19,7 @@ from .friction_ladder import friction_ladder as friction_ladder
 from .model import AxisModel as AxisModel, derive as derive
 from .null_space import (
     CommonParameter as CommonParameter,
-    Direction as Direction,
+    NullSpaceVector as NullSpaceVector,
     common_parameters as common_parameters,
     generic_points as generic_points,
 )

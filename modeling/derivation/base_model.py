@@ -37,7 +37,7 @@ from axisid.modeling.quantities import (
 from axisid.support.errors import ModelError
 
 from .inverse import with_direction
-from .null_space import Direction, null_space
+from .null_space import NullSpaceVector, null_space
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -147,8 +147,8 @@ class BaseModel:
     expressions: tuple[sympy.Expr, ...]
     exponents: tuple[Exponents, ...]
     weights: tuple[tuple[float, ...], ...]
-    unidentifiable: tuple[Direction, ...]
-    undetermined: tuple[Direction, ...]
+    unidentifiable: tuple[NullSpaceVector, ...]
+    undetermined: tuple[NullSpaceVector, ...]
 
     @property
     def changed(self) -> bool:

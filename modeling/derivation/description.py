@@ -13,7 +13,7 @@ from .base_model import BaseModel
 from .direct import ParameterMap
 from .inverse import Regressor
 from .model import AxisModel
-from .null_space import Direction, generic_points
+from .null_space import NullSpaceVector, generic_points
 from .state_equations import StateEquation
 
 _MOST_DIRECTIONS = 4
@@ -56,10 +56,10 @@ def describe_determined(base: BaseModel) -> str:
 
 
 def _groups(
-    base: BaseModel, directions: Sequence[Direction]
-) -> list[tuple[list[str], list[Direction]]]:
+    base: BaseModel, directions: Sequence[NullSpaceVector]
+) -> list[tuple[list[str], list[NullSpaceVector]]]:
     """Directions that share parameters together, with the names of these in their order."""
-    groups: list[tuple[set[sympy.Symbol], list[Direction]]] = []
+    groups: list[tuple[set[sympy.Symbol], list[NullSpaceVector]]] = []
     for direction in directions:
         apart = [group for group in groups if not group[0] & set(direction)]
         joined = [group for group in groups if group[0] & set(direction)]
@@ -81,13 +81,13 @@ def _seen(base: BaseModel, names: Iterable[str]) -> str:
     )
 
 
-def _directions(directions: Sequence[Direction]) -> str:
+def _directions(directions: Sequence[NullSpaceVector]) -> str:
     said = [describe_direction(d) for d in directions[:_MOST_DIRECTIONS]]
     more = len(directions) - len(said)
     return " or ".join([*said, f"{more} more"] if more else said)
 
 
-def _missing(base: BaseModel, names: Sequence[str], directions: Sequence[Direction]) -> str:
+def _missing(base: BaseModel, names: Sequence[str], directions: Sequence[NullSpaceVector]) -> str:
     """How many of a group must be known; which, where not any will do."""
     if len(directions) == 1:
         return f"one of {', '.join(names)} is"
@@ -96,7 +96,7 @@ def _missing(base: BaseModel, names: Sequence[str], directions: Sequence[Directi
 
 
 def _enough(
-    base: BaseModel, names: Sequence[str], directions: Sequence[Direction]
+    base: BaseModel, names: Sequence[str], directions: Sequence[NullSpaceVector]
 ) -> tuple[int, ...]:
     """Columns of a group's directions that are independent, the first ones where there is a choice.
 
@@ -116,7 +116,7 @@ def _listed(names: Sequence[str]) -> str:
     return f"{', '.join(others)} and {last}" if others else last
 
 
-def describe_loss(direction: Direction) -> str:
+def describe_loss(direction: NullSpaceVector) -> str:
     """Say what no motion shows, and what it shows of that.
 
     Where the weights are not the same for all values of the parameters, only which these are.
@@ -136,7 +136,7 @@ def describe_loss(direction: Direction) -> str:
     return f"{lost}; only {', '.join(combinations)} can be identified"
 
 
-def describe_direction(direction: Direction) -> str:
+def describe_direction(direction: NullSpaceVector) -> str:
     """Say which parameters trade against each other: ``m +1, J -0.25``; or ``m +m, l -l``."""
     return ", ".join(f"{p} {_signed(weight)}" for p, weight in direction.items())
 

@@ -17,7 +17,7 @@ from .direct import (
     inertia_of,
 )
 from .inverse import Regressor, inverse_regressor, with_direction
-from .null_space import Direction, unidentifiable_directions
+from .null_space import NullSpaceVector, unidentifiable_directions
 from .state_equations import StateEquation, in_direction, state_equations
 
 
@@ -59,7 +59,7 @@ class AxisModel:
     idm: Regressor
     ddm: Regressor | Missing
     parameter_map: ParameterMap | Missing
-    unidentifiable: tuple[Direction, ...]
+    unidentifiable: tuple[NullSpaceVector, ...]
     states: tuple[StateEquation, ...] = ()
 
     def at_start(self, value: sympy.Expr) -> sympy.Expr:

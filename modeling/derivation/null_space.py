@@ -24,7 +24,7 @@ from axisid.modeling.quantities import Coordinate, Parameter, fresh_name, produc
 from .inverse import Regressor
 
 #: Maps parameters to the weights of a change that no motion shows.
-Direction: TypeAlias = dict[sympy.Symbol, sympy.Expr]
+NullSpaceVector: TypeAlias = dict[sympy.Symbol, sympy.Expr]
 
 #: Numbers for parameters.
 Point: TypeAlias = Mapping[sympy.Symbol, sympy.Expr]
@@ -38,7 +38,7 @@ def null_space(
     monomials: Sequence[Exponents],
     parameters: Sequence[Parameter],
     known: AbstractSet[sympy.Symbol] = frozenset(),
-) -> tuple[Direction, ...]:
+) -> tuple[NullSpaceVector, ...]:
     """Directions in which sums of products of parameters do not change, those known held.
 
     Parameters
@@ -74,7 +74,7 @@ def null_space(
 
 def _kernel(
     rows: Sequence[Sequence[PolyElement]], symbols: Sequence[sympy.Symbol], ring: PolynomialRing
-) -> Iterator[Direction]:
+) -> Iterator[NullSpaceVector]:
     """What rows of polynomials map to nothing, in polynomials that share no factor.
 
     Their coefficients are whole; of weights that are numbers the last is 1.
@@ -102,7 +102,7 @@ def _kernel(
 
 def _null_space_of_numbers(
     reduced: Sequence[Row], pivots: Sequence[int], symbols: Sequence[sympy.Symbol]
-) -> tuple[Direction, ...]:
+) -> tuple[NullSpaceVector, ...]:
     """What rows in echelon form map to nothing; the last weight of each direction is 1."""
     found = []
     for free in (j for j in range(len(symbols)) if j not in pivots):
@@ -118,7 +118,7 @@ def _null_space_of_numbers(
 
 def unidentifiable_directions(
     regressor: Regressor, parameters: Sequence[Parameter], coordinate: Coordinate
-) -> tuple[Direction, ...]:
+) -> tuple[NullSpaceVector, ...]:
     """Null space, over all motions, of the regressor of a partially linear axis.
 
     Its columns have parameters in them, so that ``exp(b) dq`` and ``a exp(b) dq`` look like two
@@ -144,7 +144,7 @@ def unidentifiable_directions(
     if not regressor.nonlinear:
         return ()
     symbols = tuple(p.symbol for p in parameters)
-    found: list[tuple[Direction, ...]] = []
+    found: list[tuple[NullSpaceVector, ...]] = []
     for point in generic_points(parameters):
         with contextlib.suppress(NotRealError):
             rows = reduced_functions(regressor.columns, coordinate.velocity, point)

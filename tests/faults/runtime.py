@@ -27,7 +27,7 @@ from axisid import (
 from axisid.codegen import GeneratedAxis
 from axisid.codegen.generated_axes.texts import axis_artefacts
 from axisid.codegen.native.library_cache import NativeUnavailableError, _name, find_compiler
-from axisid.codegen.printers import with_c_loop
+from axisid.codegen.printers import with_loop_header
 from axisid.estimation import simulate_batch
 from axisid.estimation.simulation.twin import trajectory
 from tests.faults.fault import Fault, Misuse
@@ -53,7 +53,7 @@ def _pipes(folder: Path) -> list[object]:
     """Pipes where the library and its digest should be."""
     cache = folder / "cache"
     cache.mkdir(mode=0o700)
-    text = with_c_loop(axis_artefacts(derive(load_axis("emps2015")))["native.c"])
+    text = with_loop_header(axis_artefacts(derive(load_axis("emps2015")))["native.c"])
     try:
         library = cache / _name(text, find_compiler())
     except NativeUnavailableError:

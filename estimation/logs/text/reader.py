@@ -14,7 +14,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import DataError
 
 from .dialect import Dialect, Line, is_comment, is_number, sniff, split_cells
-from .time_stamps import NoStampsError, is_stamp, stamp_seconds
+from .time_stamps import TimeStampError, is_stamp, stamp_seconds
 from .twincat import is_twincat, read_twincat
 
 #: Leaves out what is no row at the end.
@@ -190,7 +190,7 @@ def _of_cells(
             return RawColumn(
                 samples=Samples(values=seconds), unit="s", note=f"{dialect.names[k]}: {note}"
             )
-        except NoStampsError as error:
+        except TimeStampError as error:
             row, why = error.row or row, error.why
     reason = (
         f"is no time stamp that can be read: {why}. Export the log with stamps such as 2026-02-01 "

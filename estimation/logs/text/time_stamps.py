@@ -22,7 +22,7 @@ _STAMP = re.compile(
 _AHEAD = re.compile(r"([+-])(\d\d):?(\d\d)?")  # of UTC
 
 
-class NoStampsError(ValueError):
+class TimeStampError(ValueError):
     """Cells that are no time stamps of one kind.
 
     Attributes
@@ -63,15 +63,15 @@ def stamp_seconds(cells: Sequence[str]) -> tuple[Array, str]:
 
     Raises
     ------
-    NoStampsError
+    TimeStampError
         A cell is no time stamp, there is no such day, or the order of day and month is open.
     """
     filled = [k for k, cell in enumerate(cells) if cell]
     seconds = np.full(len(cells), np.nan)
     try:
         seconds[filled], note = _filled_seconds([cells[k] for k in filled])
-    except NoStampsError as error:
-        raise NoStampsError(filled[error.row], error.why) from error
+    except TimeStampError as error:
+        raise TimeStampError(filled[error.row], error.why) from error
     return seconds, f"time stamps counted from the first{note}"
 
 
@@ -79,7 +79,7 @@ def _filled_seconds(cells: Sequence[str]) -> tuple[Array, str]:
     """Seconds from the first stamp, of cells none of which is empty."""
     groups = [_groups(cell) for cell in cells]
     if None in groups:
-        raise NoStampsError(groups.index(None))
+        raise TimeStampError(groups.index(None))
     stamps = [parts for parts in groups if parts]
     dates, *_, halves, zones = zip(*stamps, strict=True)
     named = any(
@@ -88,14 +88,14 @@ def _filled_seconds(cells: Sequence[str]) -> tuple[Array, str]:
     )
     for part in (dates, halves, zones):
         if ("" in part and any(part)) or (part is zones and named and len({*zones}) > 1):
-            raise NoStampsError(0, "its stamps are of several kinds")
+            raise TimeStampError(0, "its stamps are of several kinds")
     order, note = _order(dict.fromkeys(dates))
     numbers = {}
     for text in dict.fromkeys(dates):
         try:
             numbers[text] = _day(text, order)
         except ValueError as error:
-            raise NoStampsError(dates.index(text), "there is no such day") from error
+            raise TimeStampError(dates.index(text), "there is no such day") from error
     days = np.array([numbers[text] for text in dates], dtype=np.int64)
     within = np.array([_since_midnight(*parts[1:]) for parts in stamps], dtype=np.int64)
     if not any(dates):
@@ -127,7 +127,7 @@ def _order(dates: Iterable[str]) -> tuple[str, str]:
     if day_first or month_first:
         order = "day" if day_first else "month"
         return order, f", dates with the {order} first"
-    raise NoStampsError(0, "its dates may have the day or the month first")
+    raise TimeStampError(0, "its dates may have the day or the month first")
 
 
 def _day(text: str, order: str) -> int:

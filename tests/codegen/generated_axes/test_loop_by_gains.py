@@ -10,7 +10,7 @@ from axisid import build, load_axis, simulate
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.codegen.generated_axes.texts import axis_artefacts
 from axisid.codegen.native import Native
-from axisid.codegen.printers import with_c_loop
+from axisid.codegen.printers import with_loop_header
 from axisid.estimation import simulate_batch
 from axisid.modeling.derivation import derive
 from tests.axes.bodies import body
@@ -57,7 +57,7 @@ def test_another_gain_is_not_compiled(emps: GeneratedAxis, monkeypatch: pytest.M
 def test_numbers_are_those_of_code_that_has_the_gains_in_it(emps: GeneratedAxis) -> None:
     if emps.native.library() is None:
         pytest.skip(emps.native.refusal)
-    text = with_c_loop(axis_artefacts(derive(emps.declared))["native.c"])
+    text = with_loop_header(axis_artefacts(derive(emps.declared))["native.c"])
     literal = replace(emps, native=Native(text, emps.functions), loop=None)
     own, with_numbers = (simulate(each, each.nominal, REFERENCE, 1e-3) for each in (emps, literal))
     for name in ("position", "velocity", "acceleration", "control"):

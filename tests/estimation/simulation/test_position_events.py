@@ -209,7 +209,7 @@ WAVES: dict[str, Callable[[sympy.Expr], sympy.Expr]] = {
 @pytest.mark.slow
 @pytest.mark.parametrize("name", WAVES)
 def test_wave_of_the_position_is_resolved_however_fast_it_passes(name: str) -> None:
-    """As far as the steps are meant to: a wave is right within 2e-6 of its size (`PASSED`).
+    """As far as the steps are meant to: a wave is right within 2e-6 of its size (`PHASE_PER_STEP`).
 
     Of the notch, 100 N, that is 2e-4 N, and 1e-7 m by the loop's stiffness of 2000 N/m; it keeps
     a tenth of it. The finest steps pass a fiftieth of its width, and limit nothing here.

@@ -7,7 +7,7 @@ import sympy
 from hypothesis import given, settings, strategies as st
 
 from axisid import Parameter
-from axisid.modeling.derivation.null_space import Direction, null_space
+from axisid.modeling.derivation.null_space import NullSpaceVector, null_space
 from tests.bounded import within
 
 SIZE = 4
@@ -45,7 +45,7 @@ def written(total: Sum) -> sympy.Expr:
 
 def hidden(
     sums: list[Sum], parameters: list[Parameter], free: set[sympy.Symbol]
-) -> tuple[Direction, ...]:
+) -> tuple[NullSpaceVector, ...]:
     monomials = list(dict.fromkeys(powers for total in sums for powers in total))
     rows = [[total.get(powers, Fraction(0)) for powers in monomials] for total in sums]
     known = {p.symbol for p in parameters} - free

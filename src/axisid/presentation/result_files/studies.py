@@ -13,7 +13,7 @@ from axisid.estimation.model_validation import (
     Criteria,
     MethodValidation,
     NestedTest,
-    ParameterCheck,
+    ParameterSignificance,
     Sweep,
     Validation,
 )
@@ -119,7 +119,7 @@ class WrittenCandidate(JsonObject, frozen=True, kw_only=True):
     held_out_equation: WrittenHeldOut
     held_out_simulation: WrittenHeldOut | None
     no_simulation: Annotated[str | None, about("Why not.")]
-    parameter_checks: tuple[ParameterCheck, ...]
+    parameter_checks: tuple[ParameterSignificance, ...]
 
 
 class WrittenHeldOutBlocks(JsonObject, frozen=True, kw_only=True):

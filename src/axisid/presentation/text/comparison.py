@@ -7,7 +7,7 @@ from types import MappingProxyType
 from axisid.estimation.diagnostic_checks import Check
 from axisid.estimation.diagnostics import within_bounds
 from axisid.estimation.estimates import Value
-from axisid.estimation.model_validation import Candidate, Comparison, ParameterCheck
+from axisid.estimation.model_validation import Candidate, Comparison, ParameterSignificance
 from axisid.estimation.thresholds import SIGNIFICANCE_LEVEL
 from axisid.modeling.declaration import left_out_text
 from axisid.presentation.documents import (
@@ -209,7 +209,7 @@ def _untested(c: Comparison) -> list[Sentence]:
     ]
 
 
-def _why(check: ParameterCheck, candidate: Candidate) -> str:
+def _why(check: ParameterSignificance, candidate: Candidate) -> str:
     zero = f"it may be zero (HAC p = {_p(check.p_value)})"
     if check.without_percent is None:
         return zero

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from axisid.estimation.logs.text.time_stamps import NoStampsError, stamp_seconds
+from axisid.estimation.logs.text.time_stamps import TimeStampError, stamp_seconds
 
 EXPECTED = [0.0, 0.25, 60.5]
 
@@ -79,7 +79,7 @@ def test_order_of_day_and_month_is_told_by_a_number_beyond_twelve(
     ],
 )
 def test_what_may_mean_two_times_or_none_is_refused(cells: list[str], row: int, why: str) -> None:
-    with pytest.raises(NoStampsError, match=why or None) as caught:
+    with pytest.raises(TimeStampError, match=why or None) as caught:
         stamp_seconds(cells)
     assert caught.value.row == row
     assert bool(caught.value.why) == bool(why)
