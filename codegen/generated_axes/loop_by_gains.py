@@ -7,7 +7,7 @@ another gain needs no compiler, and many can be tried side by side.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import casadi
@@ -38,47 +38,6 @@ def law_functions(law: ControlLaw, signals: tuple[sympy.Symbol, ...]) -> Mapping
     mapping of str to casadi.Function
     """
     return execute(functions_text("law", "", law_by_gains(law, signals)), "law")
-
-
-@lru_cache(maxsize=64)  # a law is run along many records with many gains
-def law_with_slopes(step: Any) -> tuple[Any, Array]:
-    """A law's step that carries slopes along, by derivatives.
-
-    Parameters
-    ----------
-    step : casadi.Function
-        ``law_step``, or ``control_law`` of an axis, whose gains are numbers.
-
-    Returns
-    -------
-    step : casadi.Function
-        The same with slopes behind the memory, those that are not 0 throughout, and behind the
-        output. They are by the logarithm of each gain, and by each memory at the start.
-    start : (s,) array
-        The slopes of the memory before the first step.
-    """
-    given = {name: casadi.SX.sym(name, step.size1_in(name)) for name in step.name_in()}
-    state, gains = given["state"], given.get("gains", casadi.SX(0, 1))
-    results = dict(zip(step.name_out(), step.call([*given.values()]), strict=True))
-    following, size, free = results.pop("next_state"), state.numel(), gains.numel()
-    by_both = casadi.jacobian(
-        casadi.vertcat(following, *results.values()), casadi.vertcat(gains, state)
-    )
-    of_gains = casadi.horzcat(casadi.diag(gains), casadi.SX(free, size))
-    start = casadi.horzcat(casadi.DM(size, free), casadi.DM.eye(size))
-    carried = start.sparsity()
-    for _ in range(size + 1):  # what a memory changes has reached all that it reaches
-        slopes = casadi.SX.sym("slopes", carried)
-        onward = casadi.mtimes(by_both, casadi.vertcat(of_gains, slopes))
-        carried = carried.unite(onward[:size, :].sparsity())
-    given["state"] = casadi.vertcat(state, slopes.nz[:])
-    onward_slopes = casadi.project(onward[:size, :], slopes.sparsity())
-    memory = casadi.vertcat(following, onward_slopes.nz[:])
-    row = casadi.vertcat(*results.values(), casadi.densify(onward[size, :]).T)
-    function = casadi.Function(
-        step.name(), [*given.values()], [memory, row], [*given], ["next_state", *results]
-    )
-    return function, np.array(casadi.project(start, slopes.sparsity()).nonzeros())
 
 
 _OF_THE_LAW = ("control_start", "control_law", "control_terms")

@@ -1,8 +1,8 @@
 """A control law along recorded signals by its gains, and the gains with which it gives a control.
 
-A law is run along the record, its slopes by the gains with it, and Gauss-Newton steps are made: one
-that is limited, filtered or has an integral is no sum of products of its gains. What the law
-remembers at the start is free along with them.
+A law is run along the record, with each gain a little larger and smaller, and Gauss-Newton steps
+are made: one that is limited, filtered or has an integral is no sum of products of its gains. What
+the law remembers at the start is free along with them.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -25,7 +25,6 @@ from .law_run import (
     least_step,
     limit_in_log,
     run_law,
-    run_with_slopes,
 )
 from .start import MIN_MEMORY_EFFECT
 
@@ -33,7 +32,7 @@ from .start import MIN_MEMORY_EFFECT
 # right law is the same with more
 _NEAR_LIMIT = 0.1
 
-_STEP = 1e-5  # of a gain and of a memory's size, for slopes of what the drive makes of an output
+_STEP = 1e-5  # of a gain and of a memory's size, for slopes
 _ROUNDS, _HALVINGS = 12, 6  # of Gauss-Newton steps, and of each that leads nowhere
 _STILL = 1e-7  # relative change of the squared residuals, at which they end
 _EXACT = 1e-9  # of the control, the residuals at which they end too
@@ -117,41 +116,43 @@ class LawAlong:
         """The law's output when it is applied, whatever the drive's limit, (N,)."""
         return self.logged(self._applied(point))
 
-    def jacobian(self, point: LawPoint) -> tuple[Array, Array]:
-        """How that changes with the logarithm of each gain, (N, g), and each memory at the start.
+    def jacobian_by_gain(self, point: LawPoint, free: Sequence[int] | None = None) -> Array:
+        """How that changes with the logarithm of each gain, or of those that are free, (N, g).
 
-        The second, (N, m), is 0 where it hardly shows, the first for a gain of 0.
+        A gain of 0 has no logarithm, and a slope of 0.
         """
-        states, output, slopes = run_with_slopes(self.functions["law_step"], *self._run_of(point))
-        output, slopes, free = self._held(output), self._held(slopes), len(point.gains)
-        sizes = np.abs(states).max(axis=0, initial=0.0)
-        sizes = np.where(np.isfinite(sizes) & (sizes > 0), sizes, 1.0)
-        by_gain = self._logged_slopes(output, slopes[:, :free])
-        by_start = self._logged_slopes(output, slopes[:, free:] * sizes)
-        effect = np.linalg.norm(by_start[_SETTLED:], axis=0)
-        by_start[:, effect <= MIN_MEMORY_EFFECT * float(np.linalg.norm(self.control))] = 0.0
-        return by_gain, by_start / sizes
+        places = [*range(len(point.gains))] if free is None else [*free]
+        steps = np.diag(_STEP * np.abs(point.gains))[places]
+        return self._slopes(point, "gains", steps) * np.sign(point.gains[places])
 
     def slope_by_rest(self, point: LawPoint) -> Array:
-        """How it changes with the logarithm of a factor of all that no gain multiplies, (N,)."""
-        rest = self._applied(replace(point, gains=0.0 * point.gains))
-        return self._logged_slopes(self._applied(point), rest[:, None])[:, 0]
+        """How that changes with the logarithm of a factor of all that no gain multiplies, (N,)."""
+        output = self._applied(point)
+        step = _STEP * self._applied(replace(point, gains=0.0 * point.gains))
+        return (self.sloped(output + step) - self.sloped(output - step)) / (2 * _STEP)
 
-    def _logged_slopes(self, output: Array, slopes: Array) -> Array:
-        """Slopes of what is logged from those of the output, (N, k)."""
-        ends = (
-            (self.sloped(output + step), self.sloped(output - step)) for step in _STEP * slopes.T
-        )
-        columns = [(more - less) / (2 * _STEP) for more, less in ends]
-        return np.reshape(columns, slopes.T.shape).T
+    def jacobian_by_start(self, point: LawPoint) -> Array:
+        """How that changes with each memory at the start, (N, m); by 0 where that hardly shows."""
+        sizes = np.abs(self._run(point)[0]).max(axis=0, initial=0.0)
+        sizes = np.where(np.isfinite(sizes) & (sizes > 0), sizes, 1.0)
+        slopes = self._slopes(point, "start", np.diag(_STEP * sizes)) / sizes
+        effect = np.linalg.norm(slopes[_SETTLED:], axis=0) * sizes
+        slopes[:, effect <= MIN_MEMORY_EFFECT * float(np.linalg.norm(self.control))] = 0.0
+        return slopes
+
+    def _slopes(self, point: LawPoint, name: str, steps: Array) -> Array:
+        """Slopes of the output by the gains or the start, by steps (k, g) of `_STEP`, (N, k)."""
+        slopes, at = np.empty((len(self.control), len(steps))), getattr(point, name)
+        for column, step in zip(slopes.T, steps, strict=True):
+            ends = (replace(point, **{name: at + s}) for s in (step, -step))
+            more, less = (self.sloped(self._applied(end)) for end in ends)
+            column[:] = (more - less) / (2 * _STEP)
+        return slopes
 
     def _applied(self, point: LawPoint) -> Array:
         """The output that is applied at each sample, before the drive, (N,)."""
-        return self._held(run_law(self.functions["law_step"], *self._run_of(point))[1])
-
-    def _held(self, values: Array) -> Array:
-        """Of each evaluation those that are applied at each sample."""
-        return np.asarray(values[np.maximum(self.ticks.held - self.law.delay, 0)])
+        _, output = self._run(point)
+        return np.asarray(output[np.maximum(self.ticks.held - self.law.delay, 0)])
 
     def fitted(self, point: LawPoint, compared: Compared, free: Sequence[int]) -> LawPoint:
         """The gains that give a control best, some of them free, with the memory at the start.
@@ -179,9 +180,10 @@ class LawAlong:
         for _ in range(_ROUNDS):
             if not (cost > enough and before - cost > _STILL * cost):
                 break
-            by_gain, by_start = self.jacobian(point)
-            columns = [*map(compared, (*by_gain[:, chosen].T, *by_start.T))]
-            step = least_step(np.column_stack(columns), residuals, _CLEAR)[0]
+            columns = np.hstack(
+                [self.jacobian_by_gain(point, chosen), self.jacobian_by_start(point)]
+            )
+            step = least_step(np.column_stack([*map(compared, columns.T)]), residuals, _CLEAR)[0]
             for _ in range(_HALVINGS):  # where the whole step leaves no less
                 gains = point.gains.copy()
                 gains[chosen] *= np.exp(np.clip(step[: len(chosen)], -_LARGEST, _LARGEST))
@@ -195,9 +197,10 @@ class LawAlong:
             point, residuals, before, cost = end, there, cost, float(there @ there)
         return point
 
-    def _run_of(self, point: LawPoint) -> tuple[Array, Sequence[Array], Array]:
-        """Memory at the start, what is read, and gains."""
-        return point.start, (*self.ticks.signals, self._limits), point.gains
+    def _run(self, point: LawPoint) -> tuple[Array, Array]:
+        """What is remembered after each evaluation, (M, m), and the output there, (M,)."""
+        signals = *self.ticks.signals, self._limits
+        return run_law(self.functions["law_step"], point.start, signals, point.gains)
 
     @cached_property
     def _limits(self) -> Array:

@@ -11,7 +11,7 @@ from typing import Any, Concatenate, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen.generated_axes import GeneratedAxis, law_with_slopes
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
 from axisid.estimation.records import Record, at_times, clock_of, evaluations_per_sample
 from axisid.estimation.signals import (
@@ -363,8 +363,18 @@ def control_at_ticks(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Arr
 
 def slopes_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
     """How that control changes with what is remembered at the start, (N, m)."""
-    slopes = run_with_slopes(axis.functions["control_law"], start, ticks.signals)[2]
-    return as_logged(axis, slopes[ticks.held])
+    law, size = axis.functions["control_law"], len(start)
+    slopes = law.factory("slopes", law.name_in(), ["jac:control:state", "jac:next_state:state"])
+    # Side by side as matrices, one for each evaluation.
+    read = (values[None, :] for values in ticks.signals)
+    by_state, onward = slopes.call([*read, states_along(axis, ticks, start).T])
+    rows = by_state.full().reshape(len(ticks), size)
+    steps = onward.full().reshape(size, len(ticks), size)
+    change = np.eye(size)
+    for k in range(len(ticks)):
+        rows[k] = rows[k] @ change
+        change = steps[:, k] @ change
+    return as_logged(axis, np.asarray(rows[ticks.held]))
 
 
 def states_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
@@ -392,33 +402,11 @@ def run_law(
     read : sequence of (M,) array
     gains : (g,) array, optional
     """
-    states, rows = _run(step, start, read, gains)
-    return states, rows[:, 0]
-
-
-def run_with_slopes(
-    step: Any, start: Array, read: Sequence[Array], gains: Array | None = None
-) -> tuple[Array, Array, Array]:
-    """The same, and slopes of the output, (M, g + m).
-
-    By the logarithm of each gain, and by each memory at the start.
-    """
-    sloped, at_start = law_with_slopes(step)
-    states, rows = _run(sloped, np.append(start, at_start), read, gains)
-    return states[:, : len(start)], rows[:, 0], rows[:, 1:]
-
-
-def _run(
-    step: Any, start: Array, read: Sequence[Array], gains: Array | None
-) -> tuple[Array, Array]:
-    """What is carried on from each evaluation, and what comes out there, a row each."""
     count = len(read[0])
     padded = count + -count % _BLOCK
     columns = [np.append(values, np.full(padded - count, values[-1])) for values in read]
     columns = [np.ascontiguousarray(values, dtype=np.float64) for values in columns]
-    place = step.name_out().index("next_state")
-    states, rows = (np.empty((padded, step.size1_out(each))) for each in (place, 1 - place))
-    # To make CasADi's matrices of arrays takes much longer than a run.
+    states, output = np.empty((padded, len(start))), np.empty(padded)
     buffer, run = _block_of(step, get_ident())
     if gains is not None:
         same = np.tile(gains, _BLOCK)
@@ -427,16 +415,17 @@ def _run(
     for first in range(0, padded, _BLOCK):
         part = slice(first, first + _BLOCK)
         buffer.set_arg(0, carried.data)
-        for i, values in enumerate(columns):
-            buffer.set_arg(1 + i, values[part].data)
+        for i, values in enumerate(columns, 1):
+            buffer.set_arg(i, values[part].data)
         buffer.set_res(0, states[part].data)
-        buffer.set_res(1, rows[part].data)
+        buffer.set_res(1, output[part].data)
         run()
         carried = states[part][-1]
-    return states[:count], rows[:count]
+    return states[:count], output[:count]
 
 
-# One law runs along many records many times; to make such a function takes as long as some runs.
+# One law runs along many records many times; to make such a function takes as long as some runs,
+# and one of a whole record as long as many.
 @lru_cache(maxsize=64)
 def _block_of(step: Any, _thread: int) -> tuple[Any, Callable[[], None]]:
     """Places of arguments and results, and what runs a law over a block of evaluations.
@@ -446,6 +435,7 @@ def _block_of(step: Any, _thread: int) -> tuple[Any, Callable[[], None]]:
     last = step.n_in() - 1
     state = step.name_out().index("next_state")
     one = step.slice("law", [last, *range(last)], [state, 1 - state])  # the memory comes first
+    # To make CasADi's matrices of arrays takes much longer than a run.
     buffer, run = one.mapaccum(_BLOCK).expand().buffer()
     return buffer, run
 

@@ -328,14 +328,14 @@ class LawByGains:
         return [*self.along.law.gains, *self.added]
 
     @cached_property
-    def _jacobian(self) -> tuple[Array, Array]:
-        """Of the output by each gain, (N, g), and by each memory at the start, (N, m)."""
-        return self.along.jacobian(self.point)
+    def _slopes(self) -> Array:
+        """Of the output by each gain, (N, g)."""
+        return self.along.jacobian_by_gain(self.point)
 
     @cached_property
     def _columns(self) -> Array:
         """Slopes of what is compared by each gain and what was added, (n, k)."""
-        every = map(self.compared, (*self._jacobian[0].T, *self.added.values()))
+        every = map(self.compared, (*self._slopes.T, *self.added.values()))
         return self._besides_start(np.column_stack([*every]))
 
     def covariance(self, names: Sequence[str]) -> Array:
@@ -359,7 +359,7 @@ class LawByGains:
         free, columns = [self._names.index(name) for name in names], self._columns
         shown = columns
         if self.possible and not vague:
-            rough = self.possible[0].jacobian(self.point)[0] - self._jacobian[0]
+            rough = self.possible[0].jacobian_by_gain(self.point) - self._slopes
             noise = np.zeros(len(columns.T))
             noise[: len(rough.T)] = [np.linalg.norm(self.compared(each)) for each in rough.T]
             least = MAX_ROUNDED_SHARE.value * np.linalg.norm(columns, axis=0)
@@ -392,7 +392,7 @@ class LawByGains:
 
     def _besides_start(self, columns: Array) -> Array:
         """Columns without what another start of the memory explains."""
-        by_start = map(self.compared, self._jacobian[1].T)
+        by_start = map(self.compared, self.along.jacobian_by_start(self.point).T)
         starts = np.column_stack([np.empty((len(columns), 0)), *by_start])
         sizes = np.linalg.norm(starts, axis=0)
         unit = starts[:, sizes > 0] / sizes[sizes > 0]
