@@ -131,6 +131,8 @@ def _of_user(term: Term, make: Callable[..., Array], *arguments: Any) -> Array:
     try:
         with np.errstate(all="ignore"):
             return np.atleast_1d(np.asarray(make(*arguments), dtype=float))
+    except MemoryError:
+        raise
     except Exception as error:
         said = f"{type(error).__name__}: {error}".rstrip(": ")
         raise EstimationError(
@@ -147,7 +149,7 @@ def _columns(term: Term, most: int, along: Along, places: Array) -> Array:
     if not (is_block and found.size and found.shape[2] <= most and finite):
         raise EstimationError(
             f"the columns of the candidate {quoted(term.kind)} have the shape {found.shape}"
-            f"{', and are not all finite' * (not finite)}; give finite ones of {rows} rows, "
+            f"{', and are not all below {_HUGE:g}' * (not finite)}; give such ones of {rows} rows, "
             f"{len(places)} places and one or a few of each, {most} at most, as "
             "motion.reduce(force)[:, None, None] for a force without places.",
             code="candidate",

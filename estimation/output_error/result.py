@@ -296,16 +296,21 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         if axis.axis.states:
             return Missing("friction that remembers has no rows in which that could be looked for")
         data = bound_record(axis, self.records[number], Prefilter())
-        into = self.form.of_model.record_jacobian(number)
-        chosen = set(self.searched) - self.prior.keys()
-        names = [q.name for q in self.form.of_model.physical_quantities]
-        free = np.flatnonzero(into[:, [name in chosen for name in names]].any(axis=1)).tolist()
+        model, searched = self.form.of_model, set(self.searched) - self.prior.keys()
+        joint = self.physical[: len(model.physical_quantities)]
+        slopes = np.zeros((len(axis.parameters), len(self.physical)))  # of the record's parameters
+        slopes[:, : len(joint)] = model.record_jacobian(number) @ np.linalg.inv(
+            model.physical(model.regressed(joint))[1]
+        )
+        free = np.flatnonzero(slopes[:, [n in searched for n in self.names]].any(axis=1)).tolist()
         chain = None if isinstance(loops, Missing) else loops.chain
-        physical = self.form.own(self.physical, number)
-        scores = scores_of(data.by_position or data, physical, chain, free)
-        found = [self.parameters[n].interval if n in self.parameters else (0, 0) for n in names]
-        width = np.ptp(found, axis=1) / 2
-        half = [float(np.abs(row[row != 0]) @ width[row != 0]) or math.inf for row in into]
+        own = self.form.own(self.physical, number)
+        scores = scores_of(data.by_position or data, own, chain, free)
+        half = [
+            float(np.ptp(value.interval)) / 2 or math.inf
+            for q, row in zip(axis.parameters, slopes, strict=True)
+            for value in self.distribution(()).through((q,), joint[:1], row[None]).values.values()
+        ]
         return find_misspecification(scores, np.array(half), len(self.records), self.levels)
 
     @cached_property

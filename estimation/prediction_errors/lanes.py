@@ -232,7 +232,7 @@ class PredictionErrors(ABC):
         if least_sizes(self._form).any():
             return ()
         found = []
-        for each, rows in zip(self.stretches, chain(*self.spans), strict=False):
+        for each, rows in zip(self.stretches, chain(*self.spans), strict=bool(self.stretches)):
             if not each.inputs.start.velocity:
                 continue
             record, (at, own) = self._records[each.record], self._at(each, physical)
@@ -253,7 +253,7 @@ class PredictionErrors(ABC):
         None where nothing is taken from the controls of the records.
         """
         columns = [np.zeros((len(self.measured), 0))]
-        for each, rows in zip(self.stretches, chain(*self.spans), strict=False):
+        for each, rows in zip(self.stretches, chain(*self.spans), strict=bool(self.stretches)):
             at, own = self._at(each, physical)
             root = memory_deviations(at.axis, self._records[each.record])[each.segment]
             if not len(root):

@@ -341,10 +341,11 @@ class Record(Presentable, Exact):
         return replace(self, **{"sampled": None, **roles, **changed})
 
     def with_values(self, **columns: Array) -> "Record":
-        """The same samples of a twin: values of columns that are there, which alone are checked."""
+        """The same samples of a twin: other values of some columns, which alone are checked."""
         changed, name = object.__new__(type(self)), self._name()
         settle(changed, **{each.name: getattr(self, each.name) for each in fields(self)})
         settle(changed, **{r: checked_column(name, r, values) for r, values in columns.items()})
+        check_lengths(name, changed.channels())
         return changed
 
     @property

@@ -261,6 +261,8 @@ def put_out(
 ) -> None:
     """Put out a result every way that is asked for; one that fails costs none of the others.
 
+    It is printed last, when nothing can be lost any more by who reads it.
+
     Parameters
     ----------
     json_file : str or None
@@ -280,16 +282,20 @@ def put_out(
     written: Way = (json_file, lambda file: write_output(file, json_text(document())))
     shown: Way = (None if json_file == "-" else "", lambda _: show())
     made, refused = list[object](), list[Exception]()
-    for place, put in (written, shown, *ways):
+    for place, put in (written, *ways, shown):
         if place is not None:
             try:
                 made += put(place) or ()
             except (AxisidError, OSError) as error:
                 refused.append(error)
-    for path in made:
-        click.echo(f"wrote {path}", err=json_file == "-")
-    if refused:
-        raise refused[0]
+    try:
+        for path in made:
+            click.echo(f"wrote {path}", err=json_file == "-")
+        for further in refused[1:]:
+            click.echo(f"axisid: {further}", err=True)
+    finally:
+        if refused:
+            raise refused[0]
 
 
 def print_result(result: "Presentable | stages.Fleet | stages.Trend") -> None:
