@@ -67,9 +67,19 @@ def null_space(
     slopes = [[total.diff(ring.from_sympy(p)) for p in free] for total in sums]
     if math.prod(map(len, sums)) <= _MOST_PRODUCTS:
         return tuple(_kernel(slopes, free, ring))
-    point = [QQ(x.p, x.q) for x in generic_points(parameters)[0].values()]
-    numbers = [[Fraction(str(slope(*point))) for slope in row] for row in slopes]
+    point = [Fraction(x.p, x.q) for x in generic_points(parameters)[0].values()]
+    numbers = [[_at(slope, point) for slope in row] for row in slopes]
     return _null_space_of_numbers(*reduced_rows(numbers), free)
+
+
+def _at(polynomial: PolyElement, point: Sequence[Fraction]) -> Fraction:
+    """The value of a polynomial at a point; SymPy's own makes a ring for each symbol it drops."""
+    terms = (
+        Fraction(int(weight.numerator), int(weight.denominator))
+        * math.prod(x**e for x, e in zip(point, powers, strict=True) if e)
+        for powers, weight in polynomial.terms()
+    )
+    return sum(terms, Fraction(0))
 
 
 def _kernel(
