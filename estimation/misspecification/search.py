@@ -149,8 +149,8 @@ def _columns(term: Term, most: int, along: Along, places: Array) -> Array:
     if not (is_block and found.size and found.shape[2] <= most and finite):
         raise EstimationError(
             f"the columns of the candidate {quoted(term.kind)} have the shape {found.shape}"
-            f"{', and are not all below {_HUGE:g}' * (not finite)}; give such ones of {rows} rows, "
-            f"{len(places)} places and one or a few of each, {most} at most, as "
+            f"{f', and are not all below {_HUGE:g}' * (not finite)}; give such ones of {rows} "
+            f"rows, {len(places)} places and one or a few of each, {most} at most, as "
             "motion.reduce(force)[:, None, None] for a force without places.",
             code="candidate",
         )

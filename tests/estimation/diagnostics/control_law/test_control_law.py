@@ -24,10 +24,7 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
-from axisid.control import (
-    BALANCED,
-    gain,
-)
+from axisid.control import BALANCED, cascade_p_pi, gain
 from axisid.estimation import LawAgreement, Repairs, law_agreement
 from axisid.estimation.diagnostics.control_law.law_faults import position_zero
 from axisid.modeling.control_laws.cascades import CASCADES
@@ -385,6 +382,18 @@ def test_a_right_law_passes(name: str) -> None:
     if name in (P_PI, BACK):
         assert (np.abs(_record(name, 3.2).control) == 3.2).mean() > 0.01
         assert _checked(name, {}, 3.2).passed, "where its drive saturates"
+
+
+def test_a_gain_that_is_off_is_told_of_a_law_with_one_memory() -> None:
+    def axis(kv: float) -> GeneratedAxis:
+        law = cascade_p_pi(
+            kp=60.0, kv=kv, tn=0.03, period=1e-3, velocity="ideal", anti_windup="clamping"
+        )
+        return build(replace(load_axis("emps2015"), control=law), native=False)
+
+    check = law_agreement(axis(291.6), twin_record(axis(243.0)))
+    assert isinstance(check, LawAgreement)
+    assert check.factors == pytest.approx({"kp": 1.0, "kv": 1 / 1.2, "tn": 1.0}, rel=1e-3)
 
 
 GAINS = [
