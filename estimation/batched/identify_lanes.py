@@ -87,6 +87,7 @@ def identify_lanes(
     values, iterations = np.full(shape, np.nan), np.zeros(len(lanes), dtype=np.int64)
     deviations, freedom = ({name: np.full(shape, np.nan) for name in COVARIANCES} for _ in range(2))
     how, errors = [SIDE_BY_SIDE] * len(lanes), dict[int, str]()
+    covariances = [covariance_of(name, lags) for name in COVARIANCES]
     served = not (settings or lanes.resolution) and is_served(generated, lanes.period, method)
     for first in range(0, len(lanes), _BLOCK):
         part = lanes.part(slice(first, first + _BLOCK))
@@ -96,7 +97,7 @@ def identify_lanes(
                 solution, iterations[lane] = fits[place]
                 values[lane] = solution.theta
                 with np.errstate(all="ignore"):
-                    applied = [covariance_of(name, lags).applied(solution) for name in COVARIANCES]
+                    applied = [covariance.applied(solution) for covariance in covariances]
                 spread = [(each.matrix, each.freedom) for each in applied]
             else:
                 how[lane], chosen = ALONE, {"lags": lags, "bootstrap": 0, **settings}
