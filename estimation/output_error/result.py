@@ -306,10 +306,11 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         chain = None if isinstance(loops, Missing) else loops.chain
         own = self.form.own(self.physical, number)
         scores = scores_of(data.by_position or data, own, chain, free)
-        half = [
+        told = self.distribution(self.at_bound)
+        half = [  # one by one, as what nothing shows of one tells nothing of another
             float(np.ptp(value.interval)) / 2 or math.inf
             for q, row in zip(axis.parameters, slopes, strict=True)
-            for value in self.distribution(()).through((q,), joint[:1], row[None]).values.values()
+            for value in told.through((q,), joint[:1], row[None]).values.values()
         ]
         return find_misspecification(scores, np.array(half), len(self.records), self.levels)
 
