@@ -81,10 +81,10 @@ def test_every_parameter_has_a_row_with_what_was_asked_of_it(
     assert [row[-1] for row in rows.values()] == [
         "known 100 +- 1",
         "fixed",
-        "at its upper bound [2]",
+        "at its upper bound",
     ]
     assert [rows[name][3] for name in ("Fv", "Fc")] == ["-", "-"]
-    assert str(rows["Fc"][5]).endswith(" to 20")
+    assert float(str(rows["Fc"][4]).split(" to ")[1]) == 20
 
 
 @pytest.mark.parametrize("output", ["control", "position"])
@@ -94,5 +94,5 @@ def test_values_have_the_digits_of_their_deviations(
     result = fit(emps2015, twin, output)
     row = _table(output_fit_document(result)).rows[0]
     assert not isinstance(row[2], QuantityCell)
-    assert float(str(row[2])) == pytest.approx(result["M"].value, abs=1e-4)
-    assert float(str(row[3])) == pytest.approx(result["M"].deviation, abs=1e-4)
+    assert float(str(row[2])) == pytest.approx(result["M"].value, abs=result["M"].deviation / 10)
+    assert float(str(row[3])) == pytest.approx(result["M"].deviation, rel=0.05)

@@ -13,7 +13,6 @@ from axisid.presentation.documents import (
     Cell,
     Document,
     Heading,
-    Notes,
     Paragraph,
     QuantityCell,
     Sentence,
@@ -23,24 +22,23 @@ from axisid.presentation.documents import (
     text_columns,
     text_table,
 )
-from axisid.presentation.formulas import figure_text
+from axisid.presentation.formulas import decimals, figure_text
 from axisid.presentation.result_files import SavedOutputFit, written_output_fit
-from axisid.support.errors import Missing, range_text
+from axisid.support.errors import Missing
 
-from .estimate import quantity
 from .identification import verdict_block
 from .record import local_notes, record_facts, records_facts, set_aside_facts
 
-#: What each covariance is, for notes.
+#: What deviations are by each covariance.
 _COVARIANCES = {
-    "coloured": "errors follow an autoregression, of each record its own; sandwich",
-    "iid": "independent errors",
-    "bootstrap": "as twins with the records' noise scatter",
+    "coloured": "of errors that follow an autoregression",
+    "iid": "of independent errors",
+    "bootstrap": "as twins of the records scatter",
 }
 
 
 def output_fit_document(fit: OutputFit) -> Document:
-    """Heading, parameters, what is left of each record, the verdict and notes."""
+    """Heading, parameters, what is left of each record, the verdict and remarks."""
     return saved_fit_document(
         SavedOutputFit.of("", written_output_fit(fit)), declared=fit.axis.declared
     )
@@ -51,13 +49,13 @@ def saved_fit_document(fit: SavedOutputFit, *, declared: Axis | None = None) -> 
     return (
         _heading(fit, declared),
         text_table(
-            ["", "unit", "value", "sd [1]", "rel. sd", "95 % interval", "start", "remark"],
+            ["", "unit", "value", "sd", "95 % interval", "start", "remark"],
             (_row(fit, name) for name in fit.names),
             labels=2,
         ),
         _errors(fit),
         verdict_block(fit.checks),
-        Notes(tuple(_notes(fit))),
+        paragraph(*_remarks(fit)),
     )
 
 
@@ -74,7 +72,8 @@ def _heading(fit: SavedOutputFit, declared: Axis | None) -> Heading:
         if declared
         else ", ".join(f"{name} = {value:g}" for name, value in written.left_out.items()),
         **records_facts(fit.records, known, units),
-        "output": "; ".join(f"{name}, {OUTPUTS[name]}" for name in fit.outputs),
+        "output": "; ".join(f"{name}, {OUTPUTS[name]}" for name in fit.outputs)
+        + (f" of {written.horizon:g} s" if written.horizon else ""),
         "loss": "" if written.loss == SQUARES else f"{written.loss}, {LOSSES[written.loss]}",
         "start": f"{written.started}, {len(written.iterations)} steps",
     }
@@ -83,16 +82,16 @@ def _heading(fit: SavedOutputFit, declared: Axis | None) -> Heading:
 
 def _row(fit: SavedOutputFit, name: str) -> tuple[Cell, ...]:
     value, written = fit[name], fit.document.parameters[name]
-    known, told = written.prior, value.deviation < math.inf
-    shown = quantity(value) if told else QuantityCell(f"{value.value:.6g}", "inf", ("-", ""))
-    sd, relative = shown.deviation, shown.more[0]
-    interval = range_text(*value.interval, " to ", digits=6)
+    known, is_told = written.prior, 0 < value.deviation < math.inf
+    digits = decimals(value.deviation if is_told else 1e-4 * abs(value.value))
+    shown, sd, start = (f"{x:.{digits}f}" for x in (value.value, value.deviation, written.start))
+    interval = " to ".join(f"{end:.{digits}f}" for end in value.interval)
     remark = f"known {known.value:g} +- {known.sd:g}" if known else ""
     if written.fixed:
-        sd, relative, interval, remark = "-", "-", "-", "fixed"
+        sd, interval, remark = "-", "-", "fixed"
     elif written.at_bound is not None:
-        sd, relative, remark = "-", "-", f"at its {written.at_bound} bound [2]"
-    return name, value.unit, shown.value, sd, relative, interval, f"{written.start:.6g}", remark
+        sd, remark = "-", f"at its {written.at_bound} bound"
+    return name, value.unit, shown, sd, interval, start, remark
 
 
 def _errors(fit: SavedOutputFit) -> TableBlock:
@@ -103,56 +102,29 @@ def _errors(fit: SavedOutputFit) -> TableBlock:
             *(("", "output") if several and count > 1 else ("left of",)),
             "samples",
             *(("error", "unit") if count > 1 else (f"error {fit.document.unit}",)),
-            *("error %", "order [1]"),
+            "error %",
         ),
         (
             (
                 *((of_record[place // count],) if several else ()),
                 *((each.output or fit.output,) if count > 1 or not several else ()),
                 str(each.rows),
-                f"{each.error:.5g}",
+                f"{each.error:.3g}",
                 *((each.unit,) if count > 1 else ()),
-                f"{each.percent:.4f}",
-                str(each.order),
+                f"{each.percent:.3g}",
             )
             for place, each in enumerate(fit.document.record_errors)
         ),
     )
 
 
-def _notes(fit: SavedOutputFit) -> Iterator[str]:
-    written, first = fit.document, fit[fit.names[0]]
-    chosen = written.chosen_covariance
-    size = f"{written.encoder_step:.3g} {written.position_unit}"
-    steps = f"; what simulated loops with an encoder's steps of {size} scatter, where that is more"
-    others = "; ".join(f"{n} ({_COVARIANCES[n]})" for n in first.deviations if n != chosen)
-    yield (
-        f"Standard deviations: {_COVARIANCES[chosen]}; order by Akaike's criterion, up to "
-        f"0.1 s{steps * bool(written.encoder_step)}. Others in JSON: {others}."
-    )
-    if any(each.at_bound for each in written.parameters.values()):
-        yield (
-            "At a bound the interval is one-sided: of a normal distribution about what the errors "
-            "alone would give, cut off there. The others' deviations are those without the bound."
-        )
-    if len(fit.outputs) > 1:
-        yield (
-            "Outputs count by the inverse of what is left of each, or as asked; an autoregression "
-            "of them all has what their errors have in common."
-        )
-    yield (
-        f"Position under the recorded control less the recorded one, in windows of "
-        f"{written.horizon:g} s. Each has a first position and velocity of its own, which are "
-        "fitted with the parameters; percent are of the way from there."
-        if written.horizon
-        else f"Simulated less recorded {fit.output} at every sample that is measured and counts; "
-        "no filter, no decimation. The loop starts as the record does."
-    )
+def _remarks(fit: SavedOutputFit) -> Iterator[str]:
+    written = fit.document
     yield from local_notes(fit.local)
     # Instruments and least squares may be refused for one reason.
     said = dict.fromkeys(written.remarks)
     yield from (f"It starts from {written.started} values: {each}" for each in said)
-    yield f"Generated code {written.signature[:12]}."
+    yield f"sd {_COVARIANCES[written.chosen_covariance]}."
 
 
 _MOST = 8  # laws that are listed
