@@ -14,4 +14,4 @@ from .ledger import (
     read_ledger as read_ledger,
     strays as strays,
 )
-from .result import Fleet as Fleet, Reported as Reported
+from .result import Fleet as Fleet

@@ -21,14 +21,13 @@ from axisid.presentation.documents import (
     Heading,
     TableBlock,
     paragraph,
-    plain_text,
     text_columns,
 )
-from axisid.presentation.html import blocks_html
 from axisid.presentation.result_files import schema_of
 from axisid.support.errors import Missing, UsageError, first_of, is_among, quoted
 from axisid.support.files import csv_text, write_file
 from axisid.support.mappings import grouped
+from axisid.support.presentable import Shown
 
 from .ledger import FleetRow, FleetValue
 from .outliers import AxisGroup, Outlier, groups_of
@@ -164,27 +163,8 @@ def _more(count: int, shown: int = _MOST_SHOWN) -> tuple[str, ...]:
     return (f"and {left} more, which the table of the fleet has.",) if left > 0 else ()
 
 
-class Reported(Checked):
-    """What is shown as a document of blocks: as text, and in notebooks."""
-
-    def document(self) -> Document:
-        """What there is to say, in blocks."""
-        raise NotImplementedError
-
-    def summary(self) -> str:
-        """The same as text."""
-        return plain_text(self.document())
-
-    def __str__(self) -> str:
-        return self.summary()
-
-    def _repr_html_(self) -> str:
-        """For notebooks."""
-        return blocks_html(self.document())
-
-
 @dataclass(frozen=True, kw_only=True)
-class Fleet(Reported):
+class Fleet(Checked, Shown):
     """What became of the logs of a fleet.
 
     Attributes
@@ -254,7 +234,7 @@ class Fleet(Reported):
         )
 
     def document(self) -> Document:
-        """The same in blocks."""
+        """What there is to say, in blocks."""
         return fleet_document(self.folder, self.rows, self.groups, self.notes)
 
     def write(self, file: str | Path | None = None) -> Path:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from importlib.util import find_spec
 from inspect import signature
-from operator import attrgetter
+from operator import attrgetter, methodcaller
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -76,7 +76,7 @@ from axisid.presentation.text import (
 )
 from axisid.support.errors import Missing, UsageError, is_among, is_nothing, quoted
 from axisid.support.files import json_text, write_file
-from axisid.support.presentable import Presentable
+from axisid.support.presentable import Presentable, Shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -90,31 +90,31 @@ class _View(NamedTuple):
     """How results of a type look: in blocks, as plain data, as a dataframe, in figures."""
 
     document: Callable[..., Document]
-    written: Callable[..., Any]
+    written: Callable[..., Any] = lambda result: result
     columns: Callable[[Any], list[_Row] | Mapping[str, Any]] | None = None
     figures: _Figures = MappingProxyType({})
 
 
-def as_blocks(result: Presentable, **how: Any) -> Document:
+def as_blocks(result: Shown, **how: Any) -> Document:
     """A result as a document of blocks, which text, terminals and HTML are rendered from.
 
     Parameters
     ----------
-    result : Presentable
+    result : Shown
     **how
         As the result's `summary` takes it.
     """
     return _view_of(result).document(result, **how)
 
 
-def as_text(result: Presentable, **how: Any) -> str:
+def as_text(result: Shown, **how: Any) -> str:
     """A result as plain text; of an estimate by itself one line."""
     if isinstance(result, (Estimate, SavedEstimate)):
         return repr(result)
     return plain_text(as_blocks(result, **how))
 
 
-def as_html(result: Presentable) -> str:
+def as_html(result: Shown) -> str:
     """A result for notebooks."""
     return blocks_html(as_blocks(result))
 
@@ -370,14 +370,10 @@ def _rows(*estimates: Estimate | SavedEstimate) -> list[_Row]:
     ]
 
 
-def _without_view(result: Presentable, **_: Any) -> Document:
-    raise UsageError(f"a {type(result).__name__} has no document and no plain data of its own.")
-
-
-def _view_of(result: Presentable) -> _View:
-    """The row of its type."""
+def _view_of(result: Shown) -> _View:
+    """The row of its type; a result that has none makes its document itself."""
     kinds = (_VIEWS[kind] for kind in type(result).__mro__ if kind in _VIEWS)
-    return next(kinds, _View(_without_view, _without_view))
+    return next(kinds, _View(methodcaller("document")))
 
 
 _OF_ESTIMATE: _Figures = {
@@ -438,13 +434,13 @@ _VIEWS: Mapping[type, _View] = {
     ),
     SavedOutputFit: _View(saved_fit_document, _as_read),
     FitValidation: _View(fit_validation_document, written_fit_validation),
-    SavedFitValidation: _View(fit_validation_document, lambda result: result),
+    SavedFitValidation: _View(fit_validation_document),
     MonteCarlo: _View(
         lambda study: study_document(written_study(study)),
         written_study,
         run_columns,
         {name: partial(monte_carlo_plot, name=name) for name in PLOTS},
     ),
-    SavedMonteCarlo: _View(study_document, lambda result: result),
-    ResultComparison: _View(result_comparison_document, lambda result: result),
+    SavedMonteCarlo: _View(study_document),
+    ResultComparison: _View(result_comparison_document),
 }

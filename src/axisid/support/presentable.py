@@ -9,10 +9,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Presentable:
-    """A result that can be looked at: as text, as plain data, in a figure, in a notebook.
+class Shown:
+    """A result that can be looked at: as text and in a notebook.
 
-    What it looks like is the affair of `axisid.presentation`, which is imported when it is asked.
+    What it looks like is the affair of `axisid.presentation`, which is imported when it is asked;
+    a result that it does not know has a `document` of its own.
     """
 
     __slots__ = ()
@@ -23,6 +24,16 @@ class Presentable:
 
     def __str__(self) -> str:
         return self.summary()
+
+    def _repr_html_(self) -> str:
+        """For notebooks."""
+        return str(view_of("as_html", self))
+
+
+class Presentable(Shown):
+    """A result that can be looked at as plain data and in a figure too."""
+
+    __slots__ = ()
 
     def to_dict(self) -> dict[str, Any]:
         """What ``--json`` writes: plain numbers, texts and lists."""
@@ -81,10 +92,6 @@ class Presentable:
             The result has no table of numbers, or there is no such library.
         """
         return view_of("as_frame", self, library=library)
-
-    def _repr_html_(self) -> str:
-        """For notebooks."""
-        return str(view_of("as_html", self))
 
 
 def view_of(view: str, result: object, *what: Any, **how: Any) -> Any:

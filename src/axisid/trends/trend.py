@@ -6,12 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from axisid.estimation.diagnostic_checks import Check
-from axisid.fleets import FleetRow, Reported
+from axisid.estimation.diagnostic_checks import Check, Checked
+from axisid.fleets import FleetRow
 from axisid.presentation.documents import Document
 from axisid.support.errors import DataError, Missing, UsageError, quoted
 from axisid.support.files import csv_text, json_text, write_file
 from axisid.support.mappings import grouped
+from axisid.support.presentable import Shown
 
 from .document import trend_document, trend_page
 from .gathering import Saved, place_of, points_of
@@ -74,7 +75,7 @@ def _chart_dict(chart: Chart) -> dict[str, object]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Trend(Reported):
+class Trend(Checked, Shown):
     """Series of results, each of one axis.
 
     Attributes

@@ -19,7 +19,7 @@ from axisid.presentation.console import print_document
 from axisid.support.errors import AxisidError
 from axisid.support.files import axis_file, json_text, write_file
 from axisid.support.output_kind import kinds_of
-from axisid.support.presentable import Presentable
+from axisid.support.presentable import Presentable, Shown
 
 from . import stages
 
@@ -298,8 +298,6 @@ def put_out(
             raise refused[0]
 
 
-def print_result(result: "Presentable | stages.Fleet | stages.Trend") -> None:
+def print_result(result: Shown) -> None:
     """Print a result as its summary, dressed on a terminal."""
-    print_document(
-        stages.as_blocks(result) if isinstance(result, Presentable) else result.document()
-    )
+    print_document(stages.as_blocks(result))

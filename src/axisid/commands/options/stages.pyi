@@ -46,7 +46,6 @@ from axisid.estimation.signals import FilteredRecord as FilteredRecord, Prefilte
 from axisid.estimation.simulation import twin_record as twin_record
 from axisid.exports.export import export as export
 from axisid.fleets import (
-    Fleet as Fleet,
     fleet as fleet,
     gather_items as gather_items,
     written_files as written_files,
