@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -25,7 +26,7 @@ from axisid.presentation.documents import (
 )
 from axisid.presentation.result_files import schema_of
 from axisid.support.errors import Missing, UsageError, first_of, is_among, quoted
-from axisid.support.files import csv_text, write_file
+from axisid.support.files import csv_text, write_by_ending
 from axisid.support.mappings import grouped
 from axisid.support.presentable import Shown
 
@@ -259,31 +260,28 @@ class Fleet(Checked, Shown):
         default = Path(self.folder, TABLES[find_spec("pyarrow") is None])
         place = default if file is None else Path(file)
         columns, units = columns_of(self.rows, self.outliers)
-        content: str | bytes
-        if place.suffix == ".parquet":
-            content = parquet_bytes(columns, units, {"axisid": schema_of(FleetRow)}, place)
-        elif place.suffix == ".csv":
-            # The name of a condition may have its unit already.
-            heads = [
-                f"{name} [{units[name]}]" if name in units and name[-1] not in "])" else name
-                for name in columns
-            ]
-            content = csv_text([heads, *zip(*columns.values(), strict=True)])
-        elif place.suffix == ".npz":
-            arrays = {
+        # The name of a condition may have its unit already.
+        heads = [
+            f"{name} [{units[name]}]" if name in units and name[-1] not in "])" else name
+            for name in columns
+        ]
+
+        def arrays() -> dict[str, Any]:
+            return {
                 name: np.array(["" if cell is None else cell for cell in cells])
                 if any(isinstance(cell, str) for cell in cells)
                 else np.array(cells, dtype=np.float64)
                 for name, cells in columns.items()
             }
-            content = npz_bytes({**arrays, UNITS_ENTRY: json.dumps(units)})
-        else:
-            raise UsageError(
-                f"the table is {quoted(str(place))}; give a name that ends in .parquet, .csv, "
-                ".npz.",
-                code="fleet",
-            )
-        return write_file(place, content)
+
+        writers: dict[str, Callable[[], str | bytes]] = {
+            ".parquet": lambda: parquet_bytes(
+                columns, units, {"axisid": schema_of(FleetRow)}, place
+            ),
+            ".csv": lambda: csv_text([heads, *zip(*columns.values(), strict=True)]),
+            ".npz": lambda: npz_bytes({**arrays(), UNITS_ENTRY: json.dumps(units)}),
+        }
+        return write_by_ending(place, writers, f"the table is {quoted(str(place))}", "fleet")
 
 
 def columns_of(

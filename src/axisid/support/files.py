@@ -11,7 +11,7 @@ import re
 import secrets
 import shutil
 import stat
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -107,6 +107,31 @@ def write_file(path: Path, content: str | bytes) -> Path:
     except OSError as error:
         raise UsageError(f"{path} cannot be written: {error.strerror}.", code="file") from error
     return path
+
+
+def write_by_ending(
+    path: Path, writers: Mapping[str, Callable[[], str | bytes]], refused: str, code: str
+) -> Path:
+    """Write what the ending of a file's name asks for as `write_file` does, and return its path.
+
+    Parameters
+    ----------
+    path : Path
+    writers : mapping of str to callable
+        What makes the content, by ending.
+    refused : str
+        What is said of another ending, before those that there are.
+    code : str
+        Of the refusal.
+
+    Raises
+    ------
+    UsageError
+        The ending is another one, or the file system refuses.
+    """
+    if path.suffix not in writers:
+        raise UsageError(f"{refused}; give a name that ends in {', '.join(writers)}.", code=code)
+    return write_file(path, writers[path.suffix]())
 
 
 @contextmanager

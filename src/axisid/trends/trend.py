@@ -1,6 +1,6 @@
 """Results over time, by axis and machine, as a table and as plain data."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,8 +9,8 @@ import numpy as np
 from axisid.estimation.diagnostic_checks import Check, Checked
 from axisid.fleets import FleetRow
 from axisid.presentation.documents import Document
-from axisid.support.errors import DataError, Missing, UsageError, quoted
-from axisid.support.files import csv_text, json_text, write_file
+from axisid.support.errors import DataError, Missing, quoted
+from axisid.support.files import csv_text, json_text, write_by_ending
 from axisid.support.mappings import grouped
 from axisid.support.presentable import Shown
 
@@ -146,19 +146,13 @@ class Trend(Checked, Shown):
         UsageError
             The ending is another one, or the place cannot be written to.
         """
-        path = Path(file)
-        writers: dict[str, Callable[[], str]] = {
+        writers = {
             ".csv": lambda: _csv(self.series),
             ".html": lambda: trend_page(self.series, self.by, self.document()),
             ".json": lambda: json_text(self.to_dict()),
         }
-        if path.suffix not in writers:
-            raise UsageError(
-                f"the trend cannot be written to {path}; give a name that ends in "
-                f"{', '.join(writers)}.",
-                code="trend",
-            )
-        return write_file(path, writers[path.suffix]())
+        refused = f"the trend cannot be written to {Path(file)}"
+        return write_by_ending(Path(file), writers, refused, "trend")
 
 
 def trend(
