@@ -326,7 +326,9 @@ def test_an_axis_file_that_changes_while_the_process_lives_is_read_anew(tmp_path
 
 
 def test_rows_are_read_in_the_order_of_their_last_lines_finite_or_not(tmp_path: Path) -> None:
-    odd = row_of("odd", np.array([np.nan, 200.0, 20.0]))
+    odd = msgspec.structs.replace(
+        row_of("odd", np.array([np.nan, 200.0, 20.0])), conditions={"room": math.nan}
+    )
     with ledger_of(tmp_path, anew=True) as ledger:
         for row in (row_of("a", CENTRE), odd, row_of("a", CENTRE + 1.0)):
             write_row(ledger, row)
@@ -335,6 +337,7 @@ def test_rows_are_read_in_the_order_of_their_last_lines_finite_or_not(tmp_path: 
     assert read_ledger(tmp_path)[1].endswith("(4)")
     assert list(rows) == ["odd", "a"]
     assert math.isnan(rows["odd"].parameters["M"].value)
+    assert rows["odd"].conditions == {"room": None}
     assert rows["a"].parameters["M"].value == CENTRE[0] + 1.0
     (tmp_path / LEDGER).write_text('{"schema": "axisid.fleet/1", "name": null}\n')
     with pytest.raises(DataError, match="line 1 is no row of a fleet"):

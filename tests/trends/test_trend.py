@@ -38,7 +38,7 @@ BEYOND = 5
 SCATTER = 0.6  # between results
 
 
-def point(**conditions: str | float) -> FleetRow:
+def point(**conditions: str | float | None) -> FleetRow:
     return FleetRow(name="r", log="", axis="a", status="ok", conditions=conditions)
 
 
@@ -120,7 +120,7 @@ def test_a_condition_orders_the_results(folder: Path, made: Trend) -> None:
     assert np.diff(made.series[0].places).tolist() == [1.0] * 19
     with pytest.raises(UsageError, match="what its 'age' is; it has date, run"):
         trend(few, by="age")
-    for place in (1e308, -1e308, 1e200):  # whose squares are no numbers
+    for place in (None, 1e308, -1e308, 1e200):  # no number, or their squares are none
         with refuses("trend"):
             place_of(point(run=place), "run")
 

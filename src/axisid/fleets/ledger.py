@@ -1,6 +1,5 @@
 """What a fleet has done, as it is done: a file of one line for each log."""
 
-import math
 from collections.abc import Container, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from itertools import chain
@@ -12,8 +11,9 @@ import msgspec
 from axisid.estimation.diagnostic_checks import Belief, Check, Checked, by_weight
 from axisid.estimation.estimates import Value
 from axisid.estimation.identification import Identification
-from axisid.presentation.result_files import JsonObject, Matrix, about
+from axisid.presentation.result_files import JsonObject, about
 from axisid.robust_statistics import LARGEST
+from axisid.support.arrays import MaybeNan, from_json
 from axisid.support.errors import DataError, first_of
 from axisid.support.output_kind import kinds_of
 
@@ -27,9 +27,9 @@ LEDGER = "fleet.jsonl"
 class FleetValue(JsonObject, frozen=True, kw_only=True):
     """A parameter of one result."""
 
-    value: Annotated[float, about("Less the bias of filter and noise, where that is known.")]
-    sd: Annotated[float, about("Of the chosen covariance.")]
-    interval_95: tuple[float, float]
+    value: Annotated[MaybeNan, about("Less the bias of filter and noise, where that is known.")]
+    sd: Annotated[MaybeNan, about("Of the chosen covariance.")]
+    interval_95: tuple[MaybeNan, MaybeNan]
     unit: str
 
 
@@ -69,7 +69,7 @@ class FleetRow(
     axis: str
     serial: str = ""
     columns: Mapping[str, str] = {}
-    conditions: Mapping[str, str | float] = {}
+    conditions: Mapping[str, str | float | None] = {}  # a number that is not finite is read as None
     status: Status
     reason: str = ""
     code: str = ""
@@ -77,7 +77,7 @@ class FleetRow(
     signature: str = ""
     method: str = ""
     parameters: Mapping[str, FleetValue] = {}
-    covariance: Matrix = ()
+    covariance: tuple[tuple[MaybeNan, ...], ...] = ()
     failing: tuple[str, ...] = ()
     doubt: str = ""
     seconds: float = 0.0
@@ -154,7 +154,7 @@ def read_ledger(folder: Path) -> tuple[dict[str, FleetRow], str]:
         if not line.strip():
             continue
         try:
-            row = msgspec.convert(_numbers(msgspec.json.decode(line)), FleetRow)
+            row = msgspec.convert(msgspec.json.decode(line), FleetRow, dec_hook=from_json)
         except msgspec.ValidationError as error:
             raise DataError(
                 f"{file}: line {number} is no row of a fleet ({error}); take it out, or identify "
@@ -177,15 +177,6 @@ def strays(folder: Path, names: Container[str]) -> list[str]:
         with suppress(OSError):
             found += [file.stem] * bool(kinds_of(file) & {"identify", "fit"})
     return found
-
-
-def _numbers(told: Any) -> Any:
-    """What is told, with a number in place of each null: JSON writes so what is not finite."""
-    if isinstance(told, dict):
-        return {name: _numbers(value) for name, value in told.items()}
-    if isinstance(told, list):
-        return [_numbers(value) for value in told]
-    return math.nan if told is None else told
 
 
 @contextmanager

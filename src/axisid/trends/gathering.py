@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from msgspec import structs
 from scipy.special import ndtri
@@ -74,8 +74,7 @@ def place_of(point: FleetRow, by: str) -> float:
     UsageError
         It has no such condition, or that is neither, or too large.
     """
-    told: Any = point.conditions.get(by)
-    if told is None:
+    if by not in point.conditions:
         known = ", ".join(point.conditions) or "none"
         raise UsageError(
             f"nothing says of {point.name} what its {quoted(by)} is; it has {known}. A fleet's "
@@ -83,14 +82,15 @@ def place_of(point: FleetRow, by: str) -> float:
             "that with them.",
             code="trend",
         )
+    told = point.conditions[by]
     if isinstance(told, str):
         try:
             date = datetime.fromisoformat(told)
             # Without a zone it is taken as UTC, so that a place does not depend on the machine.
             return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp() / _DAY
         except ValueError:
-            told = math.nan
-    if not abs(told) < LARGEST:
+            told = None
+    if told is None or not abs(told) < LARGEST:
         raise UsageError(
             f"the {by} of {point.name} is {quoted(point.conditions[by])}; give numbers below "
             f"{LARGEST:g}, or dates such as 2026-03-01.",
