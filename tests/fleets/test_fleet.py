@@ -33,7 +33,7 @@ from axisid import (
 )
 from axisid.estimation.monte_carlo import twin_of
 from axisid.fleets import Fleet, gather_items, read_ledger
-from axisid.fleets.ledger import LEDGER, FleetRow, ledger_of, write_row
+from axisid.fleets.ledger import LEDGER, FleetRow, write_rows
 from axisid.fleets.one_log import Settings, log_digest, result_file, row_for
 from axisid.fleets.result import columns_of
 from axisid.modeling.declaration import back_and_forth
@@ -329,9 +329,8 @@ def test_rows_are_read_in_the_order_of_their_last_lines_finite_or_not(tmp_path: 
     odd = msgspec.structs.replace(
         row_of("odd", np.array([np.nan, 200.0, 20.0])), conditions={"room": math.nan}
     )
-    with ledger_of(tmp_path, anew=True) as ledger:
-        for row in (row_of("a", CENTRE), odd, row_of("a", CENTRE + 1.0)):
-            write_row(ledger, row)
+    write_rows(tmp_path, [row_of("a", CENTRE), odd, row_of("a", CENTRE + 1.0)])
+    with (tmp_path / LEDGER).open("ab") as ledger:
         ledger.write(b'{"schema": "axisid.fle')  # cut off
     rows = read_ledger(tmp_path)[0]
     assert read_ledger(tmp_path)[1].endswith("(4)")
@@ -349,8 +348,27 @@ def test_a_ledger_goes_on_without_empty_lines_also_after_one_that_was_cut_off(
 ) -> None:
     for content in (b"", b"{}\n", b'{"a'):
         (tmp_path / LEDGER).write_bytes(content)
-        with ledger_of(tmp_path, anew=False) as ledger:
-            write_row(ledger, row_of("a", CENTRE))
+        write_rows(tmp_path, [row_of("a", CENTRE)])
         lines = (tmp_path / LEDGER).read_bytes().splitlines()
         assert b"" not in lines
         assert lines[-1].startswith(b'{"schema"')
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a limit of files")
+@pytest.mark.parametrize("before", [None, b"", b'{"a'])
+def test_a_row_without_room_is_refused_by_the_ledgers_name_and_leaves_nothing(
+    tmp_path: Path, before: bytes | None
+) -> None:
+    import resource
+
+    place = tmp_path / LEDGER
+    if before is not None:
+        place.write_bytes(before)
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, limits[1]))
+    try:
+        with pytest.raises(UsageError, match=LEDGER):
+            write_rows(tmp_path, [row_of("a", CENTRE)])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert [file.read_bytes() for file in tmp_path.iterdir()] == [before][before is None :]

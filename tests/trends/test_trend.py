@@ -26,7 +26,7 @@ from axisid import (
 )
 from axisid.estimation.monte_carlo import twin_of
 from axisid.fleets import FleetRow
-from axisid.fleets.ledger import ledger_of, write_row
+from axisid.fleets.ledger import write_rows
 from axisid.modeling.declaration import back_and_forth
 from axisid.support.errors import Missing
 from axisid.trends import Trend
@@ -49,16 +49,13 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     document = identify(axis, twin_record(axis), Prefilter(), ["idm-ls"]).to_dict()
     document["verdict"] = [{**check, "status": "pass"} for check in document["verdict"]]
     place, rng = tmp_path_factory.mktemp("results"), np.random.default_rng(1)
-    with ledger_of(place, anew=True) as ledger:
-        for i in range(20):
-            apart = {"M": 6.0 if i >= SHIFTED else 0.0, "Fc": 8.0 if i == BEYOND else 0.0}
-            made = _moved(document, {k: v + SCATTER * rng.normal() for k, v in apart.items()})
-            (place / f"r{i:02}.json").write_text(json.dumps(made))
-            conditions = {"date": f"2026-03-{i + 1:02}", "run": float(20 - i)}
-            row = point(**conditions)
-            write_row(
-                ledger, structs.replace(row, name=f"r{i:02}", log=f"r{i:02}.csv", axis="emps2015")
-            )
+    for i in range(20):
+        apart = {"M": 6.0 if i >= SHIFTED else 0.0, "Fc": 8.0 if i == BEYOND else 0.0}
+        made = _moved(document, {k: v + SCATTER * rng.normal() for k, v in apart.items()})
+        (place / f"r{i:02}.json").write_text(json.dumps(made))
+        row = point(date=f"2026-03-{i + 1:02}", run=float(20 - i))
+        named = structs.replace(row, name=f"r{i:02}", log=f"r{i:02}.csv", axis="emps2015")
+        write_rows(place, [named])
     (place / "other.json").write_text("{}")  # none of the fleet's
     return place
 

@@ -6,7 +6,6 @@ from concurrent.futures import Executor
 from contextlib import closing
 from functools import partial
 from inspect import Parameter, signature
-from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +32,7 @@ from axisid.support.jobs import Failure, run_jobs
 from axisid.support.progress import Progress
 
 from .items import FleetItem, gather_items
-from .ledger import LEDGER, FleetRow, ledger_of, read_ledger, strays, write_row
+from .ledger import LEDGER, FleetRow, read_ledger, strays, write_rows
 from .one_log import Settings, identify_log, log_digest, result_file, result_of, row_for
 from .result import TABLES, Fleet
 
@@ -213,24 +212,23 @@ def _work(
     made = run_jobs(
         partial(identify_log, settings), todo, total=len(todo), said="identifying logs", **how
     )
-    with kept_if_filled(Path(settings.folder)), closing(made):
+    folder = Path(settings.folder)
+    with kept_if_filled(folder), closing(made):
         told = ((todo[place], _row_of(todo[place], found)) for place, found in made)
         rows = (
             (row for _, row in told)
             if trusted
             else checked(told, len(todo), partial(result_of, settings))
         )
-        first = list(islice(rows, 1))  # what is refused leaves the ledger as it is
-        with ledger_of(Path(settings.folder), anew=not resume) as ledger:
-            for row in moved:
-                write_row(ledger, row)
-            for row in chain(first, rows):
-                result, log = result_file(settings.folder, row.name), Path(row.log)
-                is_log = log.exists() and result.exists() and result.samefile(log)
-                if not row.has_result and result.is_file() and not is_log:
-                    result.unlink()  # that of an earlier run
-                write_row(ledger, row)
-                yield row
+        if moved:
+            write_rows(folder, moved)
+        for number, row in enumerate(rows):  # what is refused has none, and leaves the ledger
+            result, log = result_file(settings.folder, row.name), Path(row.log)
+            is_log = log.exists() and result.exists() and result.samefile(log)
+            if not row.has_result and result.is_file() and not is_log:
+                result.unlink()  # that of an earlier run
+            write_rows(folder, [row], anew=not resume and number == 0)
+            yield row
 
 
 def _row_of(item: FleetItem, made: FleetRow | Failure) -> FleetRow:

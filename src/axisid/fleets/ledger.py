@@ -1,10 +1,11 @@
 """What a fleet has done, as it is done: a file of one line for each log."""
 
-from collections.abc import Container, Iterator, Mapping
-from contextlib import contextmanager, suppress
+import os
+from collections.abc import Container, Iterable, Mapping
+from contextlib import suppress
 from itertools import chain
 from pathlib import Path
-from typing import Annotated, Any, BinaryIO, Literal
+from typing import Annotated, Any, Literal
 
 import msgspec
 
@@ -14,7 +15,8 @@ from axisid.estimation.identification import Identification
 from axisid.presentation.result_files import JsonObject, about
 from axisid.robust_statistics import LARGEST
 from axisid.support.arrays import MaybeNan, from_json
-from axisid.support.errors import DataError, first_of
+from axisid.support.errors import DataError, UsageError, first_of
+from axisid.support.files import read_regular, write_file
 from axisid.support.output_kind import kinds_of
 
 _IN_RESULT = "see the result of the log"
@@ -147,7 +149,7 @@ def read_ledger(folder: Path) -> tuple[dict[str, FleetRow], str]:
     rows: dict[str, FleetRow] = {}
     broken: list[str] = []
     try:
-        content = file.read_bytes()
+        content = read_regular(file)
     except FileNotFoundError:
         return {}, ""
     for number, line in enumerate(content.splitlines(), 1):
@@ -179,19 +181,28 @@ def strays(folder: Path, names: Container[str]) -> list[str]:
     return found
 
 
-@contextmanager
-def ledger_of(folder: Path, *, anew: bool) -> Iterator[BinaryIO]:
-    """The ledger to write to, without what it held, or after that."""
-    folder.mkdir(parents=True, exist_ok=True)
+def write_rows(folder: Path, rows: Iterable[FleetRow], *, anew: bool = False) -> None:
+    """Add rows to the ledger of a folder, or to an empty one in its place: all of them, or none.
+
+    They are on their way to the disk when this returns, on lines of their own, also after one that
+    was cut off.
+
+    Raises
+    ------
+    UsageError
+        The file system refuses; the ledger is as it was.
+    """
     place = folder / LEDGER
-    cut = not anew and place.is_file() and place.read_bytes()[-1:] not in b"\n"
-    with place.open("wb" if anew else "ab") as file:
-        if cut:
-            file.write(b"\n")
-        yield file
-
-
-def write_row(file: BinaryIO, row: FleetRow) -> None:
-    """Add a row, which is on its way to the disk when this returns."""
-    file.write(msgspec.json.encode(row) + b"\n")
-    file.flush()
+    lines = b"".join(msgspec.json.encode(row) + b"\n" for row in rows)
+    if anew or not place.exists():
+        write_file(place, lines)
+        return
+    whole = place.stat().st_size
+    try:
+        with place.open("a+b") as file:
+            file.seek(max(whole - 1, 0))
+            file.write(lines if file.read() in b"\n" else b"\n" + lines)
+    except OSError as error:
+        with suppress(OSError):
+            os.truncate(place, whole)
+        raise UsageError(f"{place} cannot be written: {error.strerror}.", code="file") from error
