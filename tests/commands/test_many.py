@@ -133,6 +133,22 @@ def test_ctrl_c_ends_with_a_sentence_and_keeps_what_is_done(
         assert len(arrays["run"]) == 32
 
 
+@pytest.mark.usefixtures("here")
+@pytest.mark.parametrize("is_there", [True, False])
+def test_ctrl_c_tells_of_a_folder_that_is_there(
+    run: Run, monkeypatch: pytest.MonkeyPatch, is_there: bool
+) -> None:
+    def interrupted(*_: Any, **__: Any) -> None:
+        if is_there:
+            Path("results").mkdir()
+        raise KeyboardInterrupt
+
+    Path("a.csv").write_text("time,position\n")
+    monkeypatch.setattr(command.stages, "fleet", interrupted)
+    code, _, err = run("fleet", "a.csv", "--axis", AXIS)
+    assert (code, "is in results" in err) == (130, is_there)
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

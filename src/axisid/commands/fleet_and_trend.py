@@ -126,7 +126,9 @@ def fleet(
                 loss=loss,
             )
     except KeyboardInterrupt:
-        click.echo(f"axisid: what is done is in {output}; --resume goes on from there", err=True)
+        if output.exists():  # which it does not before a log is done
+            done = f"what is done is in {output}; --resume goes on from there"
+            click.echo(f"axisid: {done}", err=True)
         raise
     print_result(result)
     click.echo(f"wrote {result.write()}")
