@@ -116,6 +116,12 @@ _ROWS: tuple[tuple[str, tuple[object, ...], int, str], ...] = (
     ("a log that is a socket", (*_IDENTIFY, _made("s.csv", _bind)), 3, "a socket"),
     ("a log that is a folder", (*_IDENTIFY, "."), 3, "but a folder"),
     ("a second record that is a pipe", (*_IDENTIFY, "--validate", _pipe("p.csv")), 3, "a pipe"),
+    (
+        "a ledger that is a pipe",
+        ("fleet", write_log, "--axis", "emps2015", _there(_pipe("results/fleet.jsonl"))),
+        2,
+        "results/fleet.jsonl cannot be used: no regular file",
+    ),
     ("a result that is a pipe", (*_COMPARE, _pipe("p.json"), _RESULT), 3, "it is a pipe"),
     ("a result that is a device", (*_COMPARE, "/dev/zero", _RESULT), 3, "it is a pipe, a device"),
     ("a result that is a socket", (*_COMPARE, _made("s", _bind), _RESULT), 3, "a socket"),

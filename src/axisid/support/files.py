@@ -32,7 +32,7 @@ def opened_regular(path: Path) -> Iterator[io.BufferedReader]:
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
     try:
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-            raise OSError(errno.EINVAL, "no regular file")
+            raise OSError(errno.EINVAL, "no regular file", str(path))
         with open(descriptor, "rb", closefd=False) as file:
             yield file
     finally:
