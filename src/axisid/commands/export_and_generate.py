@@ -8,6 +8,7 @@ import click
 from axisid.commands.options import (
     Command,
     Target,
+    check_folder,
     check_replaced,
     check_targets,
     complete_axis,
@@ -107,13 +108,13 @@ def export(
 )
 @click.option(
     "--output",
-    type=click.Path(file_okay=False, path_type=Path),
+    metavar="DIR",
     default="generated",
     show_default=True,
     help="Folder of the generated code.",
 )
 @force_option
-def generate(axes: tuple[str, ...], check: bool, output: Path, force: bool) -> None:
+def generate(axes: tuple[str, ...], check: bool, output: str, force: bool) -> None:
     """Rewrite the generated code of AXES, by default of the whole library.
 
     Each axis gets a folder with its CasADi functions, its equations and a manifest. AXES are names
@@ -129,11 +130,12 @@ def generate(axes: tuple[str, ...], check: bool, output: Path, force: bool) -> N
     with ProgressLine("generating") as line:
         files = stages.expected_files(declared, line)
     if not check:
-        _write(files, output, axes, force=force)
+        check_folder(output, "--output", {}, force=force)
+        _write(files, Path(output), axes, force=force)
         return
-    findings = stages.check_files(output, files, others=stages.LIBRARY if axes else None)
+    findings = stages.check_files(Path(output), files, others=stages.LIBRARY if axes else None)
     for finding in findings:
-        click.echo(f"{finding.state}: {output / finding.path}")
+        click.echo(f"{finding.state}: {Path(output, finding.path)}")
         if finding.state == "stale":
             click.echo(finding.diff)
     missing = {finding.path for finding in findings if finding.state == "missing"}
@@ -144,7 +146,7 @@ def generate(axes: tuple[str, ...], check: bool, output: Path, force: bool) -> N
             "axisid generate --check my_axis.toml."
         )
     if findings:
-        place = [] if output == Path("generated") else [f"--output {output}"]
+        place = [] if output == "generated" else [f"--output {output}"]
         told = f"not as generated: {len(findings)} of {len(files)}; run: "
         told += " ".join(["axisid generate", *axes, *place])
         if any(finding.state == "orphan" for finding in findings):

@@ -44,8 +44,8 @@ from axisid.support.errors import EstimationError
 )
 @click.option(
     "--output",
-    type=click.Path(file_okay=False, path_type=Path),
-    default=Path("results"),
+    metavar="DIR",
+    default="results",
     show_default=True,
     help="Folder of the results.",
 )
@@ -77,7 +77,7 @@ from axisid.support.errors import EstimationError
 def fleet(
     logs: tuple[str, ...],
     axis: str | None,
-    output: Path,
+    output: str,
     jobs: int | None,
     time_limit: float | None,
     resume: bool,
@@ -103,7 +103,7 @@ def fleet(
     """
     prefilter = filtering.prefilter()  # refused before anything is read
 
-    items = stages.gather_items(logs, output)
+    items = stages.gather_items(logs, Path(output))
     check_folder(output, "--output", stages.written_files(items), force=force)
     affinity = getattr(os, "sched_getaffinity", None)  # not on macOS and Windows
     cores = len(affinity(0)) if affinity is not None else os.cpu_count() or 1
@@ -126,7 +126,7 @@ def fleet(
                 loss=loss,
             )
     except KeyboardInterrupt:
-        if output.exists():  # which it does not before a log is done
+        if Path(output).exists():  # which it does not before a log is done
             done = f"what is done is in {output}; --resume goes on from there"
             click.echo(f"axisid: {done}", err=True)
         raise

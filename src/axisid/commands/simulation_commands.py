@@ -388,7 +388,7 @@ def study(
 )
 @click.option(
     "--output",
-    type=click.Path(file_okay=False, path_type=Path),
+    metavar="DIR",
     help="Also write the tables, the figures and the results as JSON into this folder.",
 )
 @click.option(
@@ -405,7 +405,7 @@ def study(
     help="Processes for those twins; the numbers are the same for any.",
 )
 @force_option
-def paper(output: Path | None, runs: int | None, jobs: int, force: bool) -> None:
+def paper(output: str | None, runs: int | None, jobs: int, force: bool) -> None:
     """Identify the twin of the paper's axis by all four methods under both filters.
 
     Prints the tables of Brunot et al. (SYSID 2015) beside the twin's, and draws figures 3 and 4.
@@ -419,12 +419,12 @@ def paper(output: Path | None, runs: int | None, jobs: int, force: bool) -> None
     with ProgressLine("the paper's study") as line:
         study = stages.run_study(line)
     print_document(stages.study_document(study))
-    made = [] if output is None else stages.write_study(study, output)
+    made = [] if output is None else stages.write_study(study, Path(output))
     if runs:
         with ProgressLine("twins of the paper's axis") as line:
             found = stages.run_distributions(runs, jobs=jobs, progress=line)
         click.echo()
         print_document(stages.distributions_document(found))
-        made += [] if output is None else stages.write_distributions(found, output)
+        made += [] if output is None else stages.write_distributions(found, Path(output))
     for path in made:
         click.echo(f"wrote {path}")

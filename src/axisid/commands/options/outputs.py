@@ -186,7 +186,7 @@ def _foreign(file: str, kind: str, *, force: bool) -> str:
 
 
 def check_folder(
-    folder: str | Path | None,
+    folder: str | None,
     option: str,
     files: Mapping[str, str],
     *,
@@ -196,7 +196,7 @@ def check_folder(
 
     Parameters
     ----------
-    folder : str, Path or None
+    folder : str or None
         It may be new, with the folders that it is in.
     option : str
         That names it.
@@ -209,10 +209,10 @@ def check_folder(
         return
     place = Path(os.path.abspath(folder))
     existing = next(each for each in (place, *place.parents) if os.path.lexists(each))
-    if not str(folder) or not existing.is_dir():
-        _refuse(str(folder), "it is no folder, nor a new one in a folder; name one", option)
-    probe = existing / (next(iter(files)) if existing == place else "new")
-    _refuse(str(folder), _unwritable(str(probe)), option)
+    if not folder or not existing.is_dir():
+        _refuse(folder, "it is no folder, nor a new one in a folder; name one", option)
+    probe = existing / next(iter(files), "new")
+    _refuse(folder, _unwritable(str(probe)), option)
     inside = {Path(folder, name): kind for name, kind in files.items()}
     check_replaced(inside, option, (), force=force)
 
