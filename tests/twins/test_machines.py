@@ -98,6 +98,8 @@ def test_nothing_is_left_where_a_twin_cannot_be_simulated(
         ({"scatter": {"m": 0.1}}, "twin"),
         ({"scatter": {"M": 1e7}}, "twin"),
         ({"days": 2, "drift": {"Fc": -1.5}}, "twin"),
+        ({"days": 2, "drift": {"Fc": "-1"}}, "twin"),
+        ({"days": 5, "drift": {"Fc": -0.25}}, "twin"),
         ({"scatter": {"M": -0.1}}, "twin"),
         ({"noise": 3}, "noise"),
         ({"noise": Chain(anywhere=True)}, "study"),

@@ -44,7 +44,8 @@ class TwinMachines:
         By parameter, the relative deviation between machines, at most 1; by ``""`` that of all
         others.
     drift : mapping of str to float
-        By parameter, the share of its value that it changes by a day, from -1 to 1.
+        By parameter, the share of its value that it changes by a day, at most 1. It keeps its sign
+        to the last day.
     noise : Chain or None
         The experiment's where there is none.
     seed : int
@@ -87,6 +88,10 @@ class TwinMachines:
             for is_right, wrong in (
                 (name in of, f"the axis does not declare it; its parameters are {', '.join(true)}"),
                 (is_share, "give a share of its value, at most 1, such as 0.02 for 2 %"),
+                (
+                    not is_share or share * (self.days - 1) > -1,
+                    f"by day {self.days} nothing of its value is left; give less, or fewer days",
+                ),
                 (
                     not (is_share and share) or of.get(name),
                     "its true value is 0; give it another one as its truth, or leave that out",
