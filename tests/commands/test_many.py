@@ -215,7 +215,8 @@ def test_only_logs_of_twins_are_written_over(run: Run, refused: Refused, tmp_pat
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--output", "logs"], "or add --count or --days"),
+        (["--output", "logs"], "or add one of these"),
+        (["--output", "t.csv", "--count", "2"], "or leave these out"),
         (["--output", "t.csv", "--scatter", "2%"], "--scatter says nothing without --count"),
         (["--output", "logs", "--count", "2", "--drift", "M=1%"], "nothing without --days"),
         (["--output", "logs", "--count", "2", "--scatter", "M=x"], "write NAME=SHARE"),

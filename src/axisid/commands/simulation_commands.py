@@ -192,12 +192,13 @@ def twin(
     check_needed(("--drift",), ("--days",))
     if not folder:
         check_targets([Target("--output", output, "twin")], [axis], force=force)
-        if not output.endswith((".csv", ".parquet")):
-            raise click.BadParameter(
-                f"{output!r}: one log is a file whose name ends in .csv or .parquet; name one, or "
-                "add --count or --days, whose logs are in a folder",
-                param_hint="--output",
-            )
+    if folder == output.endswith((".csv", ".parquet")):
+        raise click.BadParameter(
+            f"{output!r}: one log is a file whose name ends in .csv or .parquet, and those of "
+            "--count and --days are in a folder, whose name does not; name the other, or "
+            f"{'leave these out' if folder else 'add one of these'}",
+            param_hint="--output",
+        )
     moves = None
     if acceleration is not None:
         moves = stages.back_and_forth(
