@@ -24,6 +24,7 @@ from axisid.commands.options import (
     leave_out_option,
     loss_option,
     one_or_all,
+    put_out,
     put_result,
     reading,
     stages,
@@ -419,13 +420,11 @@ def paper(output: str | None, runs: int | None, jobs: int, force: bool) -> None:
     check_folder(output, "--output", files, force=force)
     with ProgressLine("the paper's study") as line:
         study = stages.run_study(line)
-    print_document(stages.study_document(study))
-    made = [] if output is None else stages.write_study(study, Path(output))
+    document = stages.study_document(study)
+    ways = [(output, lambda folder: stages.write_study(study, Path(folder)))]
     if runs:
         with ProgressLine("twins of the paper's axis") as line:
             found = stages.run_distributions(runs, jobs=jobs, progress=line)
-        click.echo()
-        print_document(stages.distributions_document(found))
-        made += [] if output is None else stages.write_distributions(found, Path(output))
-    for path in made:
-        click.echo(f"wrote {path}")
+        document += stages.distributions_document(found)
+        ways.append((output, lambda folder: stages.write_distributions(found, Path(folder))))
+    put_out(None, dict, lambda: print_document(document), *ways)
