@@ -2,6 +2,7 @@
 
 import json
 import os
+import runpy
 import stat
 import subprocess
 import sys
@@ -319,6 +320,17 @@ def test_interrupt_exits_130(refused: Refused, monkeypatch: pytest.MonkeyPatch) 
 
     monkeypatch.setattr("axisid.modeling.parsing.load_axis", interrupted)
     assert refused("identify", "emps2015", code=130).strip() == "axisid: interrupted"
+
+
+def test_interrupt_of_the_imports_exits_130(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Interrupted:
+        def __getattr__(self, _: str) -> None:
+            raise KeyboardInterrupt
+
+    monkeypatch.setitem(sys.modules, "axisid.commands.main", Interrupted())
+    with pytest.raises(SystemExit) as ended:
+        runpy.run_module("axisid")
+    assert ended.value.code == 130
 
 
 def test_library_names_are_not_taken_by_user_axes(refused: Refused, tmp_path: Path) -> None:
