@@ -15,6 +15,7 @@ from msgspec import Meta
 from axisid.estimation.thresholds import CHECK_LEVEL, LEAST_SHARE
 from axisid.support.errors import (
     AxisidError,
+    CandidateError,
     Found,
     Missing,
     UsageError,
@@ -165,7 +166,7 @@ def unless_faulty(find: Callable[[], Found]) -> Found | Missing:
     try:
         return find()
     except AxisidError as error:
-        return (Fault if error.code == "candidate" else Missing)(str(error))
+        return (Fault if isinstance(error, CandidateError) else Missing)(str(error))
     except MemoryError:
         raise
     except Exception as fault:

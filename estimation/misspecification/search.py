@@ -24,7 +24,7 @@ from axisid.estimation.records import Record
 from axisid.estimation.records.columns import expected_units
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, Missing, quoted, unless_missing
+from axisid.support.errors import CandidateError, Missing, quoted, unless_missing
 
 from .scores import RecordScores, scores_of
 from .terms import TERMS, Along, Term
@@ -135,7 +135,7 @@ def _of_user(term: Term, make: Callable[..., Array], *arguments: Any) -> Array:
         raise
     except Exception as error:
         said = f"{type(error).__name__}: {error}".rstrip(": ")
-        raise EstimationError(
+        raise CandidateError(
             f"the candidate {quoted(term.kind)} makes no columns or places ({said}); mend it, or "
             "take it out of axisid.candidates.TERMS.",
             code="candidate",
@@ -147,7 +147,7 @@ def _columns(term: Term, most: int, along: Along, places: Array) -> Array:
     found, rows = _of_user(term, term.columns, along, places), len(along.place)
     finite, is_block = bool((np.abs(found) < _HUGE).all()), found.shape[:-1] == (rows, len(places))
     if not (is_block and found.size and found.shape[2] <= most and finite):
-        raise EstimationError(
+        raise CandidateError(
             f"the columns of the candidate {quoted(term.kind)} have the shape {found.shape}"
             f"{f', and are not all below {_HUGE:g}' * (not finite)}; give such ones of {rows} "
             f"rows, {len(places)} places and one or a few of each, {most} at most, as "

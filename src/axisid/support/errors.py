@@ -145,6 +145,10 @@ class EstimationError(AxisidError):
     code = "estimation"
 
 
+class CandidateError(EstimationError):
+    """A user's own candidate term fails, which leaves open what the others would find."""
+
+
 def asks_for_tracebacks() -> bool:
     """Whether ``AXISID_DEBUG`` is set: a fault then ends the program where it is."""
     return bool(os.environ.get("AXISID_DEBUG"))

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from axisid.estimation.diagnostic_checks import Check, joined, unless_faulty
-from axisid.support.errors import EstimationError, Missing
+from axisid.estimation.diagnostic_checks import Check, Fault, joined, unless_faulty
+from axisid.support.errors import CandidateError, EstimationError, Missing
 
 PASSED = Check(name="lack of fit", status="pass", meaning="nothing", figure=1.0, threshold=2.0)
 FAILED = replace(PASSED, status="fail", meaning="there is one: go on")
@@ -51,6 +51,7 @@ def test_fault_is_said_with_what_it_was_and_a_refusal_keeps_its_reason(
         assert said in found.reason
     found = unless_faulty(lambda: _raising(EstimationError("too few rows are left.")))
     assert found == Missing("too few rows are left.")
+    assert isinstance(unless_faulty(lambda: _raising(CandidateError("mend it."))), Fault)
 
 
 @pytest.mark.parametrize(("debug", "error"), [("1", KeyError), ("", MemoryError)])
