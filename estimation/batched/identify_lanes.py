@@ -93,24 +93,25 @@ def identify_lanes(
         part = lanes.part(slice(first, first + _BLOCK))
         fits = _block_fits(generated, part, asked) if served else {}
         for place, lane in enumerate(range(first, first + len(part))):
-            if place in fits:
-                solution, iterations[lane] = fits[place]
-                values[lane] = solution.theta
-                with np.errstate(all="ignore"):
-                    applied = [covariance.applied(solution) for covariance in covariances]
-                spread = [(each.matrix, each.freedom) for each in applied]
-            else:
-                how[lane], chosen = ALONE, {"lags": lags, "bootstrap": 0, **settings}
-                try:
+            try:
+                if place in fits:
+                    solution, steps = fits[place]
+                    with np.errstate(all="ignore"):
+                        applied = [covariance.applied(solution) for covariance in covariances]
+                    spread = [(each.matrix, each.freedom) for each in applied]
+                    values[lane], iterations[lane] = solution.theta, steps
+                else:
+                    how[lane], chosen = ALONE, {"lags": lags, "bootstrap": 0, **settings}
                     result = identify(generated, part.record(place), asked, [method], **chosen)
                     found = result[method]
                     spread = [
                         (found.covariances[name], found.freedom[name]) for name in COVARIANCES
                     ]
-                except AxisidError as error:
-                    how[lane], errors[lane] = FAILED, str(error)
-                    continue
-                values[lane], iterations[lane] = found.physical, max(len(found.iterates) - 1, 0)
+                    values[lane] = found.physical
+                    iterations[lane] = max(len(found.iterates) - 1, 0)
+            except AxisidError as error:
+                how[lane], errors[lane] = FAILED, str(error)
+                continue
             for name, (matrix, of_one) in zip(COVARIANCES, spread, strict=True):
                 deviations[name][lane] = np.sqrt(np.maximum(np.diag(matrix), 0.0))
                 freedom[name][lane] = of_one

@@ -80,6 +80,15 @@ def test_a_lane_is_the_same_to_the_last_bit_in_any_company(
     assert np.array_equal(together.deviations["hac"][2:], alone.deviations["hac"])
 
 
+def test_lags_that_are_too_many_are_told_of_each_lane(
+    emps2015: GeneratedAxis, lanes: RecordLanes
+) -> None:
+    found = identify_lanes(emps2015, lanes, prefilter=PUBLISHED, lags=len(lanes.reference))
+    assert found.how == ("failed",) * 3
+    assert "lags are too many" in found.errors[2]
+    assert np.isnan(found.values).all()
+
+
 def test_what_is_not_served_is_identified_alone(
     emps2015: GeneratedAxis, lanes: RecordLanes
 ) -> None:
