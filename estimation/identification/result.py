@@ -335,7 +335,7 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
             return {"start": start}
         return {
             "start": start,
-            "local": layout.declared_local,
+            "local": (*layout.local,),
             "known": {name: [*values] for name, values in layout.known.items()},
             "gain": "declared" if layout.gain is None else "identified",
         }

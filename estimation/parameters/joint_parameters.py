@@ -71,10 +71,8 @@ class JointForm(Exact, InverseForm):
     members : tuple of Member
         By record.
     local : mapping of str to tuple of str
-        Names among `parameters`, by record, of each declared parameter that is local by itself or
-        leads a sum; empty of a record that has none.
-    declared_local : tuple of str
-        Every declared parameter that is local, in products as well.
+        Of every declared parameter that is local, its names among `parameters` by record, by itself
+        or as it leads a sum; empty of a record that has none, as where it is in products alone.
     known : KnownValues
     gain : float or None
         The declared drive gain where a known force tells another; None where it is believed.
@@ -84,7 +82,6 @@ class JointForm(Exact, InverseForm):
     expressions: tuple[str, ...] = field(kw_only=True)
     members: tuple[Member, ...] = field(kw_only=True)
     local: Mapping[str, tuple[str, ...]] = field(kw_only=True)
-    declared_local: tuple[str, ...] = field(kw_only=True)
     known: KnownValues = field(kw_only=True)
     gain: float | None = field(kw_only=True)
 
@@ -201,7 +198,7 @@ def layout_of(
     tables = [[[row.get(p, Fraction(0)) for p in products] for row in of_one] for of_one in terms]
     offsets = [[row.get(((), None), Fraction(0)) for row in of_one] for of_one in terms]
     every = [row for table in tables for row in table]
-    found, local_names = _common(axis, products, every, records)
+    found, local_names = _common(axis, products, every, names, records)
     members = tuple(
         Member(
             axis=own,
@@ -218,7 +215,6 @@ def layout_of(
         expressions=(*(said for *_, said in found), *([""] * tells)),
         members=members,
         local=local_names,
-        declared_local=names,
         known=known,
         gain=drive.gain if tells else None,
     )
@@ -253,7 +249,7 @@ def perturbed_layouts(axis: GeneratedAxis, layout: JointForm | None) -> Iterator
         for told in dict.fromkeys(pair for pair in values if pair[1] > 0):
             other = tuple((v + sd * ((v, sd) == told), sd) for v, sd in values)
             known = {**layout.known, name: other}
-            yield layout_of(axis, records, known, layout.declared_local, commanded=commanded)
+            yield layout_of(axis, records, known, layout.local, commanded=commanded)
 
 
 def _check(axis: GeneratedAxis, records: int, known: KnownValues, local: tuple[str, ...]) -> None:
@@ -373,7 +369,11 @@ def _place(axis: GeneratedAxis, product: _Product) -> tuple[int, int, int]:
 
 
 def _common(
-    axis: GeneratedAxis, products: Sequence[_Product], rows: list[list[Fraction]], records: int
+    axis: GeneratedAxis,
+    products: Sequence[_Product],
+    rows: list[list[Fraction]],
+    names: Sequence[str],
+    records: int,
 ) -> tuple[list[CommonParameter], dict[str, tuple[str, ...]]]:
     """Parameters of all records, and names by record of those that each has for itself."""
     taken = {p.name.lower() for p in axis.declared.parameters} | {GAIN}
@@ -388,11 +388,11 @@ def _common(
         symbols.append(declared)
     found = common_parameters(axis.declared, products, symbols, rows, taken)
     found.sort(key=lambda each: _place(axis, products[each[0]]))
-    local: dict[str, list[str]] = {}
+    local = {name: [""] * records for name in names}
     for pivot, parameter, _ in found:
         powers, record = products[pivot]
         if record is not None and _is_single(powers):
-            local.setdefault(powers[0][0], [""] * records)[record] = parameter.name
+            local[powers[0][0]][record] = parameter.name
     return found, {name: tuple(of_records) for name, of_records in local.items()}
 
 

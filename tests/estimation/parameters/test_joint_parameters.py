@@ -255,6 +255,7 @@ def test_a_value_known_with_a_deviation_leaves_local_what_is_so_in_products_alon
     layout = layout_of(axis, 2, known, ["m"], commanded=False)
     (perturbed,) = perturbed_layouts(axis, layout)
     assert [p.name for p in perturbed.parameters] == [p.name for p in layout.parameters]
+    assert layout.local == {"m": ("", "")}
     assert perturbed.known == {"J": ((0.02, 0.0), (0.03 + 0.001, 0.001))}
 
 

@@ -259,7 +259,10 @@ class WrittenIdentification(
     ] = UNSET
     local: Annotated[
         Mapping[str, tuple[str, ...]] | UnsetType,
-        about("Parameters that records have for themselves: their names by record."),
+        about(
+            "Declared parameters that records have for themselves: their names by record, empty "
+            "where one is in products alone."
+        ),
     ] = UNSET
     declared_gain: Annotated[
         float | UnsetType,

@@ -221,6 +221,7 @@ def local_notes(local: Mapping[str, Sequence[str]]) -> list[str]:
     return [
         f"{', '.join(dict.fromkeys(filter(None, names)))}: {name} of each record, in their order."
         for name, names in local.items()
+        if any(names)  # which one that is in products alone has not
     ]
 
 
