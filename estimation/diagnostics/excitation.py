@@ -69,7 +69,8 @@ class Excitation:
     alike : tuple of str
         The parameters whose columns it nearly repeats.
     lacking : tuple of str
-        What of the motion this parameter would need, in words; empty if nothing is known to lack.
+        What the motion lacks of what this parameter acts by, in words: why, where it is vague.
+        One that is not acts enough by the rest, as a mass does by its weight.
     rows : float
         How many rows as heavy as one another would tell of it what the rows do: few where the term
         acts in few.

@@ -35,7 +35,10 @@ class WrittenExcitation(JsonObject, frozen=True, kw_only=True):
     share: Annotated[float, about("Of the force's norm.")]
     inflation: Annotated[float | None, about("Variance inflation.")]
     alike: tuple[str, ...]
-    lacking: Annotated[tuple[str, ...], about("What the motion lacks, in words.")]
+    lacking: Annotated[
+        tuple[str, ...],
+        about("What the motion lacks of what it acts by, in words: why, where it is vague."),
+    ]
     rows: Annotated[
         float | UnsetType,
         about("How many rows of equal weight would tell of it what the rows do."),
