@@ -266,7 +266,7 @@ def pooling_test(
         return Missing("the rows of a direct model are accelerations")
     if estimate.counts is not None:
         return Missing("rows count by residuals, in a record alone by others than in all of them")
-    weights, inference = estimate.row_weights, estimate.inference
+    weights, inference = estimate.weights, estimate.inference
     residuals, common = inference.twins_residuals, inference.twin_errors
     X, Z = (weights[:, None] * each for each in (estimate.X, estimate.score_columns))
 

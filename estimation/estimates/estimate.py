@@ -232,8 +232,9 @@ class Estimate(EstimateFacts, Presentable, Exact):
         Of `ROW_LOSSES`, how the rows counted.
     counts : LossWeights or None
         What each row counted by it, 1 for a small residual; None where all count alike.
-    weights : (n,) array or None
-        Of the rows in the fit, where records differ in noise; rows and residuals are without them.
+    weights : (n,) array
+        Of the rows in the fit, as records differ in noise, else 1; rows and residuals are without
+        them.
     deferred : Deferred of Inference
         Covariances, the bias of filter and noise and the gain's part; see `inference`.
     """
@@ -251,8 +252,8 @@ class Estimate(EstimateFacts, Presentable, Exact):
     simulated: Array | NotSimulated
     covariance_model: Covariance
     deferred: Deferred[Inference]
+    weights: Array
     times: Array | None = None
-    weights: Array | None = None
     loss: str = ROW_LOSSES[0]
     counts: LossWeights | None = None
 
@@ -305,11 +306,6 @@ class Estimate(EstimateFacts, Presentable, Exact):
         """The same, each row as it would count more with its size: what `X` meets, (n, k)."""
         columns = self.X if self.Z is None else self.Z
         return columns if self.counts is None else self.counts.slopes[:, None] * columns
-
-    @property
-    def row_weights(self) -> Array:
-        """Of every row in the fit, (n,): 1 where all count alike."""
-        return np.ones(len(self.y)) if self.weights is None else self.weights
 
     @property
     def light_rows(self) -> Array:
@@ -451,10 +447,11 @@ class Estimate(EstimateFacts, Presentable, Exact):
     @property
     def residual_tests(self) -> ResidualTests:
         """Tests of the net residuals, against the instruments or the regressor of least squares."""
-        residuals, columns = self.net_residuals, self.score_columns
-        if self.weights is not None:
-            residuals, columns = self.weights * residuals, self.weights[:, None] * columns
-        return residual_tests(residuals, columns, neighbours=self.neighbours)
+        return residual_tests(
+            self.weights * self.net_residuals,
+            self.weights[:, None] * self.score_columns,
+            neighbours=self.neighbours,
+        )
 
     @property
     def _curvature(self) -> Callable[[Array, Array], float]:

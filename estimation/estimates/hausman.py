@@ -125,7 +125,7 @@ def _scores(one: Estimate, other: Estimate) -> tuple[Array, Array]:
     """What each row moves the physical parameters of each by, (n, p)."""
     residuals = one.net_residuals, other.net_residuals
     if np.array_equal(one.X, other.X):
-        weights = other.row_weights[:, None]
+        weights = other.weights[:, None]
         columns = weights * np.column_stack([other.X, one.score_columns, other.score_columns])
         both = weights[:, 0] * (other.X @ other.theta + other.net_residuals)
         errors = both - columns @ np.linalg.lstsq(columns, both)[0]
@@ -141,7 +141,7 @@ def _influence(estimate: Estimate) -> Array:
     EstimationError
         The simulated loop's columns cannot be told apart.
     """
-    weights, names = estimate.row_weights, [q.label for q in estimate.form.quantities]
+    weights, names = estimate.weights, [q.label for q in estimate.form.quantities]
     regressor, instruments = (
         weights[:, None] * each
         for each in (estimate.X, estimate.X if estimate.Z is None else estimate.Z)

@@ -47,7 +47,7 @@ def estimate_of_record(estimate: Estimate, problem: Problem, record: int) -> Est
         simulation_error_percent=None
         if isinstance(simulated, NotSimulated) or not len(left)
         else relative_error_percent(left - simulated, left),
-        weights=None,
+        weights=np.ones(len(left)),
         counts=counts and LossWeights(weights=counts.weights[span], slopes=counts.slopes[span]),
     ).with_inference(
         noise_free=None if told.noise_free is None else told.noise_free[span],

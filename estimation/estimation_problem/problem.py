@@ -247,16 +247,10 @@ class Problem(Uncached):
         return tuple(slice(a, b) for a, b in zip([0, *ends], ends, strict=False))
 
     @property
-    def row_weights(self) -> Array | None:
-        """Of each row, (n,); None where all are of one."""
-        if not self.weights:
-            return None
-        return np.concatenate(
-            [
-                np.full(span.stop - span.start, weight)
-                for span, weight in zip(self.spans, self.weights, strict=True)
-            ]
-        )
+    def row_weights(self) -> Array:
+        """Of each row, (n,); 1 where all are of one."""
+        weights = self.weights or (1.0,) * len(self.data)
+        return np.repeat(weights, [span.stop - span.start for span in self.spans])
 
     @property
     def rest(self) -> float:

@@ -81,8 +81,7 @@ def noise_free_residuals(
         noise_free_record(data, of_one).signals
         for data, of_one in zip(problem.data, problem.by_record(loops), strict=True)
     ]
-    residuals = solver(form, problem.reduced(form, signals)).residuals
-    return residuals if problem.row_weights is None else residuals / problem.row_weights
+    return solver(form, problem.reduced(form, signals)).residuals / problem.row_weights
 
 
 def jacobian_by_gain(
@@ -95,8 +94,7 @@ def jacobian_by_gain(
     """
     if isinstance(form, InverseForm):  # the force is on the left alone
         rows = problem.stacked(lambda data: data.reduce(data.force_by_gain))
-        rows = rows if problem.row_weights is None else problem.row_weights * rows
-        slope = solution.response.T @ rows
+        slope = solution.response.T @ (problem.row_weights * rows)
         return slope, slope
     # A measured force does not depend on the gain.
     shifted = [

@@ -292,10 +292,8 @@ def gain_relative_sd(problem: Problem) -> float:
     return 0.0 if measured or estimated else problem.axis.axis.drive.relative_sd
 
 
-def _own_rows(values: Array, weights: Array | None) -> Array:
+def _own_rows(values: Array, weights: Array) -> Array:
     """Rows, (n,) or (n, k), as they were before each was weighted."""
-    if weights is None:
-        return values
     return values / (weights if values.ndim == 1 else weights[:, None])
 
 

@@ -147,7 +147,7 @@ def candidate(
         Without some block the parameters cannot be told apart.
     """
     rows = regression_rows(estimate)
-    whole = estimate.row_weights * estimate.y
+    whole = estimate.weights * estimate.y
     equation, thetas = held_out_equation(rows, blocks, float(np.linalg.norm(whole)))
     simulation = held_out_simulation(problem, whole, blocks, thetas)
     return Candidate(

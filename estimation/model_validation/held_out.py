@@ -88,7 +88,7 @@ class Regression:
 
 def regression_rows(estimate: Estimate) -> Regression:
     """The rows that an inverse model's estimate was made from."""
-    axis, weights = estimate.form.axis, estimate.row_weights
+    axis, weights = estimate.form.axis, estimate.weights
     return Regression(
         left=weights * (estimate.residuals + estimate.X @ estimate.theta),
         regressor=weights[:, None] * estimate.X,
