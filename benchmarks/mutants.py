@@ -176,7 +176,7 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         (f"{_SANDWICH}::test_classical_and_robust_are_those_of_statsmodels",),
     ),
     "the instruments of a lane are as sure as a regressor of their own": (
-        "estimation/batched/batched_iv.py",
+        "estimation/batched/identify_lanes.py",
         "self.instruments[own, :, place] @ self.mixing[place].T",
         "self.instruments[own, :, place] @ self.inverse[place].T",
         (

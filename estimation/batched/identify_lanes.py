@@ -1,24 +1,66 @@
-"""`identify` of many records of one reference, side by side."""
+"""`identify` of many records of one reference, side by side, from their rows to estimates.
 
-from dataclasses import replace
+Instrumental variables, see `axisid.estimation.methods.instrumental`, and least squares are by
+normal equations that are refined. Columns are scaled to unit norm; the equations of the residuals
+are solved once more, which leaves the digits that a factorisation has as long as the columns are
+not nearly dependent. Lanes of which that is not so are told, and solved elsewhere. NumPy is
+silenced of what is not finite.
+"""
+
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
+from axisid.codegen.native import LaneLibrary
 from axisid.estimation.estimates import COVARIANCES, covariance_of
+from axisid.estimation.estimation_problem import SignalRanges, shown_up_to
 from axisid.estimation.identification import identify
+from axisid.estimation.methods import StepControl
 from axisid.estimation.records import is_same_period
-from axisid.estimation.signals import FilteredRecord, Prefilter
+from axisid.estimation.regression import Equations, InverseForm, Solution
+from axisid.estimation.signals import (
+    FilteredRecord,
+    Prefilter,
+    RowTimes,
+    remaining_information,
+    searches_friction,
+    takes_robust_loss,
+)
+from axisid.estimation.thresholds import (
+    CONVERGED,
+    MAX_SIMULATION_ERROR,
+    MIN_DISTANCE_FROM_NOISE,
+    MIN_INFORMATION_LEFT,
+    MIN_MOVING_SPEED,
+)
 from axisid.modeling.declaration import Axis
+from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 
-from .batched_iv import LaneFits, fitted_lanes
-from .block import ALONE, FAILED, SIDE_BY_SIDE, LaneBlock, LaneEstimates, RecordLanes
+from .block import (
+    ALONE,
+    FAILED,
+    SIDE_BY_SIDE,
+    Chosen,
+    LaneBlock,
+    LaneEstimates,
+    LaneLoops,
+    RecordLanes,
+)
 
 #: The method of which lanes go side by side.
 METHOD = "idm-iv"
 _BLOCK = 32  # lanes side by side: those that are simulated together
+_MOST_CONDITION = 1e6  # of the scaled products: digits are lost beyond
+_MOST = 8  # steps of lanes; what takes more is identified alone
+_CLEARLY = 0.5  # of what a record may hide: lanes nearer to that are looked at alone
+_ROUNDING = float(np.finfo(float).eps)
+
+#: Solutions as if each lane were alone, and steps to them, by lane.
+LaneFits = dict[int, tuple[Solution, int]]
 
 
 def is_served(axis: GeneratedAxis, period: float, method: str) -> bool:
@@ -134,3 +176,237 @@ def _block_fits(axis: GeneratedAxis, lanes: RecordLanes, asked: Prefilter) -> La
         return {}  # they are told why where they go alone
     with np.errstate(all="ignore"):  # what is not finite goes alone too
         return fitted_lanes(LaneBlock(axis=axis, lanes=lanes, template=template), asked)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LaneSolutions:
+    """Solutions of lanes.
+
+    Attributes
+    ----------
+    theta : (L, p) array
+    residuals : (n, L) array
+    power : (L,) array
+        Of the residuals.
+    instruments : (n, p, L) array
+        Z; the regressor X of least squares.
+    mixing, inverse : (L, p, p) arrays
+        ``(Z'X)^-1`` and ``(Z'Z)^-1``.
+    sound : (L,) array of bool
+        Where the products are well conditioned.
+    """
+
+    theta: Array
+    residuals: Array
+    power: Array
+    instruments: Array
+    mixing: Array
+    inverse: Array
+    sound: NDArray[np.bool_]
+
+    def alone(self, block: LaneBlock, rows: Chosen | None, lane: int, place: int) -> Solution:
+        """The solution of a lane of a block, at its place among these, as if it were alone."""
+        own = slice(None) if rows is None else rows[:, lane]
+        places = block.template.sampling.rows.astype(np.int64)[own]
+        return Solution(
+            theta=self.theta[place],
+            residuals=np.ascontiguousarray(self.residuals[own, place]),
+            inverse_factor=np.asarray(np.linalg.cholesky(self.inverse[place]), dtype=float),
+            influence=self.instruments[own, :, place] @ self.mixing[place].T,
+            neighbours=RowTimes(places // block.template.prefilter.decimate),
+        )
+
+
+def products(library: LaneLibrary, one: Array, other: Array) -> Array:
+    """``sum a_t b_t'`` of columns (n, p, L) and (n, q, L), (L, p, q), each lane by itself."""
+    return library.products(one, other).transpose(2, 0, 1)
+
+
+def row_counts(rows: NDArray[np.bool_] | None, shape: tuple[int, ...]) -> Array:
+    """How many rows each lane has, (L,)."""
+    return np.full(shape[1], float(shape[0])) if rows is None else rows.sum(axis=0).astype(float)
+
+
+def fitted(regressor: Array, theta: Array) -> Array:
+    """``X theta`` of lanes, (n, L), for parameters (L, p)."""
+    every = range(theta.shape[1])
+    return np.asarray(sum(regressor[:, i] * theta[:, i] for i in every))
+
+
+def solved(
+    library: LaneLibrary, left: Array, regressor: Array, instruments: Array
+) -> LaneSolutions:
+    """``(Z'X)^-1 Z'y`` of lanes; least squares where the instruments are the regressor.
+
+    Parameters
+    ----------
+    library : LaneLibrary
+    left : (n, L) array
+    regressor, instruments : (n, p, L) array
+    """
+    together = products(library, instruments, regressor)
+    aside = products(library, instruments, left[:, None])[:, :, 0]
+    by, scale = norms(library, instruments), norms(library, regressor)
+    scaled = together / by[:, :, None] / scale[:, None, :]
+    finite = np.isfinite(scaled).all(axis=(1, 2)) & np.isfinite(aside).all(axis=1)
+    scaled[~finite] = np.eye(scaled.shape[1])
+    sound = finite & (np.linalg.cond(scaled) < _MOST_CONDITION)
+    scaled[~sound] = np.eye(scaled.shape[1])
+    mixing = np.linalg.inv(scaled) / scale[:, :, None] / by[:, None, :]
+    theta = _applied(mixing, aside)
+    residuals = left - fitted(regressor, theta)
+    step = products(library, instruments, residuals[:, None])[:, :, 0]
+    theta = theta + _applied(mixing, step)
+    residuals = left - fitted(regressor, theta)
+    return LaneSolutions(
+        theta=theta,
+        residuals=residuals,
+        power=products(library, residuals[:, None], residuals[:, None])[:, 0, 0],
+        instruments=instruments,
+        mixing=mixing,
+        inverse=inverse_products(library, instruments),
+        sound=sound,
+    )
+
+
+def inverse_products(library: LaneLibrary, columns: Array) -> Array:
+    """``(Z'Z)^-1`` of columns (n, p, L), (L, p, p); of no meaning where there is none."""
+    raw = products(library, columns, columns)
+    scale = np.sqrt(np.diagonal(raw, axis1=1, axis2=2))
+    scaled = raw / scale[:, :, None] / scale[:, None, :]
+    scaled[~np.isfinite(scaled).all(axis=(1, 2))] = np.eye(scaled.shape[1])
+    return np.asarray(np.linalg.pinv(scaled) / scale[:, :, None] / scale[:, None, :])
+
+
+def _applied(matrices: Array, vectors: Array) -> Array:
+    return np.asarray((matrices * vectors[:, None, :]).sum(axis=2))
+
+
+def norms(library: LaneLibrary, columns: Array) -> Array:
+    """Of columns (n, p, L), (L, p)."""
+    squares = products(library, columns, columns)
+    return np.asarray(np.sqrt(np.diagonal(squares, axis1=1, axis2=2)))
+
+
+def fitted_lanes(block: LaneBlock, asked: Prefilter) -> LaneFits:
+    """Lanes from their samples to where the instruments' iteration ends.
+
+    Lanes that are not among them are to be identified alone.
+    """
+    excluded, able = _near_reversals(block, asked), block.starts[1]
+    if excluded is not None:
+        _, _, loops, follows, shown = _first_fit(block, excluded, block.rows_of(excluded))
+        again = block.turns(block.filtered(loops.position))
+        # Where the loop does not follow, the record's own reversals stay.
+        excluded, able = np.where(follows & excluded.any(axis=0), again, excluded), able & shown
+    rows = block.rows_of(excluded)
+    measured, found, loops, follows, shown = _first_fit(block, excluded, rows)
+    return _iterated(block, measured, excluded, rows, found, follows & shown & able, loops)
+
+
+def _first_fit(
+    block: LaneBlock, excluded: Chosen | None, rows: Chosen | None
+) -> tuple[Equations, LaneSolutions, LaneLoops, Chosen, Chosen]:
+    """Least squares of lanes.
+
+    Returns
+    -------
+    measured : Equations
+    found : LaneSolutions
+    loops : LaneLoops
+        Simulated with it.
+    follows : (L,) array of bool
+        Which loops move as the records do.
+    shown : (L,) array of bool
+        Which lanes show every parameter by far.
+    """
+    measured = block.rows(excluded, rows)
+    left = measured.left - measured.intercept
+    found = solved(block.library, left, measured.regressor, measured.regressor)
+    every = np.ones(len(block.lanes), dtype=bool)
+    loops = block.loops(found.theta, every, excluded, rows)
+    off = measured.left - (fitted(loops.Z, found.theta) + loops.intercept)
+    error = 100 * (np.linalg.norm(off, axis=0) / np.linalg.norm(measured.left, axis=0))
+    follows = loops.well & found.sound & (error < MAX_SIMULATION_ERROR.value)
+    return measured, found, loops, follows, _clearly_shown(block, measured, rows, found)
+
+
+def _near_reversals(block: LaneBlock, asked: Prefilter) -> Chosen | None:
+    """Samples near reversals and rests that lanes leave out, (N, L); None where no lane does."""
+    axis = block.axis
+    if asked.reversals == "keep" or not (asked.reversals or axis.has_direction):
+        return None
+    near = block.turns(block.motion)
+    if asked.reversals is None and not searches_friction(axis):
+        # But for lanes that would hardly show a parameter.
+        slow = MIN_MOVING_SPEED.value * np.abs(block.motion[1]).max(axis=0)
+        pairs = block.library.information(block.motion, block.template.sampling.kept, near, slow)
+        moving, left = (each.transpose(2, 0, 1) for each in pairs)
+        counts = takes_robust_loss(axis)
+        remaining = [
+            remaining_information(counts, *lane) for lane in zip(moving, left, strict=True)
+        ]
+        near &= ~(np.array(remaining) < MIN_INFORMATION_LEFT.value)
+    return near if near.any() else None
+
+
+def _clearly_shown(
+    block: LaneBlock, measured: Equations, rows: NDArray[np.bool_] | None, first: LaneSolutions
+) -> NDArray[np.bool_]:
+    """Which lanes show every parameter by far, (L,), from least squares of their rows.
+
+    What a record may hide follows from its force and motion, which are those of the first lane in
+    all but noise.
+    """
+    signals = block.template.signals
+    every = InverseForm(block.axis).equations(signals)
+    reach = SignalRanges.of([(signals, every, block.template.sampling.kept)])
+    if reach is None:
+        return np.zeros(len(block.lanes), dtype=bool)
+    most: Array = shown_up_to(block.axis, reach)
+    sizes = norms(block.library, measured.regressor)
+    freedom = row_counts(rows, measured.left.shape) - sizes.shape[1]
+    noise = np.maximum(np.sqrt(first.power / freedom), _ROUNDING * reach.force)
+    needed = MIN_DISTANCE_FROM_NOISE.value * noise[:, None] / sizes
+    return np.asarray((needed < _CLEARLY * most).all(axis=1) & (freedom > 0))
+
+
+def _iterated(
+    block: LaneBlock,
+    measured: Equations,
+    excluded: Chosen | None,
+    rows: Chosen | None,
+    found: LaneSolutions,
+    active: Chosen,
+    loops: LaneLoops,
+) -> LaneFits:
+    """Iterate lanes from least squares, whose loops are known, until they stand still."""
+    ended: LaneFits = {}
+    net, lanes = measured.left - measured.intercept, len(active)
+    paces, counts = [StepControl() for _ in range(lanes)], row_counts(rows, net.shape)
+    physical, size, going = found.theta.copy(), np.full(lanes, np.inf), np.arange(lanes)
+    active = active.copy()
+    for step in range(_MOST + 1):
+        active &= loops.well
+        for place, lane in enumerate(going):
+            if active[lane] and size[lane] <= CONVERGED.value:
+                ended[int(lane)] = found.alone(block, rows, int(lane), place), step
+                active[lane] = False
+        if not active.any() or step == _MOST:
+            break
+        going = np.flatnonzero(active)
+        left, regressor = (
+            np.ascontiguousarray(each[..., going]) for each in (net, measured.regressor)
+        )
+        Z = np.ascontiguousarray(loops.Z[..., np.searchsorted(loops.lanes, going)])
+        found = solved(block.library, left, regressor, Z)
+        sigma = found.power / (counts[going] - 1)
+        deviations = np.sqrt(sigma[:, None] * np.diagonal(found.inverse, axis1=1, axis2=2))
+        for place, lane in enumerate(going):
+            size[lane], _ = paces[lane].step(physical[lane], found.theta[place], deviations[place])
+            found.sound[place] &= paces[lane].share == 1.0
+        physical[going] = found.theta
+        active[going[~found.sound]] = False
+        if active.any():
+            loops = block.loops(physical, active, excluded, rows)
+    return ended
