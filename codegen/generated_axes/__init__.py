@@ -16,5 +16,5 @@ from .generated_axis import (
     as_generated as as_generated,
     build as build,
 )
-from .loop_by_gains import law_functions as law_functions
+from .loop_by_gains import law_functions as law_functions, law_over_block as law_over_block
 from .texts import MANIFEST as MANIFEST, signature as signature

@@ -40,6 +40,27 @@ def law_functions(law: ControlLaw, signals: tuple[sympy.Symbol, ...]) -> Mapping
     return execute(functions_text("law", "", law_by_gains(law, signals)), "law")
 
 
+def law_over_block(step: Any, evaluations: int) -> Any:
+    """A law over so many evaluations in a row: memories and outputs, (m, M) and (1, M).
+
+    From the memory at the first, what is read, (1, M) each, and the gains if any, which are there
+    once.
+
+    Parameters
+    ----------
+    step : casadi.Function
+        ``law_step``, or ``control_law`` of an axis.
+    evaluations : int
+    """
+    last, state = step.n_in() - 1, step.name_out().index("next_state")
+    one = step.slice("law", [last, *range(last)], [state, 1 - state])
+    taken = [
+        casadi.SX.sym(name, one.size1_in(name), 1 if name in ("state", "gains") else evaluations)
+        for name in one.name_in()
+    ]
+    return casadi.Function("law", taken, one.mapaccum(evaluations).call(taken))
+
+
 _OF_THE_LAW = ("control_start", "control_law", "control_terms")
 _STEP = "closed_loop_step"
 
@@ -115,8 +136,10 @@ class LoopByGains:
 def _bound(function: Any, gains: Array, behind: str = "") -> Any:
     """A function with gains as numbers, which are its last argument, or come behind another."""
     names = function.name_in() if behind else function.name_in()[:-1]
-    taken = {name: function.size1_in(name) - len(gains) * (name == behind) for name in names}
-    symbols = {name: casadi.SX.sym(name, size) for name, size in taken.items()}
+    symbols = {
+        name: casadi.SX.sym(name, function.size1_in(name) - len(gains) * (name == behind))
+        for name in names
+    }
     given = [casadi.vertcat(x, gains) if name == behind else x for name, x in symbols.items()]
     results = function.call([*given, *([] if behind else [casadi.SX(gains)])])
     return casadi.Function(

@@ -242,8 +242,8 @@ class _AlongRecord:
     def _left(self, law: ControlLaw) -> float:
         """What a law leaves of the rows as it is; infinite where it runs away along them."""
         by_gains = self._by_gains(law)
-        left = float(np.linalg.norm(by_gains.control - by_gains.output))
-        return left if np.isfinite(left) else np.inf
+        left = np.linalg.norm(by_gains.control - by_gains.output)
+        return float(np.nan_to_num(left, nan=np.inf))
 
 
 def _commands(axis: GeneratedAxis, record: Record) -> tuple[Array, NDArray[np.bool_]]:

@@ -6,9 +6,10 @@ the law remembers at the start is free along with them.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -32,8 +33,10 @@ from .start import MIN_MEMORY_EFFECT
 # right law is the same with more
 _NEAR_LIMIT = 0.1
 
-_STEP = 1e-5  # of a gain and of a memory's size, for slopes
-_ROUNDS, _HALVINGS = 12, 6  # of Gauss-Newton steps, and of each that leads nowhere
+# of a gain and of a memory's size, for slopes; with a fifth, rounding hides how the start of an
+# integral differs from a long integral time
+_STEP = 5e-5
+_ROUNDS, _STEPS = 12, 6  # of slopes, and of Gauss-Newton steps by the same
 _STILL = 1e-7  # relative change of the squared residuals, at which they end
 _EXACT = 1e-9  # of the control, the residuals at which they end too
 _LARGEST = 0.5  # step of the logarithm of a gain
@@ -44,7 +47,7 @@ _CLEAR = 1e-8  # singular value of unit columns, by the largest, of what the rec
 Compared = Callable[[Array], Array]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False)
 class LawPoint:
     """Gains of a law, (g,), and what it remembers at the first evaluation, (m,)."""
 
@@ -68,12 +71,10 @@ class LawAlong:
         Of the output: the drive's where the control is near it, else none, infinite.
     functions : mapping of str to casadi.Function
         The law's, see `law_functions`.
+    limits : (M,) array
+        The same at each evaluation.
     logged : callable
         What a record has of what the law gives, see `commands_as_logged`.
-    sloped : callable
-        The same for slopes: but for steps of the drive, which have none.
-    late : int
-        Samples after which it has it.
     """
 
     law: ControlLaw
@@ -81,29 +82,31 @@ class LawAlong:
     control: Array
     limit: Array
     functions: Mapping[str, Any]
-    logged: Compared
-    sloped: Compared
-    late: int
+    limits: Array
+    logged: Callable[..., Array]
+    _runs: WeakKeyDictionary[LawPoint, tuple[Array, Array]] = field(
+        default_factory=WeakKeyDictionary, init=False
+    )
 
     @classmethod
     def of(
         cls, axis: GeneratedAxis, law: ControlLaw, ticks: LawInputs, record: Record
     ) -> "LawAlong":
         """A law, which need not be the axis's, along a record of one piece with a control."""
-        declared = axis.axis.control
         control = np.asarray(record.control) - as_logged(axis, ticks.added_at_samples(law.delay))
         # Behind a lag nothing tells where the command was at its limit.
         hidden = axis.axis.response is not None and axis.axis.drive.logged == "current"
         near = np.abs(control) >= (1 - _NEAR_LIMIT) * limit_in_log(axis)
+        limit = np.where(near & (not hidden), axis.axis.drive.limit, np.inf)
+        sample = np.searchsorted(ticks.held, np.arange(len(ticks)) + late_in_log(axis, law))
         return cls(
             law=law,
             ticks=ticks,
             control=control,
-            limit=np.where(near & (not hidden), axis.axis.drive.limit, np.inf),
+            limit=limit,
+            limits=limit[np.minimum(sample, len(control) - 1)],
             functions=law_functions(law, axis.axis.signal_symbols),
             logged=partial(commands_as_logged, axis),
-            sloped=partial(commands_as_logged, axis, steps=False),
-            late=late_in_log(axis) + law.delay - (0 if declared is None else declared.delay),
         )
 
     @property
@@ -122,32 +125,30 @@ class LawAlong:
         A gain of 0 has no logarithm, and a slope of 0.
         """
         places = [*range(len(point.gains))] if free is None else [*free]
-        steps = np.diag(_STEP * np.abs(point.gains))[places]
-        return self._slopes(point, "gains", steps) * np.sign(point.gains[places])
+        ends = point.gains + np.diag(_STEP * point.gains)[places]
+        return self._slopes(point, [replace(point, gains=end) for end in ends])
 
     def slope_by_rest(self, point: LawPoint) -> Array:
         """How that changes with the logarithm of a factor of all that no gain multiplies, (N,)."""
         output = self._applied(point)
         step = _STEP * self._applied(replace(point, gains=0.0 * point.gains))
-        return (self.sloped(output + step) - self.sloped(output - step)) / (2 * _STEP)
+        more, less = (self.logged(output + by, steps=False) for by in (step, -step))
+        return np.asarray((more - less) / (2 * _STEP))
 
     def jacobian_by_start(self, point: LawPoint) -> Array:
         """How that changes with each memory at the start, (N, m); by 0 where that hardly shows."""
         sizes = np.abs(self._run(point)[0]).max(axis=0, initial=0.0)
         sizes = np.where(np.isfinite(sizes) & (sizes > 0), sizes, 1.0)
-        slopes = self._slopes(point, "start", np.diag(_STEP * sizes)) / sizes
+        ends = point.start + np.diag(_STEP * sizes)
+        slopes = self._slopes(point, [replace(point, start=end) for end in ends]) / sizes
         effect = np.linalg.norm(slopes[_SETTLED:], axis=0) * sizes
         slopes[:, effect <= MIN_MEMORY_EFFECT * float(np.linalg.norm(self.control))] = 0.0
         return slopes
 
-    def _slopes(self, point: LawPoint, name: str, steps: Array) -> Array:
-        """Slopes of the output by the gains or the start, by steps (k, g) of `_STEP`, (N, k)."""
-        slopes, at = np.empty((len(self.control), len(steps))), getattr(point, name)
-        for column, step in zip(slopes.T, steps, strict=True):
-            ends = (replace(point, **{name: at + s}) for s in (step, -step))
-            more, less = (self.sloped(self._applied(end)) for end in ends)
-            column[:] = (more - less) / (2 * _STEP)
-        return slopes
+    def _slopes(self, point: LawPoint, ends: Sequence[LawPoint]) -> Array:
+        """Slopes of the output towards points that are `_STEP` away, (N, k)."""
+        here, *there = (self.logged(self._applied(each), steps=False) for each in (point, *ends))
+        return np.asarray((np.reshape(there, (len(ends), len(here))).T - here[:, None]) / _STEP)
 
     def _applied(self, point: LawPoint) -> Array:
         """The output that is applied at each sample, before the drive, (N,)."""
@@ -180,30 +181,26 @@ class LawAlong:
         for _ in range(_ROUNDS):
             if not (cost > enough and before - cost > _STILL * cost):
                 break
-            columns = np.hstack(
-                [self.jacobian_by_gain(point, chosen), self.jacobian_by_start(point)]
-            )
-            step = least_step(np.column_stack([*map(compared, columns.T)]), residuals, _CLEAR)[0]
-            for _ in range(_HALVINGS):  # where the whole step leaves no less
+            slopes = *self.jacobian_by_gain(point, chosen).T, *self.jacobian_by_start(point).T
+            columns = np.column_stack([*map(compared, slopes)])
+            before, share = cost, 1.0
+            for _ in range(_STEPS):  # by the same slopes as long as they lead on
+                step = share * least_step(columns, residuals, _CLEAR)[0]
                 gains = point.gains.copy()
                 gains[chosen] *= np.exp(np.clip(step[: len(chosen)], -_LARGEST, _LARGEST))
                 end = LawPoint(gains, point.start + step[len(chosen) :])
                 there = wanted - compared(self.output(end))
-                if np.all(np.isfinite(there)) and float(there @ there) < cost:
+                gained = 1 - float(there @ there) / cost
+                if gained > 0:
+                    point, residuals, cost = end, there, float(there @ there)
+                elif cost == before:
+                    share /= 2  # where the whole step leaves no less
+                if cost < before and not gained > _STILL:
                     break
-                step = step / 2
-            else:
-                break
-            point, residuals, before, cost = end, there, cost, float(there @ there)
         return point
 
     def _run(self, point: LawPoint) -> tuple[Array, Array]:
-        """What is remembered after each evaluation, (M, m), and the output there, (M,)."""
-        signals = *self.ticks.signals, self._limits
-        return run_law(self.functions["law_step"], point.start, signals, point.gains)
-
-    @cached_property
-    def _limits(self) -> Array:
-        """Of the output at each evaluation, (M,)."""
-        sample = np.searchsorted(self.ticks.held, np.arange(len(self.ticks)) + self.late)
-        return np.asarray(self.limit[np.minimum(sample, len(self.control) - 1)])
+        if point not in self._runs:
+            read = *self.ticks.signals, self.limits, point.gains[None, :]
+            self._runs[point] = run_law(self.functions["law_step"], point.start, read)
+        return self._runs[point]

@@ -11,7 +11,7 @@ from typing import Any, Concatenate, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis, law_over_block
 from axisid.codegen.lowering import LoopStart
 from axisid.estimation.records import Record, at_times, clock_of, evaluations_per_sample
 from axisid.estimation.signals import (
@@ -24,6 +24,7 @@ from axisid.estimation.signals import (
 )
 from axisid.estimation.simulation import LoopInputs, TwoClocks, law_of
 from axisid.estimation.thresholds import COMPARISON_CUTOFF, MIN_PHASE_AGREEMENT
+from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 
 P = ParamSpec("P")
@@ -264,11 +265,10 @@ def limit_in_log(axis: GeneratedAxis) -> float:
     return drive.path.end(drive.limit) if drive.logs_what_acts else drive.limit
 
 
-def late_in_log(axis: GeneratedAxis) -> int:
-    """Samples by which the recorded control is later than the law gives it."""
-    law, response = axis.axis.control, axis.axis.response
-    late = 0 if response is None or axis.axis.drive.logged != "applied" else response.late
-    return late + (0 if law is None else law.delay)
+def late_in_log(axis: GeneratedAxis, law: ControlLaw) -> int:
+    """Samples by which the control of a law is later in the log of an axis than it gives it."""
+    response, applied = axis.axis.response, axis.axis.drive.logged == "applied"
+    return law.delay + (response.late if response is not None and applied else 0)
 
 
 def with_drive(
@@ -379,18 +379,14 @@ def slopes_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
 
 def states_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
     """What the drive remembers at each evaluation, (M, m)."""
-    if not len(start):
-        return np.zeros((len(ticks), 0))
     after, _ = run_law(axis.functions["control_law"], start, ticks.signals)
     return np.vstack([start, after[:-1]])
 
 
-_BLOCK = 200  # evaluations that are one function: to call one takes longer than to evaluate it
+_BLOCK = 400  # evaluations that are one function: to call one takes longer than to evaluate it
 
 
-def run_law(
-    step: Any, start: Array, read: Sequence[Array], gains: Array | None = None
-) -> tuple[Array, Array]:
+def run_law(step: Any, start: Array, read: Sequence[Array]) -> tuple[Array, Array]:
     """What a law remembers after each evaluation, (M, m), and its output there, (M,).
 
     Parameters
@@ -400,44 +396,41 @@ def run_law(
     start : (m,) array
         What it remembers at the first.
     read : sequence of (M,) array
-    gains : (g,) array, optional
+        The gains, which stay, are (1, g).
     """
     count = len(read[0])
-    padded = count + -count % _BLOCK
-    columns = [np.append(values, np.full(padded - count, values[-1])) for values in read]
-    columns = [np.ascontiguousarray(values, dtype=np.float64) for values in columns]
-    states, output = np.empty((padded, len(start))), np.empty(padded)
-    buffer, run = _block_of(step, get_ident())
-    if gains is not None:
-        same = np.tile(gains, _BLOCK)
-        buffer.set_arg(1 + len(columns), same.data)
-    carried = np.ascontiguousarray(start, dtype=np.float64)
-    for first in range(0, padded, _BLOCK):
+    columns = [np.reshape(values, (len(values), -1)) for values in read]
+    states, output = np.empty((count, len(start))), np.empty((count, 1))
+    (memory, *places), (after, given), run, _ = _block_of(step, get_ident())
+    memory[:] = start
+    for first in range(0, count, _BLOCK):
         part = slice(first, first + _BLOCK)
-        buffer.set_arg(0, carried.data)
-        for i, values in enumerate(columns, 1):
-            buffer.set_arg(i, values[part].data)
-        buffer.set_res(0, states[part].data)
-        buffer.set_res(1, output[part].data)
+        for place, values in zip(places, columns, strict=True):
+            place[: len(values[part])] = values[part]
         run()
-        carried = states[part][-1]
-    return states[:count], output[:count]
+        states[part], output[part] = (found[: count - first] for found in (after, given))
+        memory[:] = after[-1]
+    return states, output[:, 0]
 
 
 # One law runs along many records many times; to make such a function takes as long as some runs,
 # and one of a whole record as long as many.
 @lru_cache(maxsize=64)
-def _block_of(step: Any, _thread: int) -> tuple[Any, Callable[[], None]]:
-    """Places of arguments and results, and what runs a law over a block of evaluations.
+def _block_of(step: Any, _thread: int) -> tuple[list[Array], list[Array], Callable[[], None], Any]:
+    """Places of arguments and of results, what runs a law over a block of evaluations, its buffer.
 
-    One for each thread, by its number: the places are set before a run.
+    One for each thread, by its number: what is in the places is of one run.
     """
-    last = step.n_in() - 1
-    state = step.name_out().index("next_state")
-    one = step.slice("law", [last, *range(last)], [state, 1 - state])  # the memory comes first
-    # To make CasADi's matrices of arrays takes much longer than a run.
-    buffer, run = one.mapaccum(_BLOCK).expand().buffer()
-    return buffer, run
+    block = law_over_block(step, _BLOCK)
+    # To make CasADi's matrices of arrays takes much longer than a run, to set a place as long.
+    buffer, run = block.buffer()
+    arguments = [np.zeros(block.size_in(i)[::-1]) for i in range(block.n_in())]
+    results = [np.zeros(block.size_out(i)[::-1]) for i in range(block.n_out())]
+    for i, place in enumerate(arguments):
+        buffer.set_arg(i, place.data)
+    for i, place in enumerate(results):
+        buffer.set_res(i, place.data)
+    return arguments, results, run, buffer
 
 
 def least_step(columns: Array, off: Array, least: float) -> tuple[Array, int]:

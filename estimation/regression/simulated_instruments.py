@@ -41,6 +41,7 @@ from axisid.estimation.simulation import (
     LoopInputs,
     Simulation,
     StepBudget,
+    law_of,
     no_control_law,
     signals_about,
     simulate_loop,
@@ -281,7 +282,7 @@ def followed_record(data: FilteredRecord) -> Record:
     if _share(control, answer) < _LEAST_MEASURED_NOISE:
         raise DataError("the control does not answer to the noise of the recorded position.")
     added = control - _answer(data, position, position)
-    late = late_in_log(data.axis)
+    late = late_in_log(data.axis, law_of(data.axis))
     for first, last in data.record.spans:  # it is applied as late as the law's own
         added[first : last - late] = added[first + late : last]
     return replace(data.record, reference=position, injected=added, injected_at="control")

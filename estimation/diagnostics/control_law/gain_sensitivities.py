@@ -390,14 +390,16 @@ class LawByGains:
             free = best.free
         return (best,)
 
-    def _besides_start(self, columns: Array) -> Array:
-        """Columns without what another start of the memory explains."""
+    @cached_property
+    def _besides_start(self) -> Callable[[Array], Array]:
+        """What takes from columns, (n, k), all that another start of the memory explains."""
         by_start = map(self.compared, self.along.jacobian_by_start(self.point).T)
-        starts = np.column_stack([np.empty((len(columns), 0)), *by_start])
+        starts = np.column_stack([np.empty((len(self.control), 0)), *by_start])
         sizes = np.linalg.norm(starts, axis=0)
         unit = starts[:, sizes > 0] / sizes[sizes > 0]
-        shares = np.linalg.lstsq(unit, columns, rcond=_MIN_GAIN_TOLD_APART)[0]
-        return np.asarray(columns - unit @ shares)
+        return lambda columns: np.asarray(
+            columns - unit @ np.linalg.lstsq(unit, columns, rcond=_MIN_GAIN_TOLD_APART)[0]
+        )
 
 
 def said_of_gains(by_gains: LawByGains) -> tuple[str, LawByGains | None]:
