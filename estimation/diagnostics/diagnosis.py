@@ -105,7 +105,7 @@ class Diagnosis(RecordDiagnosis, Presentable):
     excitation : tuple of Excitation
         By physical parameter.
     bands : mapping of str to mapping of str to Band
-        Of the model's error about the judged estimate, by its method and by parameter.
+        Of the model's error, by method and physical parameter.
     differences : mapping of str to mapping of str to HausmanTest
         Of two estimates, ``idm-iv less didim``, by physical parameter.
     records : tuple of RecordDiagnosis
@@ -321,31 +321,22 @@ class Case:
 
     @cached_property
     def bands(self) -> Mapping[str, Mapping[str, JackknifeInterval]]:
-        """Of the model's error about the judged estimate, by its method and by parameter."""
+        """Of the model's error, by method and physical parameter."""
         found = self.lack_of_fit
         noisy = found is None or not found.is_mostly_repeated
+        # Estimates of one problem have the same rows.
         ways = [*groupings(self.data, self.preferred.rows.astype(np.intp))]
-        return {self.method: jackknife_intervals(self.preferred, ways, noisy=noisy)}
+        return {n: jackknife_intervals(e, ways, noisy=noisy) for n, e in self.estimates.items()}
 
     @cached_property
     def compared(self) -> Mapping[str, Mapping[str, HausmanTest] | Missing]:
-        """Estimates against each other, or why they cannot be; none that are not there both.
-
-        Least squares and instruments of one form: those of the other are of the same noise.
-        """
+        """Estimates against each other, or why they cannot be; none that are not there both."""
         instruments = any(each.Z is not None for each in self.estimates.values())
         is_weak = isinstance(self.strength, Check) and self.strength.status != "pass"
-
-        def first(*pairs: str) -> list[str]:
-            return [pair for pair in pairs if {*pair.split(LESS)} <= {*self.estimates}][:1]
-
         return {
             pair: Missing("the instruments are too weak to tell")
             if is_weak
             else (self.whole or self)._less(*pair.split(LESS))
-            for pair in (
-                [*first(SECOND_OPINION), *first(*LS_LESS_IV)]
-                if instruments
-                else first(DDM_LESS_IDM)
-            )
+            for pair in ([SECOND_OPINION, *LS_LESS_IV] if instruments else [DDM_LESS_IDM])
+            if {*pair.split(LESS)} <= {*self.estimates}
         }

@@ -317,7 +317,7 @@ def within_bounds(
         Parameters that are none of the estimate, since they are held at a bound.
     """
     axis, values = estimate.form.axis, dict(estimate.parameters)
-    physical = physical_parameters(estimate, estimate.form)
+    physical = physical_parameters(estimate.method, estimate.form, estimate.distribution)
     if physical is not None:
         known = {p.name for p in axis.base.known}
         values |= {n: v for n, v in physical.parameters.items() if n not in {*values, *known}}
@@ -375,7 +375,7 @@ def at_bound_check(held: Sequence[ParameterAtBound], cause: str | None = None) -
 
 def fixed_check(estimate: Estimate, level: float = CHECK_LEVEL.value) -> Check | Missing | None:
     """Whether the record contradicts what was fixed; nothing if nothing could be asked."""
-    physical = physical_parameters(estimate, estimate.form)
+    physical = physical_parameters(estimate.method, estimate.form, estimate.distribution)
     if physical is None or not (physical.known or physical.dof):
         return None
     if physical.p_value is None:

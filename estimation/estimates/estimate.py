@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -31,7 +31,7 @@ from axisid.support.arrays import Array, Deferred, Exact
 from axisid.support.errors import Missing, UsageError, is_among, is_whole, quoted
 from axisid.support.presentable import Presentable
 
-from .value import HasDistribution, NamedValues, SamplingDistribution, Value
+from .value import NamedValues, SamplingDistribution, Value
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,6 +114,15 @@ class Inference(Exact):
     twin_errors: Array | None = None
 
 
+class _HasDistribution(Protocol):
+    @property
+    def method(self) -> str: ...
+    @property
+    def parameters(self) -> NamedValues: ...
+    @property
+    def distribution(self) -> SamplingDistribution: ...
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
 class EstimateFacts:
     """What an estimate tells without its rows, whether it has them or is of a file.
@@ -135,10 +144,10 @@ class EstimateFacts:
     chosen: str = "hac"
     gain_relative_sd: float = 0.0
 
-    def __repr__(self: HasDistribution) -> str:
+    def __repr__(self: _HasDistribution) -> str:
         return f"{self.method}: {self.parameters.listed()}"
 
-    def __getitem__(self: HasDistribution, name: str) -> Value:
+    def __getitem__(self: _HasDistribution, name: str) -> Value:
         """One of `parameters`."""
         return self.parameters[name]
 
@@ -153,17 +162,17 @@ class EstimateFacts:
         return is_output_error(self.method)
 
     @property
-    def filter_bias(self: HasDistribution) -> Array | None:
+    def filter_bias(self: _HasDistribution) -> Array | None:
         """What filter and noise move the physical parameters by, (p,), where twins tell it."""
         return self.distribution.bias
 
     @property
-    def corrected(self: HasDistribution) -> Array:
+    def corrected(self: _HasDistribution) -> Array:
         """Physical parameters less the bias, where that is known, (p,)."""
         return self.distribution.corrected
 
     @property
-    def covariance(self: HasDistribution) -> Array:
+    def covariance(self: _HasDistribution) -> Array:
         """Of the physical parameters, (p, p): the chosen one, whose deviations are printed."""
         return self.distribution.covariances[self.distribution.chosen]
 

@@ -24,7 +24,7 @@ from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import UsageError, is_among, quoted
 
-from .value import HasDistribution, NamedValues, SamplingDistribution
+from .value import NamedValues, SamplingDistribution
 
 _SAME_DISTANCE = 1e-6  # between squares of distances in deviations, by one more than the lesser
 _SAME_PARAMETER = 1e-3  # between two values of a parameter, by its size and deviation: they are one
@@ -288,15 +288,17 @@ class PhysicalByMethod(dict[str, P]):
         )
 
 
-def physical_parameters(estimate: HasDistribution, form: Form) -> Physical | None:
+def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) -> Physical | None:
     """Physical parameters from an estimate and what its axis declares as known.
 
     Parameters
     ----------
-    estimate : HasDistribution
-        Of the base parameters.
+    method : str
+        That it was estimated by.
     form : Form
         Of the axis that the parameters are of.
+    of_base : SamplingDistribution
+        Of the base parameters.
 
     Returns
     -------
@@ -312,7 +314,6 @@ def physical_parameters(estimate: HasDistribution, form: Form) -> Physical | Non
     if isinstance(form, JointForm) or not (base.changed or base.known):
         return None
     # About the truth, base parameters scatter by noise and by the drive gain.
-    of_base = estimate.distribution
     expected, by_gain = of_base.covariances[of_base.chosen], of_base.by_gain
     if by_gain is not None:
         expected = expected + np.outer(by_gain, by_gain)
@@ -349,7 +350,7 @@ def physical_parameters(estimate: HasDistribution, form: Form) -> Physical | Non
         by_gain=None if by_gain is None else slopes[:, : len(by_gain)] @ by_gain,
     )
     return Physical(
-        method=estimate.method,
+        method=method,
         known=base.known,
         combined=tuple(p for p, _ in base.combined),
         own=tuple(p.name for p in base.axis.parameters),

@@ -5,7 +5,6 @@ import warnings
 from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass
 from pkgutil import resolve_name
-from typing import Protocol
 
 import numpy as np
 from scipy.special import stdtridf, stdtrit
@@ -326,22 +325,3 @@ def degrees_of_freedom_of(value: Value) -> float:
         return math.inf
     dof = float(stdtridf((1 + INTERVAL_LEVEL.value) / 2, (high - low) / 2 / value.deviation))
     return dof if math.isfinite(dof) else math.inf
-
-
-class HasDistribution(Protocol):
-    """An estimate, with its rows or of a file."""
-
-    @property
-    def method(self) -> str:
-        """As in `METHODS`."""
-        ...
-
-    @property
-    def parameters(self) -> NamedValues:
-        """Physical ones by name."""
-        ...
-
-    @property
-    def distribution(self) -> SamplingDistribution:
-        """Of these."""
-        ...

@@ -357,13 +357,11 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
 
         From the base parameters and what is declared as known; see `axisid.fix`.
         """
-        found = {method: self.physical_of(method) for method in self.estimates}
+        found = {
+            name: physical_parameters(name, e.form, e.distribution)
+            for name, e in self.estimates.items()
+        }
         return PhysicalByMethod((n, each) for n, each in found.items() if each is not None)
-
-    def physical_of(self, method: str) -> Physical | None:
-        """The same of one method; None where its estimate is of declared parameters already."""
-        estimate = self.estimates[method]
-        return physical_parameters(estimate, estimate.form)
 
     @property
     def preferred(self) -> Estimate:

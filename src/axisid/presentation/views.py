@@ -74,7 +74,7 @@ from axisid.presentation.text import (
     sweep_document,
     validation_document,
 )
-from axisid.support.errors import Missing, UsageError, is_among, is_nothing, quoted
+from axisid.support.errors import Missing, UsageError, is_among, quoted
 from axisid.support.files import json_text, write_file
 from axisid.support.presentable import Presentable, Shown
 
@@ -382,18 +382,6 @@ _OF_ESTIMATE: _Figures = {
     "spectrum": spectrum_plot,
     "convergence": convergence_plot,
 }
-
-
-def _identification_document(
-    result: Identification, draws: int = 0, *, every: bool = False, full: bool = False
-) -> Document:
-    """What others than the judged say stands in its verdict; least squares are beside it."""
-    is_whole = every or full or not is_nothing(draws)
-    methods = None if is_whole else (result.diagnosis.preferred, "idm-ls")
-    facts = identification_facts(result, draws, methods)
-    return saved_document(facts, draws, every=every, full=full)
-
-
 _as_read = attrgetter("document")  # what a result was read from
 _VIEWS: Mapping[type, _View] = {
     Record: _View(record_document, written_record, Record.channels),
@@ -413,7 +401,9 @@ _VIEWS: Mapping[type, _View] = {
         {name: _OF_ESTIMATE[name] for name in ("autocorrelation", "convergence")},
     ),
     Identification: _View(
-        _identification_document,
+        lambda each, draws=0, **how: saved_document(
+            identification_facts(each, draws), draws, **how
+        ),
         written_identification,
         _of_methods,
     ),

@@ -345,4 +345,4 @@ def test_gain_that_is_off_within_its_deviation_does_not_contradict_what_is_fixed
 
 
 def _physical(estimate: Estimate) -> Physical | None:
-    return physical_parameters(estimate, estimate.form)
+    return physical_parameters(estimate.method, estimate.form, estimate.distribution)

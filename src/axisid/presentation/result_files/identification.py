@@ -3,7 +3,7 @@
 The names of a document's members are a contract with other programs.
 """
 
-from collections.abc import Container, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Annotated, Any
@@ -232,7 +232,7 @@ class WrittenIdentification(
     lack_of_fit: Annotated[LackOfFit | UnsetType, about("Where the reference repeats.")] = UNSET
     model_bands: Annotated[
         Mapping[str, Mapping[str, JackknifeInterval]] | UnsetType,
-        about("Of the model's error about the judged estimate, by its method and by parameter."),
+        about("Of the model's error, by method and parameter."),
     ] = UNSET
     differences: Annotated[
         Mapping[str, Mapping[str, HausmanTest]] | UnsetType,
@@ -301,15 +301,9 @@ def _apart(apart: RecordDifference) -> WrittenApart:
     )
 
 
-def written_identification(
-    result: Identification, draws: int = 0, *, methods: Container[str] | None = None
-) -> WrittenIdentification:
-    """An identification with its diagnosis; `draws` as in `Identification.to_dict`.
-
-    Of all methods, or of some: what is told of an estimate is worked out when it is asked for.
-    """
-    diagnosis = result.diagnosis
-    chosen = [n for n in result.estimates if methods is None or n in methods]
+def written_identification(result: Identification, draws: int = 0) -> WrittenIdentification:
+    """An identification with its diagnosis; `draws` as in `Identification.to_dict`."""
+    diagnosis, physical = result.diagnosis, result.physical
     drive = result.axis.axis.drive
     return written_as(
         WrittenIdentification,
@@ -339,10 +333,9 @@ def written_identification(
                 drawn=None
                 if is_nothing(draws)
                 else {n: written_as(Drawn, e.propagate(n, draws=draws)) for n in e.parameters},
-                physical=UNSET if physical is None else written_physical(physical, e.chosen),
+                physical=written_physical(physical[name], e.chosen) if name in physical else UNSET,
             )
-            for name in chosen
-            for e, physical in [(result.estimates[name], result.physical_of(name))]
+            for name, e in result.estimates.items()
         ),
         **diagnosis_members(diagnosis, [q.name for q in result.preferred.quantities]),
         records=tuple(map(_member, result.of_records, diagnosis.records)) or UNSET,
@@ -569,7 +562,8 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
         axis = joint.members[place].axis
         estimates = {method: e.part(joint, place) for method, e in self.estimates.items()}
         physical = {
-            method: physical_parameters(e, InverseForm(axis)) for method, e in estimates.items()
+            method: physical_parameters(method, InverseForm(axis), e.distribution)
+            for method, e in estimates.items()
         }
         return replace(
             own,
@@ -593,12 +587,9 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
         return validate(self, record, like=like)
 
 
-def identification_facts(
-    result: Identification, draws: int, methods: Container[str] | None = None
-) -> SavedIdentification:
+def identification_facts(result: Identification, draws: int) -> SavedIdentification:
     """What an identification tells without its rows, which is all that tables show."""
-    written = written_identification(result, draws, methods=methods)
-    return SavedIdentification.of("", written, result.axis.declared)
+    return SavedIdentification.of("", written_identification(result, draws), result.axis.declared)
 
 
 def _sampling(prefilter: WrittenPrefilter, record: WrittenRecord) -> Sampling:
