@@ -408,8 +408,9 @@ class _RowBands:
         first, every = round(float(data.sampling.rows[0])), data.prefilter.decimate
         places = (np.round(whole.sampling.rows).astype(np.int64) - first) // every
         white = np.zeros((int(places[-1] - places[0]) + 1, _DRAWS))
-        forces = [whole.force_by(rng.standard_normal(len(data))) for _ in range(_DRAWS)]
-        white[places - places[0]] = whole.reduce(np.column_stack(forces))
+        for draw in range(_DRAWS):
+            noise = rng.standard_normal(len(data))
+            white[places - places[0], draw] = whole.reduce(whole.force_by(noise))
         here = self.places - places[0]
         weights = data.sampling.weights / whole.sampling.weights.max()
         transformed = np.fft.rfft(white, axis=0)
@@ -432,7 +433,8 @@ def _basis(data: FilteredRecord, quiet: FilteredRecord) -> Array:
     columns = np.column_stack([declared, *lacking, *forces])
     changing = [ones, time, np.sign(time), signals.position, speed, signals.direction]
     most = max(len(data.sampling.rows) // (_ROWS_A_COLUMN * columns.shape[1]), 1)
-    every = data.reduce(np.hstack([columns * each[:, None] for each in changing[:most]]))
+    # One after the other: all samples of all columns are much more than their rows.
+    every = np.hstack([data.reduce(columns * each[:, None]) for each in changing[:most]])
     norms = np.linalg.norm(every, axis=0)
     basis, sizes, _ = np.linalg.svd(every[:, norms > 0] / norms[norms > 0], full_matrices=False)
     return np.asarray(basis[:, sizes > _RANK * sizes[0]])

@@ -138,19 +138,19 @@ def _paired(count: int) -> list[range]:
 
 def twins_of(
     data: FilteredRecord, physical: Array, chain: Chain, count: int, *, paired: bool = False
-) -> list[FilteredRecord]:
-    """Some twins of one record, but for those that cannot be simulated; none of a silent chain.
+) -> Iterator[FilteredRecord]:
+    """Some twins of one record, one after the other, so that few are held at a time.
+
+    Those that cannot be simulated are left out, and none is of a silent chain.
 
     They are independent of each other, or `paired` with those of the opposite noise, which tell
     nothing new of what does not change its sign with the noise.
     """
     if chain.is_silent:
-        return []
-    twins: list[FilteredRecord] = []
+        return
     for runs in _paired(count) if paired else [range(2 * run, 2 * run + 1) for run in range(count)]:
         with suppress(DataError, EstimationError):
-            twins += [twin_of(data, physical, chain, _draws(data.record, run)) for run in runs]
-    return twins
+            yield from [twin_of(data, physical, chain, _draws(data.record, run)) for run in runs]
 
 
 def twin_of(data: FilteredRecord, physical: Array, chain: Chain, rng: Draws) -> FilteredRecord:

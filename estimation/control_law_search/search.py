@@ -243,7 +243,7 @@ class _AlongRecord:
         """What a law leaves of the rows as it is; infinite where it runs away along them."""
         by_gains = self._by_gains(law)
         left = np.linalg.norm(by_gains.control - by_gains.output)
-        return float(np.nan_to_num(left, nan=np.inf))
+        return float(np.nan_to_num(left, nan=np.inf, posinf=np.inf))
 
 
 def _commands(axis: GeneratedAxis, record: Record) -> tuple[Array, NDArray[np.bool_]]:

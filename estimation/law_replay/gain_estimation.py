@@ -1,8 +1,8 @@
 """A control law along recorded signals by its gains, and the gains with which it gives a control.
 
-A law is run along the record, with each gain a little larger and smaller, and Gauss-Newton steps
-are made: one that is limited, filtered or has an integral is no sum of products of its gains. What
-the law remembers at the start is free along with them.
+A law is run along the record, also with each gain a little larger, and Gauss-Newton steps are
+made: one that is limited, filtered or has an integral is no sum of products of its gains. What the
+law remembers at the start is free along with them.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -69,10 +69,10 @@ class LawAlong:
         Recorded, without what was added to the law's.
     limit : (N,) array
         Of the output: the drive's where the control is near it, else none, infinite.
-    functions : mapping of str to casadi.Function
-        The law's, see `law_functions`.
     limits : (M,) array
         The same at each evaluation.
+    functions : mapping of str to casadi.Function
+        The law's, see `law_functions`.
     logged : callable
         What a record has of what the law gives, see `commands_as_logged`.
     """
@@ -85,7 +85,7 @@ class LawAlong:
     limits: Array
     logged: Callable[..., Array]
     _runs: WeakKeyDictionary[LawPoint, tuple[Array, Array]] = field(
-        default_factory=WeakKeyDictionary, init=False
+        default_factory=WeakKeyDictionary, init=False, repr=False, compare=False
     )
 
     @classmethod
@@ -195,7 +195,7 @@ class LawAlong:
                     point, residuals, cost = end, there, float(there @ there)
                 elif cost == before:
                     share /= 2  # where the whole step leaves no less
-                if cost < before and not gained > _STILL:
+                if not cost > enough or (cost < before and not gained > _STILL):
                     break
         return point
 

@@ -294,6 +294,8 @@ def gain_relative_sd(problem: Problem) -> float:
 
 def _own_rows(values: Array, weights: Array) -> Array:
     """Rows, (n,) or (n, k), as they were before each was weighted."""
+    if np.all(weights == 1):
+        return values  # not a copy of all rows
     return values / (weights if values.ndim == 1 else weights[:, None])
 
 

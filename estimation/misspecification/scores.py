@@ -6,7 +6,7 @@ with the noise of the record, and solved alike. So noise that shakes friction, t
 encoder and the filter's own error are allowed for, whatever estimator is judged.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -251,7 +251,7 @@ def scores_of(
             "position is in the loop that follows it: record the reference"
         )
     form, quiet, moved = InverseForm(data.axis).at(physical), data, None
-    twins = list[FilteredRecord]()
+    twins: Iterable[FilteredRecord] = ()
     if chain is not None or by_loop:
         loops = recorded_loops(data, physical)
         quiet = noise_free_record(data, loops)
@@ -259,8 +259,7 @@ def scores_of(
         moving = data.turning_as(quiet.record.position, also=True)
         if len(moving.sampling.rows) >= _FEWEST_ROWS * (len(data.axis.parameters) + 1):
             data = moving
-        drawn = [] if chain is None else twins_of(data, physical, chain, DEFAULT_COUNT)
-        twins = [*drawn] if 2 * len(drawn) >= DEFAULT_COUNT else twins
+        twins = () if chain is None else twins_of(data, physical, chain, DEFAULT_COUNT)
         moved = Signals(
             position=quiet.record.position,
             velocity=np.concatenate([loop.velocity for loop in loops]),
@@ -278,16 +277,20 @@ def scores_of(
     instruments = clean.regressor[:, free]
     sizes = np.linalg.norm(instruments, axis=0)
     basis = orth(instruments[:, sizes > 0] / sizes[sizes > 0], _RANK)
-    every = (rows, *(form.equations(twin.signals).reduced(data) for twin in twins))
     # What the filter itself leaves of a loop.
     by_filter = 0.0 if moved is None else _residuals(clean, physical, free, basis)
-    residuals = [_residuals(each, physical, free, basis) - by_filter for each in every]
+    of_twins = [
+        _residuals(form.equations(each.signals).reduced(data), physical, free, basis) - by_filter
+        for each in twins
+    ]
+    if 2 * len(of_twins) < DEFAULT_COUNT:
+        of_twins = []  # which do not tell how they scatter
     return RecordScores(
         basis=basis,
         columns=rows.regressor[:, free],
         free=np.array(free, dtype=np.int64),
         regressor=clean.regressor,
-        residuals=np.column_stack(residuals),
+        residuals=np.column_stack([_residuals(rows, physical, free, basis) - by_filter, *of_twins]),
         force=rows.left - rows.intercept,
         form=form,
         physical=physical,

@@ -138,7 +138,6 @@ def _of_user(term: Term, make: Callable[..., Array], *arguments: Any) -> Array:
         raise CandidateError(
             f"the candidate {quoted(term.kind)} makes no columns or places ({said}); mend it, or "
             "take it out of axisid.candidates.TERMS.",
-            code="candidate",
         ) from error
 
 
@@ -152,7 +151,6 @@ def _columns(term: Term, most: int, along: Along, places: Array) -> Array:
             f"{f', and are not all below {_HUGE:g}' * (not finite)}; give such ones of {rows} "
             f"rows, {len(places)} places and one or a few of each, {most} at most, as "
             "motion.reduce(force)[:, None, None] for a force without places.",
-            code="candidate",
         )
     return found
 

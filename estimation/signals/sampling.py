@@ -24,6 +24,7 @@ from .prefilter import SampledFilter, Span
 Index = slice | NDArray[np.intp]
 
 _APART = 1 << 40  # rows, more than any lag, however often pieces are joined
+_AT_ONCE = 8  # columns that are filtered together
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +162,10 @@ class Sampling:
         known = np.array([abs(of[0]) == 1 and np.all(of == of[0]) for of in signals.T], dtype=bool)
         rows = np.empty((len(self.rows), len(known)))
         rows[:, known] = self.weights[:, None] * signals[0, known]
-        rows[:, ~known] = self._reduced(signals[:, ~known])[self._selected]
+        # Few at a time: filters take several copies of what they are given.
+        others = np.flatnonzero(~known)
+        for few in np.array_split(others, -(-len(others) // _AT_ONCE) or 1):
+            rows[:, few] = self._reduced(signals[:, few])[self._selected]
         return rows
 
     @cached_property

@@ -13,8 +13,8 @@ import sympy
 
 from axisid.modeling.algebra import multiplied_out, reduced_rows, vanishes, where, without
 from axisid.modeling.declaration import Axis, check_axis
-from axisid.modeling.quantities import Parameter, fresh_name, with_numbers
-from axisid.support.errors import UsageError, is_real, quoted
+from axisid.modeling.quantities import Parameter, fresh_name, number, with_numbers
+from axisid.support.errors import UsageError
 
 from .base_model import Terms, force_terms
 from .inverse import with_direction
@@ -50,9 +50,10 @@ def friction_ladder(
         It is no axis, or the Stribeck velocity is not positive.
     """
     check_axis(axis)
-    if not (stribeck is None or (is_real(stribeck) and 0 < stribeck < math.inf)):
+    what = "the Stribeck velocity"
+    if stribeck is not None and not 0 < number(stribeck, what) < math.inf:
         raise UsageError(
-            f"the Stribeck velocity is {quoted(stribeck)}; give a positive number.",
+            f"{what} is {stribeck!r}; give a positive number.",
             code="axis",
         )
     kept, friction = _split(axis)

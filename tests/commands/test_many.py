@@ -116,21 +116,6 @@ def test_all_else_is_put_out_though_the_numbers_cannot_be_written(
     assert json.loads(files["study.json"].read_text())["schema"] == "axisid.monte_carlo/1"
 
 
-@pytest.mark.slow
-@pytest.mark.usefixtures("here")
-def test_distributions_are_put_out_though_the_tables_cannot_be_written(
-    run: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def full(*_: Any) -> None:
-        raise UsageError("no space is left.", code="output")
-
-    monkeypatch.setattr(command.stages, "write_study", full)
-    code, out, err = run("paper", "--runs", "2", "--output", "results")
-    assert (code, err) == (2, "axisid: no space is left.\n")
-    assert "2 twins, inappropriate filter" in out
-    assert out.endswith("wrote results/distributions_inappropriate.json\n")
-
-
 @pytest.mark.usefixtures("short")
 def test_ctrl_c_ends_with_a_sentence_and_keeps_what_is_done(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -108,7 +108,7 @@ def export(
 )
 @click.option(
     "--output",
-    metavar="DIR",
+    type=click.Path(file_okay=False),
     default="generated",
     show_default=True,
     help="Folder of the generated code.",

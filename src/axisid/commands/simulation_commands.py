@@ -2,6 +2,7 @@
 
 import shlex
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -420,11 +421,14 @@ def paper(output: str | None, runs: int | None, jobs: int, force: bool) -> None:
     check_folder(output, "--output", files, force=force)
     with ProgressLine("the paper's study") as line:
         study = stages.run_study(line)
-    document = stages.study_document(study)
-    ways = [(output, lambda folder: stages.write_study(study, Path(folder)))]
+    shown = partial(print_document, stages.study_document(study))
+    put_out(None, dict, shown, (output, lambda folder: stages.write_study(study, Path(folder))))
     if runs:
         with ProgressLine("twins of the paper's axis") as line:
             found = stages.run_distributions(runs, jobs=jobs, progress=line)
-        document += stages.distributions_document(found)
-        ways.append((output, lambda folder: stages.write_distributions(found, Path(folder))))
-    put_out(None, dict, lambda: print_document(document), *ways)
+        shown = partial(print_document, stages.distributions_document(found))
+        click.echo()
+        put_out(
+            *(None, dict, shown),
+            (output, lambda folder: stages.write_distributions(found, Path(folder))),
+        )

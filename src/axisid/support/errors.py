@@ -148,6 +148,8 @@ class EstimationError(AxisidError):
 class CandidateError(EstimationError):
     """A user's own candidate term fails, which leaves open what the others would find."""
 
+    code = "candidate"
+
 
 def asks_for_tracebacks() -> bool:
     """Whether ``AXISID_DEBUG`` is set: a fault then ends the program where it is."""

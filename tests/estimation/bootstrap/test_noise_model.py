@@ -129,7 +129,7 @@ def test_a_twin_without_noise_is_the_loop(problem: Problem, data: FilteredRecord
     silent = twin_of(data, TRUTH, Chain(), Draws(np.random.default_rng(0)))
     loops = problem.loops(METHODS["idm-iv"].fit(problem).form, TRUTH)
     np.testing.assert_allclose(silent.record.position, loops[0].position, atol=1e-9)
-    assert twins_of(data, TRUTH, Chain(), 3) == []
+    assert not [*twins_of(data, TRUTH, Chain(), 3)]
 
 
 def test_what_disturbs_a_twin_is_not_in_its_log_but_in_its_motion(data: FilteredRecord) -> None:

@@ -9,9 +9,9 @@ import sympy
 
 from axisid import (
     Axis,
+    AxisidError,
     Constant,
     Parameter,
-    UsageError,
     load_axis,
 )
 from axisid.elements import asymmetric_coulomb, asymmetric_viscous, quadratic, stribeck
@@ -92,7 +92,7 @@ def test_every_rung_can_be_derived_with_fitting_units(axis: Axis) -> None:
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, float("nan"), float("inf"), "0.1"])
 def test_a_stribeck_velocity_that_is_none_is_refused(speed: object) -> None:
-    with pytest.raises(UsageError, match="Stribeck velocity is"):
+    with pytest.raises(AxisidError, match="Stribeck velocity is"):
         friction_ladder(AXES["offset"], stribeck=speed)  # type: ignore[arg-type]
 
 

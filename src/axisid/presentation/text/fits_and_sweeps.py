@@ -83,9 +83,9 @@ def _heading(fit: SavedOutputFit, declared: Axis | None) -> Heading:
 def _row(fit: SavedOutputFit, name: str) -> tuple[Cell, ...]:
     value, written = fit[name], fit.document.parameters[name]
     known, is_told = written.prior, 0 < value.deviation < math.inf
-    digits = decimals(value.deviation if is_told else 1e-4 * abs(value.value))
-    shown, sd, start = (f"{x:.{digits}f}" for x in (value.value, value.deviation, written.start))
-    interval = " to ".join(f"{end:.{digits}f}" for end in value.interval)
+    form = f".{decimals(value.deviation)}f" if is_told else ".6g"
+    shown, sd, start = (f"{x:{form}}" for x in (value.value, value.deviation, written.start))
+    interval = " to ".join(f"{end:{form}}" for end in value.interval)
     remark = f"known {known.value:g} +- {known.sd:g}" if known else ""
     if written.fixed:
         sd, interval, remark = "-", "-", "fixed"
