@@ -2,18 +2,18 @@
 
 import os
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import settings
 
-from axisid import build, load_axis, read_record, twin_record
+from axisid import Identification, build, identify, load_axis, read_record, twin_record
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.commands.main import main
 from axisid.estimation.records.record import Record
 from axisid.modeling import LIBRARY
+from tests.command_line import Refused, Run
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -69,6 +69,11 @@ def twin(emps2015: GeneratedAxis) -> Record:
     return twin_record(emps2015)
 
 
+@pytest.fixture(scope="session")
+def result(emps2015: GeneratedAxis, twin: Record) -> Identification:
+    return identify(emps2015, twin)
+
+
 @pytest.fixture(params=LIBRARY)
 def library_axis(request: pytest.FixtureRequest) -> GeneratedAxis:
     return build(load_axis(request.param))
@@ -80,9 +85,7 @@ def rng() -> np.random.Generator:
 
 
 @pytest.fixture
-def run(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Callable[..., tuple[int, str, str]]:
+def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
     """Run the command line in this process: exit code, stdout, stderr."""
 
     def command(*arguments: object) -> tuple[int, str, str]:
@@ -97,7 +100,7 @@ def run(
 
 
 @pytest.fixture
-def refused(run: Callable[..., tuple[int, str, str]]) -> Callable[..., str]:
+def refused(run: Run) -> Refused:
     """Run a command line that says on stderr alone why it ends with an exit code."""
 
     def command(*arguments: object, says: str = "", code: int = 2) -> str:

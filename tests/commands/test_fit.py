@@ -2,7 +2,6 @@
 
 import json
 import pickle
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +10,8 @@ import pytest
 from axisid import Record, compare_results, fit, load_axis, load_result, read_record
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.presentation.result_files import SavedOutputFit
+from tests.command_line import Refused, Run
 from tests.refusals import refuses
-
-Run = Callable[..., tuple[int, str, str]]
-Refused = Callable[..., str]
 
 
 @pytest.fixture

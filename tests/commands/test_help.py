@@ -5,7 +5,6 @@ import re
 import shlex
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -13,8 +12,7 @@ import pytest
 from click.shell_completion import BashComplete
 
 from axisid.commands.main import cli
-
-Run = Callable[..., tuple[int, str, str]]
+from tests.command_line import Run
 
 COMMANDS = dict(cli.commands)
 OF_THE_USER = (
@@ -75,10 +73,8 @@ def completed(*words: str) -> list[str]:
     return [f"{item.type} {item.value}" for item in items]
 
 
-def test_commands_axes_files_and_choices_complete(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+@pytest.mark.usefixtures("here")
+def test_commands_axes_files_and_choices_complete() -> None:
     Path("mine.toml").touch()
     Path("emptied.py").touch()
     Path("log.csv").touch()

@@ -17,9 +17,8 @@ import pytest
 from axisid import identify
 from axisid.estimation.methods import METHODS
 from axisid.estimation.records.record import Record
-
-Run = Callable[..., tuple[int, str, str]]
-Refused = Callable[..., str]
+from tests.command_line import Refused, Run
+from tests.files import csv_file
 
 N = 2000
 
@@ -38,15 +37,7 @@ def log(tmp_path: Path, twin: Record) -> Callable[..., Path]:
 
     def write(name: str = "log.csv", rows: int = N, **changes: Any) -> Path:
         table = {k: v[:rows] for k, v in {**columns, **changes}.items() if v is not None}
-        file = tmp_path / name
-        np.savetxt(
-            file,
-            np.column_stack(list(table.values())),
-            delimiter=",",
-            header=",".join(table),
-            comments="",
-        )
-        return file
+        return csv_file(tmp_path / name, table)
 
     return write
 

@@ -2,7 +2,6 @@
 
 import json
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +11,8 @@ from fleet_logs import AXIS, write_logs
 
 from axisid.commands import simulation_commands as command
 from axisid.support.errors import UsageError
+from tests.command_line import Refused, Run
 from tests.estimation.monte_carlo.short import MOVES
-
-Run = Callable[..., tuple[int, str, str]]
-Refused = Callable[..., str]
 
 
 @pytest.mark.slow
@@ -97,13 +94,14 @@ def test_numbers_are_written_though_nobody_reads_what_is_printed(
     assert settings["loss"] == "huber"
 
 
+def full(*_: Any) -> None:
+    raise UsageError("no space is left.", code="output")
+
+
 @pytest.mark.usefixtures("short")
 def test_all_else_is_put_out_though_the_numbers_cannot_be_written(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(*_: Any) -> None:
-        raise UsageError("no space is left.", code="output")
-
     monkeypatch.setattr(command.stages, "write_runs", full)
     files = {name: tmp_path / name for name in ("runs.npz", "study.json", "page.html")}
     arguments = ["--method", "idm-ls", "--output", files["runs.npz"], "--json", files["study.json"]]

@@ -1,16 +1,13 @@
 """What `axisid new` writes runs at once and finds its own truth."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from axisid import load_axis
 from axisid.commands.new_and_show import scaffold
-
-Run = Callable[..., tuple[int, str, str]]
-Refused = Callable[..., str]
+from tests.command_line import Refused, Run
 
 OPTIONS = [[], ["--lagrange"], ["--python"], ["--lagrange", "--python"]]
 

@@ -8,7 +8,6 @@ import re
 import subprocess
 import sys
 import tomllib
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +16,6 @@ import pytest
 from axisid import (
     Identification,
     Record,
-    build,
     export,
     identify,
     load_axis,
@@ -29,24 +27,16 @@ from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.estimates.value import Value
 from axisid.exports.export import scaled
 from axisid.exports.targets import TARGETS
+from tests.command_line import Refused, Run
 from tests.estimation.methods.test_partially_linear import stribeck_axis
+from tests.files import text_file
 from tests.recipes import recipe_blocks
 from tests.refusals import refuses
-
-Run = Callable[..., tuple[int, str, str]]
-Refused = Callable[..., str]
-
-
-@pytest.fixture(scope="module")
-def result(emps2015: GeneratedAxis, twin: Record) -> Identification:
-    return identify(emps2015, twin)
 
 
 @pytest.fixture
 def file(result: Identification, tmp_path: Path) -> Path:
-    path = tmp_path / "result.json"
-    path.write_text(json.dumps(result.to_dict()))
-    return path
+    return text_file(tmp_path / "result.json", json.dumps(result.to_dict()))
 
 
 @pytest.mark.parametrize("target", [target.name for target in TARGETS])
@@ -160,18 +150,19 @@ def test_axis_of_a_file_is_found_in_the_library_and_asked_for_where_it_is_none(
 ) -> None:
     assert export(file, "c") == export(file, "c", axis="emps2015")
     assert export(file, "c") == export(file, "c", axis=load_axis("emps2015"))
-    other = tmp_path / "other.json"
-    other.write_text(file.read_text().replace('"axis": "emps2015"', '"axis": "mine"'))
+    other = text_file(
+        tmp_path / "other.json", file.read_text().replace('"axis": "emps2015"', '"axis": "mine"')
+    )
     with refuses("result-file", says=r"'mine'; .* \(axis\)"):
         export(other, "c")
 
 
 def test_numbers_of_another_axis_are_refused(refused: Refused, file: Path, tmp_path: Path) -> None:
-    edited = tmp_path / "edited.py"
-    edited.write_text(
+    edited = text_file(
+        tmp_path / "edited.py",
         "from dataclasses import replace\nfrom axisid import load_axis\n"
         "from axisid.elements import Drive\n"
-        "axis = replace(load_axis('emps2015'), drive=Drive(gain=35.0))\n"
+        "axis = replace(load_axis('emps2015'), drive=Drive(gain=35.0))\n",
     )
     for axis, says in (
         ("emps", "of the axis 'emps2015', but 'emps' as it is declared now has"),
@@ -223,12 +214,10 @@ position_noise = 1e-6
 
 @pytest.mark.slow
 def test_physical_parameters_from_known_values_are_exported(tmp_path: Path) -> None:
-    file = tmp_path / "arm.toml"
-    file.write_text(PENDULUM)
+    file = text_file(tmp_path / "arm.toml", PENDULUM)
     axis = load_axis(file)
     result = identify(axis, twin_record(axis), methods=["idm-ls", "idm-iv"])
-    written = tmp_path / "arm.json"
-    written.write_text(json.dumps(result.to_dict()))
+    written = result.save(tmp_path / "arm.json")
     for source, given in ((result, None), (written, file)):
         found = json.loads(export(source, "json", axis=given))["parameters"]["idm-iv"]
         assert list(found) == [*result["idm-iv"].parameters, "m", "l"]
@@ -253,12 +242,10 @@ targets.TARGETS += ({row},)
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(result: Identification, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A result, and the file that the recipe for a target shows."""
     folder = tmp_path_factory.mktemp("toy")
-    axis = build(load_axis("emps2015"))
-    result = identify(axis, twin_record(axis))
-    (folder / "result.json").write_text(json.dumps(result.to_dict()))
+    result.save(folder / "result.json")
     (folder / "printers").mkdir()
     (folder / "printers" / "javascript.py").write_text(recipe_blocks("Add a target")[0])
     return folder

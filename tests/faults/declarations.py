@@ -17,6 +17,7 @@ from axisid import (
     twin_record,
 )
 from tests.faults.fault import Fault, Misuse
+from tests.files import csv_file
 
 Make = Callable[[Path], list[object]]
 
@@ -115,9 +116,8 @@ def _near_a_pole(folder: Path) -> list[object]:
     arguments = _newton("identify", "c*cosh(1/q**0.5)", "log.csv", "--method", "idm-ls", c=1.0)
     time = 1e-3 * np.arange(3000)
     position = 5e-6 + 0.1 * (1 - np.cos(4 * time)) / 2
-    rows = np.column_stack([time, position, np.cos(4 * time)])
-    header = "time,position,control"
-    np.savetxt(folder / "log.csv", rows, delimiter=",", header=header, comments="", fmt="%.12g")
+    columns = {"time": time, "position": position, "control": np.cos(4 * time)}
+    csv_file(folder / "log.csv", columns, "%.12g")
     return arguments(folder)
 
 
@@ -309,7 +309,7 @@ def _columns(*wanted: str) -> Callable[[Path, str], None]:
 def _exported(folder: Path) -> list[object]:
     axis = load_axis("emps2015")
     result = identify(axis, twin_record(axis), methods=["idm-ls"])
-    (folder / "result.json").write_text(json.dumps(result.to_dict()))
+    result.save(folder / "result.json")
     return ["export", "result.json", "--axis", "emps2015", "--to", "python"]
 
 

@@ -27,6 +27,7 @@ from axisid.modeling import Move
 from tests.axes.bodies import stage, x
 from tests.axes.unseen import with_bump, with_stribeck
 from tests.faults.fault import Fault, Misuse
+from tests.files import csv_file, text_file
 
 _TERM = """
 from dataclasses import replace
@@ -53,16 +54,14 @@ _GAIN = 35.15
 
 
 def _declared(folder: Path, term: str) -> Path:
-    file = folder / "unseen.py"
-    file.write_text(_TERM.format(term=term))
-    return file
+    return text_file(folder / "unseen.py", _TERM.format(term=term))
 
 
 def _asked(command: str, term: str, *options: object) -> Callable[[Path], list[object]]:
     """A command for an axis with a term, and a log that shows nothing of it."""
 
     def make(folder: Path) -> list[object]:
-        _write(folder / "log.csv", twin_record(load_axis("emps2015")))
+        csv_file(folder / "log.csv", twin_record(load_axis("emps2015")).channels())
         return [command, _declared(folder, term), "log.csv", *options]
 
     return make
@@ -81,17 +80,11 @@ def _finds(
             assert found[name] == pytest.approx(value, rel=within), estimate["method"]
 
 
-def _write(file: Path, record: Record) -> None:
-    columns = record.channels()
-    table, names = np.column_stack(list(columns.values())), ",".join(columns)
-    np.savetxt(file, table, delimiter=",", header=names, comments="")
-
-
 def _spoilt(change: Callable[[Record], Record]) -> Callable[[Path], list[object]]:
     """A log of the twin, changed."""
 
     def make(folder: Path) -> list[object]:
-        _write(folder / "log.csv", change(twin_record(load_axis("emps2015"))))
+        csv_file(folder / "log.csv", change(twin_record(load_axis("emps2015"))).channels())
         return ["identify", "emps2015", "log.csv"]
 
     return make
@@ -110,7 +103,7 @@ def _rests(folder: Path, *options: object) -> list[object]:
     record = Record(
         time=loop.time, position=loop.position, reference=reference, control=loop.control
     )
-    _write(folder / "log.csv", record)
+    csv_file(folder / "log.csv", record.channels())
     return ["identify", "emps2015", "log.csv", "--method", "idm-iv", *options]
 
 
@@ -123,7 +116,7 @@ def _white(folder: Path) -> list[object]:
     record = Record(
         time=loop.time, position=loop.measured_position, reference=reference, control=loop.control
     )
-    _write(folder / "log.csv", record)
+    csv_file(folder / "log.csv", record.channels())
     return ["identify", "emps2015", "log.csv", "--method", "idm-iv"]
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from axisid import DataError, UsageError, identify, load_axis, read_record, twin_record
 from tests.faults.fault import Fault, Misuse
+from tests.files import csv_file
 from tests.run_files import run_file
 
 #: What writes something into the folder of a fault and gives its path.
@@ -26,11 +27,7 @@ def columns_of_a_log() -> dict[str, np.ndarray]:
 
 def write_log(folder: Path, name: str = "log.csv") -> Path:
     """A log of the paper's twin."""
-    columns = columns_of_a_log()
-    table = np.column_stack(list(columns.values()))
-    head = ",".join(columns)
-    np.savetxt(folder / name, table, delimiter=",", header=head, comments="")
-    return folder / name
+    return csv_file(folder / name, columns_of_a_log())
 
 
 @functools.cache

@@ -11,6 +11,7 @@ import numpy as np
 
 from axisid import DataError, Record, build, load_axis, twin_record
 from tests.faults.fault import Fault, Misuse
+from tests.files import csv_file
 from tests.run_files import run_file
 
 Columns = dict[str, np.ndarray]
@@ -45,11 +46,9 @@ def _log(
     change = _SPOILS[spoil] if isinstance(spoil, str) else spoil
     columns = change({role: values.copy() for role, values in record.channels().items()})
     kept = {role: values for role, values in columns.items() if role != without}
-    file = folder / "log.csv"
-    table = np.column_stack(list(kept.values()))
     names = load_axis(axis).columns
-    header = ",".join(names.get(role, role) for role in kept)
-    np.savetxt(file, table, fmt=digits, delimiter=",", header=header, comments="")
+    named = {names.get(role, role): values for role, values in kept.items()}
+    file = csv_file(folder / "log.csv", named, digits)
     if cut:
         file.write_text(file.read_text().rstrip()[:-cut])
     return ["identify", axis, run_file(file, **said) if said else file, *_LS, *options]

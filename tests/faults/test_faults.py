@@ -1,16 +1,15 @@
 """Every class of fault that was ever found ends as the catalogue says: a sentence, an exit code."""
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 
 import pytest
 
+from tests.command_line import Run
 from tests.faults.fault import Fault, Misuse
 from tests.fuzz.cases import in_time
-
-Run = Callable[..., tuple[int, str, str]]
 
 # What hangs is ended from outside, as it makes no calls that could be counted; no fault takes more
 # than seconds, here or on a machine that others use too.
@@ -44,20 +43,19 @@ def _in_time() -> Iterator[None]:
 
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
 def test_fault_ends_in_a_sentence_and_an_exit_code(
-    fault: Fault, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    fault: Fault, run: Run, here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     for variable, value in fault.environment.items():
-        monkeypatch.setenv(variable, value.format(folder=tmp_path))
-    parts = fault.make if isinstance(fault.make, tuple) else fault.make(tmp_path)
-    made = [part(tmp_path) if callable(part) else part for part in parts]
+        monkeypatch.setenv(variable, value.format(folder=here))
+    parts = fault.make if isinstance(fault.make, tuple) else fault.make(here)
+    made = [part(here) if callable(part) else part for part in parts]
     arguments = [part for part in made if part is not None]
     earlier = _KEPT.get(str(arguments[0])) if fault.code and "--json" not in arguments else None
     if earlier:
-        output = tmp_path / "earlier-result.json"
+        output = here / "earlier-result.json"
         output.write_text(earlier)
         arguments = [*arguments, "--json", str(output)]
-    kept = {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()}
+    kept = {file: file.read_bytes() for file in here.rglob("*") if file.is_file()}
     code, out, err = run(*arguments)
     assert code == fault.code, err
     said = err if fault.code else out + err
@@ -65,10 +63,10 @@ def test_fault_ends_in_a_sentence_and_an_exit_code(
     assert "Traceback" not in err
     assert "internal fault" not in err
     if fault.code:
-        left = {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()}
+        left = {file: file.read_bytes() for file in here.rglob("*") if file.is_file()}
         assert left == kept, "a refused command changes no file and leaves none"
     if fault.after is not None:
-        fault.after(tmp_path, out)
+        fault.after(here, out)
 
 
 @pytest.mark.parametrize("misuse", MISUSES, ids=lambda misuse: misuse.name)

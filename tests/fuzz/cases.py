@@ -10,7 +10,7 @@ import signal
 import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -18,7 +18,9 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from axisid import AxisidError
+from axisid import AxisidError, DataError
+from axisid.estimation.logs import read_table
+from tests.command_line import Run
 
 SEED = int(os.environ.get("AXISID_FUZZ_SEED", "1"))
 TIMES = float(os.environ.get("AXISID_FUZZ_TIMES", "1"))
@@ -28,8 +30,6 @@ _SHRINKING = 20.0  # seconds for making a failing input smaller
 _SHOWN = 6  # classes of failures
 
 Case = TypeVar("Case")
-#: The command line, as the fixture of that name runs it.
-Run = Callable[..., tuple[int, str, str]]
 
 
 class Hung(BaseException):
@@ -196,3 +196,12 @@ def kept_to(run: Run, *arguments: object, output: Path) -> tuple[int, str]:
     if left := set(output.parent.iterdir()) - before - ({output} if code == 0 else set()):
         raise WrongError(f"left behind: {sorted(map(str, left))}")
     return code, output.read_text(encoding="utf-8") if code == 0 else ""
+
+
+def readable_columns(file: Path) -> dict[str, np.ndarray]:
+    """Columns of a log that can be read, of those that have a name of their own."""
+    found = {}
+    for name, column in read_table(file).columns.items():
+        with suppress(DataError):
+            found[name] = column.read().values
+    return found

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axisid import AxisidError, DataError, Record, UsageError, read_record
+from axisid import AxisidError, Record, UsageError, read_record
 from axisid.estimation.logs import read_table
 from axisid.estimation.parameters import known_of, read_known
 from axisid.estimation.records import Repairs
 from axisid.estimation.records.columns.units import ScalingError, is_scaling, read_scaling
 from axisid.estimation.records.segments import checked_windows
-from tests.fuzz.cases import Fuzz, WrongError, one_of, spoilt
+from tests.fuzz.cases import Fuzz, WrongError, one_of, readable_columns, spoilt
 
 _UNITS = ("", "mm", "deg", "counts", "rpm", "V", "m/s^2", "1/min", "mm/rev", "furlong", "N m", "%")
 _NUMBERS = ("1", "-1", "0", "360", "4096", ".5", "5.", "1e3", "1e999", "-0", "nan", "inf", "1_0")
@@ -227,11 +227,7 @@ def test_a_damaged_table_is_read_or_refused_in_every_form(form: str, tmp_path: P
 
     def check(text: str) -> None:
         file.write_text(text)
-        for column in read_table(file).columns.values():
-            try:
-                column.read()
-            except DataError:
-                continue
+        readable_columns(file)
 
     Fuzz(
         name=f"damaged {form}",

@@ -4,7 +4,6 @@ import json
 import re
 import runpy
 import shlex
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ import pytest
 from axisid import load_axis, twin_record
 from axisid.modeling import LIBRARY
 from docs.extensions.axis_texts import text_of
+from tests.command_line import Run
 
 ROOT = Path(__file__).resolve().parents[2]
 # Those that declare a twin; the study of a real record has its own tests.
@@ -23,9 +23,7 @@ EXAMPLES = sorted(
 
 
 @pytest.mark.parametrize("file", EXAMPLES, ids=lambda file: file.stem)
-def test_example_axes_are_identified_from_their_twins(
-    run: Callable[..., tuple[int, str, str]], file: Path
-) -> None:
+def test_example_axes_are_identified_from_their_twins(run: Run, file: Path) -> None:
     axis = load_axis(file)
     code, out, err = run("identify", file, "--hold", "zoh", "--json", "-")
     assert (code, err) == (0, "")
@@ -39,13 +37,13 @@ def test_belt_example_is_also_a_program(capsys: pytest.CaptureFixture[str]) -> N
     assert "belt drive with a return spring" in capsys.readouterr().out
 
 
+@pytest.mark.usefixtures("here")
 def test_code_of_the_readme_and_the_pages_runs_as_printed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     declaration, script = _blocks("README.md", "python")
     *_, twin_script = _blocks("docs/declaring.md", "python")
     simulation, kept, lanes = _blocks("docs/identifying.md", "python")
-    monkeypatch.chdir(tmp_path)
     Path("my_axis.py").write_text(declaration)
     toml, *_ = _blocks("docs/declaring.md", "toml")
     Path("my_axis.toml").write_text(toml)
@@ -76,9 +74,6 @@ def _blocks(page: str, language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", (ROOT / page).read_text(), re.DOTALL)
 
 
-Run = Callable[..., tuple[int, str, str]]
-
-
 @pytest.mark.parametrize("name", LIBRARY)
 def test_gallery_has_every_parameter_of_an_axis(name: str) -> None:
     text = text_of(name)
@@ -87,7 +82,7 @@ def test_gallery_has_every_parameter_of_an_axis(name: str) -> None:
 
 
 @pytest.mark.slow
-def test_command_of_the_gallery_runs_as_printed(run: Callable[..., object]) -> None:
+def test_command_of_the_gallery_runs_as_printed(run: Run) -> None:
     (command,) = re.findall(r"^\$ axisid (.*)$", text_of("pendulum"), re.MULTILINE)
     code, out, err = run(*shlex.split(command))  # type: ignore[misc]
     assert (code, err) == (0, "")

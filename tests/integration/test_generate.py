@@ -7,7 +7,6 @@ import resource
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +15,8 @@ import pytest
 from axisid import build, load_axis
 from axisid.codegen.generated_axes.folder import check_files, expected_files, write_files
 from axisid.modeling import LIBRARY
-
-Run = Callable[..., tuple[int, str, str]]
+from tests.command_line import Run
+from tests.files import text_file
 
 
 @functools.cache
@@ -52,8 +51,7 @@ FINE = (
 def test_bad_axis_among_good_ones_writes_nothing(
     run: Run, tmp_path: Path, text: str, said: str
 ) -> None:
-    bad = tmp_path / "bad.py"
-    bad.write_text(text)
+    bad = text_file(tmp_path / "bad.py", text)
     code, _, err = run("generate", "emps", bad, "--output", tmp_path / "generated")
     assert code == 4
     assert said in err
@@ -139,10 +137,10 @@ def test_check_finds_what_is_left_of_axes_that_are_gone_and_foreign_files(
 
 
 def test_user_axis_is_generated_into_a_folder_of_its_name(run: Run, tmp_path: Path) -> None:
-    mine = tmp_path / "mine.py"
-    mine.write_text(
+    mine = text_file(
+        tmp_path / "mine.py",
         "from dataclasses import replace\nfrom axisid import load_axis\n"
-        "axis = replace(load_axis('emps'), name='mine')\n"
+        "axis = replace(load_axis('emps'), name='mine')\n",
     )
     assert run("generate", mine, "--output", tmp_path / "generated")[0] == 0
     assert (tmp_path / "generated" / "mine" / "functions.py").is_file()
@@ -152,8 +150,7 @@ def test_user_axis_is_generated_into_a_folder_of_its_name(run: Run, tmp_path: Pa
 @pytest.mark.slow
 def test_file_size_limit_leaves_the_old_file_whole(folder: Path) -> None:
     """A real limit in a real process: the write is cut in the middle."""
-    target = folder / "emps" / "functions.py"
-    target.write_text("old")
+    target = text_file(folder / "emps" / "functions.py", "old")
 
     def limit() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))

@@ -1,7 +1,6 @@
 """A multisine added to the control, from a simulator apart from axisid: found, checked, missed."""
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -30,6 +29,8 @@ from axisid.estimation.diagnostics.control_law import law_agreement
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling.declaration import back_and_forth
 from benchmarks.machines import Machine, records, white
+from tests.command_line import Run
+from tests.files import csv_file
 from tests.refusals import refuses
 from tests.run_files import run_file
 
@@ -138,16 +139,15 @@ def test_validation_reckons_with_it_and_misses_it(
 
 @pytest.mark.slow
 def test_the_command_line_takes_it_and_the_file_says_where_it_entered(
-    run: Callable[..., tuple[int, str, str]], emps2015: GeneratedAxis, tmp_path: Path
+    run: Run, emps2015: GeneratedAxis, tmp_path: Path
 ) -> None:
     added = multisine(0.3)
     noise = np.random.default_rng(1).normal(scale=1e-6, size=len(REFERENCE))
     given = {"position_noise": noise, "injected": added}
     loop = simulate(emps2015, emps2015.nominal, REFERENCE, 1e-3, **given)  # type: ignore[arg-type]
-    columns = (loop.time, REFERENCE, loop.measured_position, loop.control, added)
-    file, out = tmp_path / "log.csv", tmp_path / "result.json"
-    header = "time,reference,position,control,exc"
-    np.savetxt(file, np.column_stack(columns), delimiter=",", header=header, comments="")
+    columns = {"time": loop.time, "reference": REFERENCE, "position": loop.measured_position}
+    columns |= {"control": loop.control, "exc": added}
+    file, out = csv_file(tmp_path / "log.csv", columns), tmp_path / "result.json"
     own = run_file(file, columns={"injected": "exc"}, injected_at="control")
     code, text, err = run("identify", "emps2015", own, "--json", out)
     assert (code, err) == (0, "")

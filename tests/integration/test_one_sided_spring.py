@@ -1,12 +1,12 @@
 """An axis with a one-sided spring, declared by its energies in TOML, from `show` to `identify`."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-Run = Callable[..., tuple[int, str, str]]
+from tests.command_line import Run
+from tests.files import text_file
 
 AXIS = """
 name = "bumper"
@@ -55,8 +55,9 @@ position_noise = 1e-6
 def test_a_potential_with_a_kink_is_shown_generated_and_identified(
     run: Run, tmp_path: Path, potential: str, unit: str, truth: float
 ) -> None:
-    file = tmp_path / "bumper.toml"
-    file.write_text(AXIS.format(potential=potential, unit=unit, truth=truth))
+    file = text_file(
+        tmp_path / "bumper.toml", AXIS.format(potential=potential, unit=unit, truth=truth)
+    )
     for style in ("text", "latex", "markdown"):
         code, _, err = run("show", file, "--format", style)
         assert code == 0, err
@@ -73,8 +74,9 @@ def test_a_potential_with_a_kink_is_shown_generated_and_identified(
 
 
 def test_a_potential_that_jumps_is_refused(run: Run, tmp_path: Path) -> None:
-    file = tmp_path / "bumper.toml"
-    file.write_text(AXIS.format(potential="k*sign(x - rest)", unit="J", truth=1.0))
+    file = text_file(
+        tmp_path / "bumper.toml", AXIS.format(potential="k*sign(x - rest)", unit="J", truth=1.0)
+    )
     code, _, err = run("show", file)
     assert code == 4
     assert "the potential energy jumps with x" in err

@@ -2,7 +2,6 @@
 
 import copy
 import dataclasses
-import json
 import multiprocessing
 import operator
 import pickle
@@ -88,9 +87,7 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     reference = record.reference
     log = tmp_path_factory.mktemp("log") / "log.csv"
     log.write_text("time,position,force\n0,1,2\n")
-    file = log.with_name("result.json")
-    file.write_text(json.dumps(found.to_dict()))
-    saved = load_result(file)
+    saved = load_result(found.save(log.with_name("result.json")))
     ladder = friction_ladder(declared)
     lanes = RecordLanes(
         reference=reference.copy(),

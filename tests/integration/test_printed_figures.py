@@ -2,13 +2,11 @@
 
 import re
 import runpy
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from axisid import Prefilter, Record, build, compare, friction_ladder, load_axis
-
-Run = Callable[..., tuple[int, str, str]]
+from tests.command_line import Run
 
 
 def test_the_readme_shows_what_its_command_prints(

@@ -12,7 +12,6 @@ from axisid import (
     compare,
     fit,
     friction_ladder,
-    identify,
     load_axis,
     load_result,
     sweep,
@@ -25,11 +24,6 @@ from axisid.support.presentable import Presentable
 from tests.refusals import refuses
 
 FIGURES = "force autocorrelation spectrum convergence friction tracking record".split()
-
-
-@pytest.fixture(scope="module")
-def result(emps2015: GeneratedAxis, twin: Record) -> Identification:
-    return identify(emps2015, twin)
 
 
 @pytest.fixture(scope="module")

@@ -20,6 +20,7 @@ from axisid.estimation.records.record import Record
 from axisid.support import memory
 from tests.bounded import within
 from tests.estimation.logs.test_read_formats import bag_of
+from tests.files import csv_file, text_file
 from tests.refusals import refuses
 
 ROOM = 20e6  # bytes; each file below unfolds to more and is smaller by far
@@ -126,8 +127,7 @@ def test_messages_of_a_bag_are_counted(tmp_path: Path) -> None:
 
 def test_a_file_too_large_to_read_is_to_be_cut_into_shorter_ones(tmp_path: Path) -> None:
     """Windows would not do: the whole file is read before they are taken."""
-    file = tmp_path / "log.csv"
-    file.write_text("time,position\n" + "0,1\n" * 1000)
+    file = text_file(tmp_path / "log.csv", "time,position\n" + "0,1\n" * 1000)
     with refuses("memory", says="into shorter files, .* records of one regression") as refused:
         read_record(file, max_memory=1e5)
     assert "max_memory" in str(refused.value)
@@ -138,8 +138,7 @@ def test_a_file_too_large_to_read_is_to_be_cut_into_shorter_ones(tmp_path: Path)
 
 def test_log_that_fits_is_read(tmp_path: Path) -> None:
     rows = "\n".join(f"{k},{k % 7}.5,{k % 5}" for k in range(2000))
-    file = tmp_path / "log.csv"
-    file.write_text(f"time,position,control\n{rows}\n")
+    file = text_file(tmp_path / "log.csv", f"time,position,control\n{rows}\n")
     need = 3 * file.stat().st_size + 200 * 2001
     assert len(read_record(file, max_memory=need)) == 2000
     with refuses("memory"):
@@ -187,9 +186,7 @@ def written(file: Path, twin: Record, factor: float = 1.0) -> Path:
         options = {"compression": "none", "use_dictionary": False, "write_statistics": False}
         pytest.importorskip("pyarrow.parquet").write_table(arrow.table(columns), file, **options)
     else:
-        table = np.column_stack(list(columns.values()))
-        head = ",".join(columns)
-        np.savetxt(file, table, fmt="%+.12e", delimiter=",", header=head, comments="")
+        csv_file(file, columns, "%+.12e")
     return file
 
 
@@ -233,15 +230,12 @@ def test_log_that_its_library_reads_is_held_against_its_hash(
         read_table(file)
 
 
-def test_paths_stand_beside_each_other_as_given_and_absolute(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, twin: Record
-) -> None:
-    (tmp_path / "logs").mkdir()
-    written(tmp_path / "logs" / "log.csv", twin)
-    monkeypatch.chdir(tmp_path)
+def test_paths_stand_beside_each_other_as_given_and_absolute(here: Path, twin: Record) -> None:
+    (here / "logs").mkdir()
+    written(here / "logs" / "log.csv", twin)
     for given in ("logs/log.csv", Path("logs", "log.csv")):
         provenance = read_record(given).provenance
         assert provenance.source == "log.csv"
         assert provenance.given == "logs/log.csv"
-        assert provenance.path == str(tmp_path / "logs" / "log.csv")
+        assert provenance.path == str(here / "logs" / "log.csv")
     assert read_record({"time": twin.time, "position": twin.position}).provenance.path == ""

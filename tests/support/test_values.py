@@ -30,6 +30,7 @@ from axisid.support.arrays import Deferred
 from axisid.support.errors import DeclarationError, plain_numbers, range_text
 from axisid.support.files import csv_text, json_text, kept_if_filled
 from docs.extensions.error_tables import coded_errors, page
+from tests.files import text_file
 from tests.refusals import refuses
 
 
@@ -175,21 +176,13 @@ def log(**columns: object) -> dict[str, object]:
     return {"time": TIME, "position": POSITION} | columns
 
 
-def written(folder: Path, text: str) -> Path:
-    file = folder / "log.csv"
-    file.write_text(text)
-    return file
-
-
 def emps() -> axisid.codegen.GeneratedAxis:
     return axisid.build(axisid.load_axis("emps2015"), native=False)
 
 
 def streamed(folder: Path) -> Path:
     """What a file of a result begins with that is no longer read."""
-    file = folder / "stream.json"
-    file.write_text(json.dumps({"schema": "axisid.stream/1"}))
-    return file
+    return text_file(folder / "stream.json", json.dumps({"schema": "axisid.stream/1"}))
 
 
 Case = Callable[[Path], object]
@@ -203,9 +196,9 @@ CASES: list[tuple[str, Case]] = [
     ("empty-cells", lambda _: read_record(log(position=np.where(TIME == 0.1, np.nan, POSITION)))),
     ("wrap", lambda _: read_record(log(position=np.mod(40 * TIME, 2 * np.pi)))),
     ("wrap", lambda _: read_record(log(), repairs=Repairs(wrap=1.0))),
-    ("log-text", lambda folder: read_record(written(folder, f"{TEXT}\n0.4"))),
-    ("log-text", lambda folder: read_record(written(folder, f"{TEXT}\n0.400,a\n"))),
-    ("memory", lambda folder: read_record(written(folder, TEXT), max_memory=1.0)),
+    ("log-text", lambda folder: read_record(text_file(folder / "log.csv", f"{TEXT}\n0.4"))),
+    ("log-text", lambda folder: read_record(text_file(folder / "log.csv", f"{TEXT}\n0.400,a\n"))),
+    ("memory", lambda folder: read_record(text_file(folder / "log.csv", TEXT), max_memory=1.0)),
     ("units", lambda _: read_record(log(), columns={"position": "position:furlong"})),
     ("units", lambda _: read_record(log(), columns={"position": "position:ms"})),
     ("columns", lambda _: read_record({"time": TIME, "q": POSITION})),
@@ -216,7 +209,7 @@ CASES: list[tuple[str, Case]] = [
     ("missing-column", lambda _: FilteredRecord.bind(emps(), BARE, FILTER).force),
     ("missing-column", lambda _: loop_reference(emps(), BARE)),
     ("comparison", lambda _: axisid.compare([emps()], BARE)),
-    ("file", lambda folder: write_files(written(folder, ""), {Path("a"): "text"})),
+    ("file", lambda folder: write_files(text_file(folder / "log.csv", ""), {Path("a"): "text"})),
     ("result-file", lambda folder: axisid.load_result(streamed(folder))),
 ]
 

@@ -35,6 +35,7 @@ from axisid.modeling.quantities.symbols import Parameter
 from tests.axes.bodies import body, rotor, turn
 from tests.axes.simulated import AXES
 from tests.codegen.native.placed import placed_library
+from tests.command_line import Run
 
 pytestmark = pytest.mark.usefixtures("c_compiler")
 
@@ -221,7 +222,7 @@ def test_no_working_compiler_means_no_library_and_a_reason(
 @pytest.mark.slow
 def test_no_working_compiler_means_the_virtual_machine_and_one_line(
     cache: Path,
-    run: Callable[..., tuple[int, str, str]],
+    run: Run,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setenv("CC", "absent-cc")

@@ -1,7 +1,6 @@
 """What a command wrote it may write anew; what it did not write stays, unless it is forced."""
 
 import itertools
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -11,8 +10,7 @@ from axisid.commands.options.outputs import is_earlier
 from axisid.paper.study import STUDY_FILES
 from axisid.presentation.matplotlib_backend.matplotlib import FORMATS, write_figures
 from axisid.presentation.plots import sweep_plot
-
-Run = Callable[..., tuple[int, str, str]]
+from tests.command_line import Run
 
 TARGETS = ("c", "st", "python", "json", "toml", "csv", "latex")
 KINDS = (

@@ -2,7 +2,6 @@
 
 import json
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +12,10 @@ import pytest
 from axisid import Record, fleet, load_axis
 from axisid.commands.main import cli
 from axisid.fleets import gather_items
+from tests.command_line import Refused, Run
+from tests.files import csv_file, text_file
 from tests.run_files import run_file
 
-Run = Callable[..., tuple[int, str, str]]
-Refused = Callable[..., str]
 LS = ("--method", "idm-ls", "--bootstrap", "0")
 NAMED = {"time": "t", "reference": "r", "position": "pos", "control": "volts"}
 
@@ -25,10 +24,7 @@ NAMED = {"time": "t", "reference": "r", "position": "pos", "control": "volts"}
 def log(twin: Record, tmp_path: Path) -> Path:
     columns = {NAMED[role]: values[:3000] for role, values in twin.channels().items()}
     columns["pos"] = 1e3 * columns["pos"]
-    rows = (",".join(f"{x:.12g}" for x in row) for row in zip(*columns.values(), strict=True))
-    file = tmp_path / "log.csv"
-    file.write_text("\n".join([",".join(columns), *rows]))
-    return file
+    return csv_file(tmp_path / "log.csv", columns, "%.12g")
 
 
 OPTIONS = ("--columns", "time=t,reference=r:mm,position=pos:mm,control=volts", "--window", "0.2..2")
@@ -91,10 +87,8 @@ def test_a_list_of_axes_ends_before_it(refused: Refused, log: Path) -> None:
 
 
 @pytest.mark.slow
-def test_what_new_writes_gives_what_options_give(
-    run: Run, twin: Record, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+@pytest.mark.usefixtures("here")
+def test_what_new_writes_gives_what_options_give(run: Run, twin: Record) -> None:
     twin.write("log.csv", load_axis("emps2015"))
     code, out, err = run("new", "--record", "log.csv")
     assert (code, err) == (0, "")
@@ -172,8 +166,7 @@ def test_a_key_that_is_taken_for_an_option_is_told(refused: Refused) -> None:
     refused("identify", "emps", "log.csv", "--sample-period", "1e-3", says=said)
 
 
-FILTER = ("--method", "idm-ls")
-IDENTIFY = ("identify", "emps2015", *FILTER)
+IDENTIFY = ("identify", "emps2015", "--method", "idm-ls")
 
 
 @pytest.fixture
@@ -182,12 +175,11 @@ def columns(twin: Record) -> dict[str, np.ndarray]:
     return {"t": named["time"], "pos": named["position"], "volts": named["control"]}
 
 
-def write(file: Path, columns: dict[str, np.ndarray], *, german: bool = False) -> Path:
-    separator, mark = (";", ",") if german else (",", ".")
+def german(file: Path, columns: dict[str, np.ndarray]) -> Path:
+    """Columns with a decimal comma."""
     rows = zip(*columns.values(), strict=True)
-    lines = [separator.join(f"{x:.17g}".replace(".", mark) for x in row) for row in rows]
-    file.write_text("\n".join([separator.join(columns), *lines]), encoding="utf-8")
-    return file
+    lines = [";".join(f"{x:.17g}".replace(".", ",") for x in row) for row in rows]
+    return text_file(file, "\n".join([";".join(columns), *lines]))
 
 
 CHOSEN = "time=t,position=pos,control=volts"
@@ -202,16 +194,9 @@ def test_a_column_whose_name_has_a_comma_is_quoted(
     run: Run, refused: Refused, tmp_path: Path, columns: dict[str, np.ndarray]
 ) -> None:
     named = {"t": columns["t"], "pos": columns["pos"], "volts, raw": columns["volts"]}
-    file = write(tmp_path / "comma.csv", named, german=True)
-    found = told(
-        run,
-        "identify",
-        "emps2015",
-        *FILTER,
-        file,
-        "--columns",
-        'time=t, position=pos,"control=volts, raw:V"',
-    )
+    file = german(tmp_path / "comma.csv", named)
+    quoted = 'time=t, position=pos,"control=volts, raw:V"'
+    found = told(run, *IDENTIFY, file, "--columns", quoted)
     assert found["record"]["columns"]["control"] == "volts, raw"
     unquoted = ("--columns", "time=t,control=volts, raw")
     refused("identify", "emps2015", file, *unquoted, says="quote a pair whose name has a comma")
@@ -221,30 +206,15 @@ def test_a_column_whose_name_has_a_comma_is_quoted(
 def test_log_in_other_units_and_another_dialect_gives_the_same_estimates(
     run: Run, tmp_path: Path, columns: dict[str, np.ndarray]
 ) -> None:
-    plain = told(
-        run,
-        "identify",
-        "emps2015",
-        *FILTER,
-        write(tmp_path / "si.csv", columns),
-        "--columns",
-        CHOSEN,
-    )
+    plain = told(run, *IDENTIFY, csv_file(tmp_path / "si.csv", columns), "--columns", CHOSEN)
     scaled = {
         "t": 1e3 * columns["t"],
         "pos [mm]": 1e3 * columns["pos"],
         "volts": 1e3 * columns["volts"],
     }
-    file = write(tmp_path / "scaled.csv", scaled, german=True)
-    other = told(
-        run,
-        "identify",
-        "emps2015",
-        *FILTER,
-        file,
-        "--columns",
-        "time=t:ms,position=pos,control=volts:mV",
-    )
+    file = german(tmp_path / "scaled.csv", scaled)
+    units = "time=t:ms,position=pos,control=volts:mV"
+    other = told(run, *IDENTIFY, file, "--columns", units)
     assert values(other) == pytest.approx(values(plain), rel=1e-9)
     assert other["record"]["assumed"] == [
         "separator semicolon, decimal comma",
@@ -277,7 +247,7 @@ def test_what_cannot_be_done_is_one_sentence(
     code: int,
     message: str,
 ) -> None:
-    file = write(tmp_path / "log.csv", columns)
+    file = csv_file(tmp_path / "log.csv", columns)
     chosen = [] if "--columns" in options else ["--columns", CHOSEN]
     said = refused("identify", "emps2015", file, *chosen, *options, says=message, code=code)
     assert said.count("\n") == 1
@@ -287,25 +257,12 @@ def test_what_cannot_be_done_is_one_sentence(
 def test_windows_are_taken_and_told(
     run: Run, tmp_path: Path, columns: dict[str, np.ndarray]
 ) -> None:
-    file = write(tmp_path / "log.csv", columns)
-    one = told(
-        run, "identify", "emps2015", *FILTER, file, "--columns", CHOSEN, "--window", "0.5..2.5"
-    )
+    file = csv_file(tmp_path / "log.csv", columns)
+    chosen = (*IDENTIFY, file, "--columns", CHOSEN)
+    one = told(run, *chosen, "--window", "0.5..2.5")
     assert one["record"]["windows"] == [[0.5, 2.5]]
-    two = told(
-        run,
-        "identify",
-        "emps2015",
-        *FILTER,
-        file,
-        "--columns",
-        CHOSEN,
-        "--window",
-        "..1",
-        "--window",
-        "1.5..",
-    )
+    two = told(run, *chosen, "--window", "..1", "--window", "1.5..")
     first, last = columns["t"][[0, -1]]
     assert two["record"]["windows"] == [[first, 1.0], [1.5, last]]
-    cut = write(tmp_path / "cut.csv", {k: v[500:2501] for k, v in columns.items()})
+    cut = csv_file(tmp_path / "cut.csv", {k: v[500:2501] for k, v in columns.items()})
     assert values(told(run, *IDENTIFY, cut, "--columns", CHOSEN)) == values(one)

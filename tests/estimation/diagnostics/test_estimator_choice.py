@@ -31,13 +31,8 @@ STAGE = Machine(mass=100.2, viscous=236.9, coulomb=24.8, control_noise=white(2e-
 
 
 @pytest.fixture(scope="module")
-def every(emps2015: GeneratedAxis, twin: Record) -> Identification:
-    return identify(emps2015, twin)
-
-
-@pytest.fixture(scope="module")
-def both(every: Identification) -> Identification:
-    return replace(every, estimates={name: every[name] for name in BOTH})
+def both(result: Identification) -> Identification:
+    return replace(result, estimates={name: result[name] for name in BOTH})
 
 
 def found(
@@ -90,9 +85,9 @@ def test_it_fails_where_it_is_significant_and_matters(both: Identification) -> N
     assert judged(both.estimates, found(1.2, p=0.2)).p_value == 1e-6, "together, if not alone"
 
 
-def test_forms_far_apart_fail_where_no_instruments_tell(every: Identification) -> None:
+def test_forms_far_apart_fail_where_no_instruments_tell(result: Identification) -> None:
     far, near, same = (
-        forms_check({DDM_LESS_IDM: each}, every.estimates)
+        forms_check({DDM_LESS_IDM: each}, result.estimates)
         for each in (found(12.0), found(1.2), found(12.0, shift=0.4))
     )
     assert (far.status, near.status, same.status) == ("fail", "note", "pass")
@@ -102,9 +97,9 @@ def test_forms_far_apart_fail_where_no_instruments_tell(every: Identification) -
 
 @pytest.mark.parametrize(("deviations", "status"), [(0.2, "pass"), (-3.0, "note")])
 def test_least_squares_alone_is_held_against_its_twins(
-    every: Identification, deviations: float, status: str
+    result: Identification, deviations: float, status: str
 ) -> None:
-    ls = every["idm-ls"]
+    ls = result["idm-ls"]
     ls = ls.with_inference(bias=deviations * np.sqrt(np.diag(ls.covariance)))
     check = method_check(ls, {"idm-ls": ls}, {}, NO_STEPS, law_passed=True)
     assert check.status == status

@@ -1,6 +1,5 @@
 """Covariances as rows of a table, and two estimates against each other and a resampling."""
 
-import json
 from itertools import pairwise
 from pathlib import Path
 
@@ -35,29 +34,28 @@ def added(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def result(added: None, emps2015: GeneratedAxis, twin: Record) -> Identification:
+def by_hc3(added: None, emps2015: GeneratedAxis, twin: Record) -> Identification:
     return identify(emps2015, twin, methods=["idm-ls", "ddm-ls"], covariance=NAME)
 
 
-def test_one_class_and_one_row_add_a_covariance(result: Identification) -> None:
-    estimate = result["idm-ls"]
+def test_one_class_and_one_row_add_a_covariance(by_hc3: Identification) -> None:
+    estimate = by_hc3["idm-ls"]
     fitted = sm.OLS(estimate.y, estimate.X).fit(cov_type="HC3")
     assert estimate.covariances[NAME] == pytest.approx(fitted.cov_params(), rel=1e-9)
-    for estimate in result.estimates.values():
+    for estimate in by_hc3.estimates.values():
         for value, variance in zip(
             estimate.parameters.values(), np.diag(estimate.covariances[NAME]), strict=True
         ):
             assert {*value.deviations} == {*COVARIANCES}
             assert value.deviation == value.deviations[NAME] == pytest.approx(np.sqrt(variance))
-    assert "HC3" in result.summary(full=True)
+    assert "HC3" in by_hc3.summary(full=True)
 
 
 @pytest.mark.usefixtures("added")
 def test_a_file_of_a_covariance_that_is_not_there_is_refused(
-    result: Identification, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    by_hc3: Identification, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    file = tmp_path / "result.json"
-    file.write_text(json.dumps(result.to_dict()))
+    file = by_hc3.save(tmp_path / "result.json")
     monkeypatch.delitem(COVARIANCES, NAME)
     with refuses("result-file", says="'hc3'"):
         load_result(file)
@@ -86,21 +84,16 @@ def test_intervals_draws_and_correlation_are_of_the_chosen_covariance(
     assert result.to_dict()["estimates"][0]["chosen_covariance"] == chosen
 
 
-@pytest.fixture(scope="module")
-def twins_result(emps2015: GeneratedAxis, twin: Record) -> Identification:
-    return identify(emps2015, twin)
-
-
-def test_it_is_the_difference_of_what_is_less_its_bias(twins_result: Identification) -> None:
+def test_it_is_the_difference_of_what_is_less_its_bias(result: Identification) -> None:
     for one, other in pairwise(("idm-ls", "idm-iv", "didim")):
-        expected = twins_result[one].corrected - twins_result[other].corrected
-        found = hausman(twins_result[one], twins_result[other])
+        expected = result[one].corrected - result[other].corrected
+        found = hausman(result[one], result[other])
         assert [each.difference for each in found.values()] == list(expected)
 
 
-def test_two_solvers_of_one_system_differ_by_nothing(twins_result: Identification) -> None:
+def test_two_solvers_of_one_system_differ_by_nothing(result: Identification) -> None:
     """IDM-IV and DDM-IV solve the same equations by the same instruments."""
-    found = hausman(twins_result["idm-iv"], twins_result["ddm-iv"])
+    found = hausman(result["idm-iv"], result["ddm-iv"])
     assert max(each.shift for each in found.values()) < 1e-2
     assert significant_differences(found) == {}
 

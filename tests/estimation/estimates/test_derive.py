@@ -146,11 +146,6 @@ def test_function_that_bends_within_the_uncertainty_warns(estimate: Estimate) ->
         estimate.derive("1/Fv")
 
 
-@pytest.fixture(scope="module")
-def result(emps2015: GeneratedAxis, twin: Record) -> Identification:
-    return identify(emps2015, twin)
-
-
 def widened(estimate: Estimate, factor: float) -> Estimate:
     """The same estimate with deviations that many times as large."""
     return estimate.with_inference(

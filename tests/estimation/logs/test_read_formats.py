@@ -14,6 +14,7 @@ import pytest
 
 from axisid import DataError, Record, load_axis, read_record
 from axisid.estimation import Repairs
+from tests.files import text_file
 from tests.refusals import refuses
 
 N = 50
@@ -414,8 +415,7 @@ def lines(each: Any) -> str:
     ],
 )
 def test_every_shape_is_the_same_record(tmp_path: Path, name: str, text: str) -> None:
-    file = tmp_path / name
-    file.write_text(text)
+    file = text_file(tmp_path / name, text)
     record = read_record(file)
     assert record.position == pytest.approx(COLUMNS["position"], abs=1e-15)
     assert record.time == pytest.approx(T, abs=1e-12)
@@ -423,8 +423,7 @@ def test_every_shape_is_the_same_record(tmp_path: Path, name: str, text: str) ->
 
 
 def test_rows_without_names_are_called_by_number(tmp_path: Path) -> None:
-    file = tmp_path / "rows.jsonl"
-    file.write_text(lines(ROWS))
+    file = text_file(tmp_path / "rows.jsonl", lines(ROWS))
     assert len(read_record(file, columns=NUMBERED)) == N
 
 
@@ -439,12 +438,11 @@ def test_time_stamps_and_packed_files_are_read(tmp_path: Path) -> None:
 
 
 def test_what_is_missing_in_a_record_is_an_empty_cell(tmp_path: Path) -> None:
-    file = tmp_path / "log.json"
     lacking = [{**record} for record in RECORDS]
     del lacking[7]["position"]
-    file.write_text(json.dumps([*lacking[:9], lacking[9] | {"position": None}, *lacking[10:]]))
+    text = json.dumps([*lacking[:9], lacking[9] | {"position": None}, *lacking[10:]])
     with refuses("empty-cells", r"data row 8 \(2 of 50"):
-        read_record(file)
+        read_record(text_file(tmp_path / "log.json", text))
 
 
 @pytest.mark.parametrize(
@@ -464,7 +462,6 @@ def test_what_is_missing_in_a_record_is_an_empty_cell(tmp_path: Path) -> None:
     ],
 )
 def test_what_is_no_log_is_told(tmp_path: Path, name: str, text: str, said: str) -> None:
-    file = tmp_path / name
-    file.write_text(text)
+    file = text_file(tmp_path / name, text)
     with pytest.raises(DataError, match=said):
         read_record(file)

@@ -1,7 +1,6 @@
 """Comparing models: the law behind the data is found, and a richer one only where it is needed."""
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -28,9 +27,8 @@ from axisid.elements import Drive, spring
 from axisid.estimation import Comparison
 from axisid.estimation.model_validation.held_out import contiguous_blocks
 from tests.axes.bodies import body
+from tests.command_line import Run
 from tests.refusals import refuses
-
-Run = Callable[..., tuple[int, str, str]]
 
 ZOH = Prefilter(hold="zoh", drop=(48, 0))
 RECIPE = Prefilter(cutoff=100.0, decimate=10, drop=(49, 0), hold="raw", reversals="keep")
@@ -241,17 +239,16 @@ axis = newton(
 
 
 @pytest.fixture
-def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, twin: Record) -> Path:
+def files(here: Path, twin: Record) -> Path:
     """Two axes and a log, in the working directory."""
-    monkeypatch.chdir(tmp_path)
     text = AXIS.replace("Fv, Fc)", "Fv)").replace(
         "(viscous(Fv, q), coulomb(Fc, q))", "viscous(Fv, q)"
     )
-    (tmp_path / "a.py").write_text(text)
-    (tmp_path / "b.py").write_text(AXIS)
-    (tmp_path / "c.py").write_text(AXIS.replace("stage", "third").replace("gain=35.15", "gain=7"))
-    twin.write(tmp_path / "log.csv", load_axis("emps2015"))
-    return tmp_path
+    (here / "a.py").write_text(text)
+    (here / "b.py").write_text(AXIS)
+    (here / "c.py").write_text(AXIS.replace("stage", "third").replace("gain=35.15", "gain=7"))
+    twin.write(here / "log.csv", load_axis("emps2015"))
+    return here
 
 
 @pytest.mark.slow

@@ -3,7 +3,6 @@
 import json
 import math
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,9 +15,8 @@ from axisid.estimation import Sweep
 from axisid.estimation.model_validation.cutoff_sweep import default_cutoffs, motion_errors
 from axisid.presentation.matplotlib_backend import sweep_figure
 from axisid.presentation.plots.result import sweep_plot
+from tests.command_line import Run
 from tests.refusals import refuses
-
-Run = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture(scope="module")
@@ -146,17 +144,12 @@ def test_command_prints_a_table_and_writes_json_and_a_figure(run: Run, tmp_path:
     ],
 )
 def test_bad_options_exit_2(
-    run: Run,
-    tmp_path: Path,
-    options: tuple[object, ...],
-    message: str,
-    monkeypatch: pytest.MonkeyPatch,
+    run: Run, here: Path, options: tuple[object, ...], message: str
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     code, _, err = run("sweep", "emps2015", "--points", 2, *options)
     assert code == 2
     assert message in err
-    assert not list(tmp_path.iterdir())
+    assert not list(here.iterdir())
 
 
 @pytest.mark.slow

@@ -1,6 +1,5 @@
 """Fits of machines that rest, of friction that remembers, of a time of the drive."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
 from typing import Any
@@ -16,10 +15,10 @@ from axisid.modeling import Move, back_and_forth
 from axisid.support.arrays import Array
 from benchmarks.machines import Machine, white
 from tests.axes.remembering import CASCADE, Fc, bristle, declared, virtual, x
+from tests.command_line import Run
 from tests.estimation.output_error.fits import checks, looped, off
 from tests.refusals import refuses
 
-Run = Callable[..., tuple[int, str, str]]
 field: Any = import_module("field")
 PUSHED = Machine(resolution=5e-8, force_noise=white(3.0))
 

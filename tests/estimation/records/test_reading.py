@@ -5,7 +5,6 @@ Columns that a log may have besides: measured motion, a test signal, signals of 
 A record's period is the declared law's, or the verdict says so; right logs raise no alarm.
 """
 
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,7 @@ from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
 from tests.axes.recorded import recorded_axis
+from tests.files import csv_file, text_file
 from tests.refusals import refuses
 
 ROWS = [(0.001 * k, np.sin(k / 9), np.cos(k / 9), 0.1 * k % 0.7) for k in range(40)]
@@ -32,14 +32,8 @@ def text(delimiter: str = ",", header: str = "time,position,reference,control") 
     return "\n".join(lines + [delimiter.join(f"{x:.17g}" for x in row) for row in ROWS]) + "\n"
 
 
-def write(tmp_path: Path, content: str, name: str = "log.csv") -> Path:
-    file = tmp_path / name
-    file.write_text(content, encoding="utf-8")
-    return file
-
-
 def test_columns_are_found_by_the_users_names_then_the_axis_then_the_role(tmp_path: Path) -> None:
-    file = write(tmp_path, text(header="t,qm,qg,volts"))
+    file = text_file(tmp_path / "log.csv", text(header="t,qm,qg,volts"))
     record = read_record(file, load_axis("emps"), columns={"control": "volts"})
     assert record.provenance.columns == {
         "time": "t",
@@ -51,7 +45,7 @@ def test_columns_are_found_by_the_users_names_then_the_axis_then_the_role(tmp_pa
 
 def test_quoted_cells_blank_lines_and_byte_order_marks_are_read(tmp_path: Path) -> None:
     quoted = "\ufeff" + text().replace("\n", "\n\n").replace("0.001,", '"0.001",')
-    assert len(read_record(write(tmp_path, quoted))) == 40
+    assert len(read_record(text_file(tmp_path / "log.csv", quoted))) == 40
 
 
 @pytest.mark.parametrize(
@@ -91,11 +85,11 @@ def test_quoted_cells_blank_lines_and_byte_order_marks_are_read(tmp_path: Path) 
 )
 def test_bad_text_is_explained(tmp_path: Path, content: str, code: str, says: str) -> None:
     with refuses(code, says):
-        read_record(write(tmp_path, content))
+        read_record(text_file(tmp_path / "log.csv", content))
 
 
 def test_all_missing_columns_are_told_at_once(tmp_path: Path) -> None:
-    file = write(tmp_path, text(header="t,pos,ref,volts"))
+    file = text_file(tmp_path / "log.csv", text(header="t,pos,ref,volts"))
     declared = (
         "no column 'qm' for the position, 'qg' for the reference, 'vir' for the control; found"
     )
@@ -108,13 +102,15 @@ def test_all_missing_columns_are_told_at_once(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("wanted", ["ISTPOSITION", "Istpositon", "istposition", "Soll"])
 def test_column_of_nearly_the_name_is_proposed(tmp_path: Path, wanted: str) -> None:
-    file = write(tmp_path, text(header="time,Istposition,Soll position of axis 1,control"))
+    file = text_file(
+        tmp_path / "log.csv", text(header="time,Istposition,Soll position of axis 1,control")
+    )
     with refuses("columns", says="Did you mean '(Istposition|Soll position of axis 1)'"):
         read_record(file, columns={"position": wanted})
 
 
 def test_names_that_occur_twice_matter_only_where_they_are_asked_for(tmp_path: Path) -> None:
-    file = write(tmp_path, text(header="time,position,x,x"))
+    file = text_file(tmp_path / "log.csv", text(header="time,position,x,x"))
     assert len(read_record(file)) == len(ROWS)
     with refuses("columns", says=r"'x' for the control.*several columns: x\.1, x\.2"):
         read_record(file, columns={"control": "x"})
@@ -263,17 +259,10 @@ def columns(**changed: Any) -> dict[str, Array]:
     return {name: v for name, v in given.items() if v is not None}
 
 
-def written(folder: Path, log: Mapping[str, Array]) -> Path:
-    file = folder / "log.csv"
-    rows = np.column_stack(list(log.values()))
-    np.savetxt(file, rows, delimiter=",", header=",".join(log), comments="", fmt="%.17g")
-    return file
-
-
 @pytest.mark.parametrize("named", ["p:bar", "#5:bar", "p:mbar*1000"])
 def test_a_signal_is_found_by_name_number_and_unit(named: str, tmp_path: Path) -> None:
     log = columns(pressure=None, p=PRESSURE / 1e5)
-    record = read_record(written(tmp_path, log), AXIS, columns={"pressure": named})
+    record = read_record(csv_file(tmp_path / "log.csv", log), AXIS, columns={"pressure": named})
     assert record.signals["pressure"] == pytest.approx(PRESSURE, rel=1e-12)
     assert record.provenance.columns["pressure"] == "p"
 

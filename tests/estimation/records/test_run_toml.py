@@ -14,6 +14,7 @@ from axisid.estimation import Repairs
 from axisid.estimation.choices import LOG_KEYS
 from axisid.estimation.records import log_of, started_run
 from axisid.support.errors import RunFileError
+from tests.files import text_file
 from tests.run_files import run_file
 
 N = 400
@@ -82,8 +83,7 @@ def test_examples_of_keys_are_values_of_them(tmp_path: Path) -> None:
     log = write(tmp_path)
     refused = {}
     for key in LOG_KEYS.values():
-        file = tmp_path / "run.toml"
-        file.write_text(f'log = "{log.name}"\n{key.name} = {key.example}\n')
+        file = text_file(tmp_path / "run.toml", f'log = "{log.name}"\n{key.name} = {key.example}\n')
         try:
             read_record(file)
         except RunFileError as error:
@@ -150,8 +150,7 @@ velocity = "splin"
 
 def test_all_mistakes_are_told_at_once_each_with_its_key(tmp_path: Path) -> None:
     write(tmp_path)
-    file = tmp_path / "run.toml"
-    file.write_text(MISTAKES)
+    file = text_file(tmp_path / "run.toml", MISTAKES)
     with pytest.raises(RunFileError) as refused:
         read_record(file)
     told = dict(mistake.split(": ", 1) for mistake in refused.value.mistakes)
@@ -190,8 +189,7 @@ def test_a_started_file_has_what_was_found_and_runs(tmp_path: Path) -> None:
     log = tmp_path / "log.csv"
     rows = (f"{i};{10 * math.sin(0.01 * i):.4f};{i % 7}" for i in range(500))
     log.write_text("\n".join(["t;pos [mm];u", *rows]))
-    file = tmp_path / "run.toml"
-    file.write_text(started_run(log))
+    file = text_file(tmp_path / "run.toml", started_run(log))
     text = file.read_text()
     assert tomllib.loads(text) == {"log": "log.csv", "columns": {}}
     for role in ("time", "position", "control"):

@@ -18,6 +18,7 @@ from axisid.modeling.declaration import ELEMENTS, Move
 from axisid.modeling.declaration.axis import Axis
 from axisid.support.errors import DeclarationError
 from tests.bounded import within
+from tests.files import text_file
 from tests.refusals import refuses
 
 EMPS2015 = """
@@ -437,11 +438,11 @@ CALLS = {
 
 def _with_element(folder: Path, call: str, units: dict[str, str], unit: str = "m") -> Axis:
     listed = "".join(f'{name} = {{ unit = "{each}" }}\n' for name, each in units.items())
-    file = folder / "axis.toml"
-    file.write_text(
+    file = text_file(
+        folder / "axis.toml",
         f'name = "made"\ncoordinate = {{ name = "q", unit = "{unit}" }}\n'
         f'drive = {{ gain = 1.0 }}\n[parameters]\nM = {{ unit = "kg" }}\n{listed}'
-        f'[newton]\ninertia = "M"\nresistance = ["{call}"]\n'
+        f'[newton]\ninertia = "M"\nresistance = ["{call}"]\n',
     )
     return load_axis(file)
 
@@ -521,8 +522,7 @@ gain = 30
 
 
 def test_friction_that_remembers_is_declared_by_its_states(tmp_path: Path) -> None:
-    file = tmp_path / "bristle.toml"
-    file.write_text(BRISTLE)
+    file = text_file(tmp_path / "bristle.toml", BRISTLE)
     axis = load_axis(str(file))
     x = Coordinate("x")
     M, s0, Fc, k, W = axis.parameters

@@ -6,8 +6,7 @@ import click
 import pytest
 from rich.cells import cell_len
 
-from axisid import Identification, Record, derive, identify, load_axis, sweep
-from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
+from axisid import Identification, Record, derive, load_axis, sweep
 from axisid.presentation.console.dressed import print_dressed
 from axisid.presentation.documents import (
     Block,
@@ -29,11 +28,6 @@ from axisid.presentation.formulas.axis_page import axis_document
 from axisid.presentation.views import as_blocks
 
 LONG = "words " * 30
-
-
-@pytest.fixture(scope="module")
-def result(emps2015: GeneratedAxis, twin: Record) -> Identification:
-    return identify(emps2015, twin)
 
 
 def dressed(document: Document, width: int, *, coloured: bool = True) -> str:

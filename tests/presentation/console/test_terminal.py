@@ -7,24 +7,17 @@ import subprocess
 import sys
 import time
 import warnings
-from collections.abc import Callable
 from pathlib import Path
 
 import click
 import pytest
 
-from axisid import Identification, Record, identify
+from axisid import Identification, Record
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.presentation.console.terminal import ProgressLine, print_document
 from axisid.presentation.documents import CheckGroup, Checks
 from axisid.support.progress import with_progress
-
-Run = Callable[..., tuple[int, str, str]]
-
-
-@pytest.fixture(scope="module")
-def result(emps2015: GeneratedAxis, twin: Record) -> Identification:
-    return identify(emps2015, twin)
+from tests.command_line import Run
 
 
 class Terminal(io.StringIO):

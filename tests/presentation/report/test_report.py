@@ -4,7 +4,6 @@ import base64
 import hashlib
 import json
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -28,9 +27,8 @@ from axisid.estimation.diagnostic_checks import conclusion
 from axisid.presentation.formulas.numbers import readable_text
 from axisid.presentation.report.figures import script_json, thinned
 from axisid.presentation.report.page import report_html, report_sweep
+from tests.command_line import Run
 from tests.pages import Page
-
-Run = Callable[..., tuple[int, str, str]]
 
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"'&<!--"
 FIGURES = (

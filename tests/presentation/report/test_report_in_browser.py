@@ -7,25 +7,22 @@ from pathlib import Path
 
 import pytest
 
-from axisid import Record, identify, twin_record
+from axisid import Identification, identify, twin_record
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.presentation.report.page import report_html, report_sweep
 from tests.axisid.chromium import Browser, browser, find_chromium
+from tests.files import text_file
 
 FIGURES = 9
 
 
 @pytest.fixture(scope="module")
-def page(
-    tmp_path_factory: pytest.TempPathFactory, emps2015: GeneratedAxis, twin: Record
-) -> Iterator[Browser]:
+def page(tmp_path_factory: pytest.TempPathFactory, result: Identification) -> Iterator[Browser]:
     program = find_chromium()
     if program is None:
         pytest.skip("no Chromium is installed (Debian: apt-get install chromium)")
     folder = tmp_path_factory.mktemp("report")
-    result = identify(emps2015, twin)
-    file = folder / "report.html"
-    file.write_text(report_html(result, report_sweep(result)), encoding="utf-8")
+    file = text_file(folder / "report.html", report_html(result, report_sweep(result)))
     with ExitStack() as stack:
         try:
             opened = stack.enter_context(browser(program, folder / "profile"))
@@ -191,8 +188,7 @@ def test_the_reader_picks_the_record_whose_figures_are_seen(
     page: Browser, tmp_path: Path, emps2015: GeneratedAxis
 ) -> None:
     result = identify(emps2015, [twin_record(emps2015, seed=seed) for seed in (1, 2)])
-    file = tmp_path / "several.html"
-    file.write_text(report_html(result), encoding="utf-8")
+    file = text_file(tmp_path / "several.html", report_html(result))
     page.open(file)
     shown = (
         "[...document.querySelectorAll('figure[data-record]')].map(f => "

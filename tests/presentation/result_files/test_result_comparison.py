@@ -12,9 +12,9 @@ from jsonschema import Draft202012Validator
 from axisid import Prefilter, Record, identify
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.presentation.result_files.result_comparison import WrittenAlone, compare_results
+from tests.command_line import Run
+from tests.files import text_file
 from tests.refusals import refuses
-
-Run = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture(scope="module")
@@ -25,10 +25,8 @@ def files(
     a = identify(emps2015, twin, Prefilter(cutoff=60.0, hold="raw", reversals="keep"))
     slow = Prefilter(cutoff=30.0, decimate=20, reversals="keep")
     b = identify(emps2015, twin, slow, ["idm-ls", "idm-iv"], level=0.02)
-    paths = folder / "a.json", folder / "b.json"
-    for path, result in zip(paths, (a, b), strict=True):
-        path.write_text(json.dumps(result.to_dict()))
-    return paths
+    one, other = (json.dumps(each.to_dict()) for each in (a, b))
+    return text_file(folder / "a.json", one), text_file(folder / "b.json", other)
 
 
 def _mass(content: dict[str, Any]) -> dict[str, Any]:

@@ -55,6 +55,7 @@ from axisid.presentation.result_files.file import refuse_differences
 from benchmarks.random_axes import random_axis
 from tests.axes.drives import braked
 from tests.axes.recorded import recorded_axis, recorded_values
+from tests.files import text_file
 from tests.refusals import refuses
 
 ARM = """\
@@ -109,8 +110,7 @@ def pair(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     methods = ["idm-ls", "idm-iv"] if request.param in ("random", "braked") else None
     chosen: Any = "robust" if request.param == "left out" else "hac"
     result = identify(axis, twin_record(axis), methods=methods, covariance=chosen)
-    file = folder / "result.json"
-    file.write_text(json.dumps(result.to_dict(20)), encoding="utf-8")
+    file = result.save(folder / "result.json", draws=20)
     # What `leave_out` left out the file says.
     given = {"emps2015": None, "left out": _uncertain_gain()}.get(request.param, axis)
     return Pair(axis=axis, result=result, file=file, saved=load_result(file, given))
@@ -162,8 +162,7 @@ def test_functions_of_the_parameters_are_those_of_the_live_estimate(pair: Pair) 
 def test_an_axis_with_other_fixed_values_is_refused(tmp_path: Path) -> None:
     axis = _axis("arm", tmp_path)
     result = identify(axis, twin_record(axis), methods="idm-ls")
-    file = tmp_path / "result.json"
-    file.write_text(json.dumps(result.to_dict()))
+    file = result.save(tmp_path / "result.json")
     for other, said in (
         (fix(axis, m=0.25), r"m fixed at 0\.24 \+- 0\.001, but .* has it fixed at 0\.25;"),
         (fix(axis, m=(0.24, 0.002)), r"has it fixed at 0\.24 \+- 0\.002;"),
@@ -242,10 +241,9 @@ def test_draws_are_those_that_were_written(pair: Pair) -> None:
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory: pytest.TempPathFactory, emps2015: Any, twin: Any) -> Path:
-    file = tmp_path_factory.mktemp("written") / "result.json"
     prefilter = Prefilter(cutoff=60.0, drop=(30, 40), reversals="keep")
-    file.write_text(json.dumps(identify(emps2015, twin, prefilter).to_dict()))
-    return file
+    found = identify(emps2015, twin, prefilter).to_dict()
+    return text_file(tmp_path_factory.mktemp("written") / "result.json", json.dumps(found))
 
 
 def _changed(change: Callable[[dict[str, Any]], object]) -> Callable[[str], str]:
@@ -279,8 +277,7 @@ def _first(content: dict[str, Any]) -> dict[str, Any]:
 def test_a_file_that_is_no_result_is_refused_in_a_sentence(
     written: Path, tmp_path: Path, change: Callable[[str], str], said: str
 ) -> None:
-    file = tmp_path / "x.json"
-    file.write_text(change(written.read_text()))
+    file = text_file(tmp_path / "x.json", change(written.read_text()))
     with pytest.raises(DataError) as refused:
         load_result(file)
     assert said in str(refused.value)
@@ -290,8 +287,7 @@ def test_a_file_that_is_no_result_is_refused_in_a_sentence(
 def test_a_name_of_a_later_version_is_passed_over(written: Path, tmp_path: Path) -> None:
     content = json.loads(written.read_text())
     _first(content).update(later=None)
-    file = tmp_path / "x.json"
-    file.write_text(json.dumps({**content, "later": {"a": 1}}))
+    file = text_file(tmp_path / "x.json", json.dumps({**content, "later": {"a": 1}}))
     assert load_result(file).summary() == load_result(written).summary()
 
 
@@ -418,8 +414,7 @@ def test_signals_are_on_the_page_of_an_axis_in_figures_and_in_frames(
 
 @pytest.mark.slow
 def test_a_saved_result_knows_its_signals(pressurised: Identification, tmp_path: Path) -> None:
-    file = tmp_path / "pressurised.json"
-    file.write_text(json.dumps(pressurised.to_dict()))
+    file = pressurised.save(tmp_path / "pressurised.json")
     saved = load_result(file, AXIS)
     assert pressurised.to_dict()["signals"] == [
         {"name": "pressure", "unit": "Pa", "between": "held"}

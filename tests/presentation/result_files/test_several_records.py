@@ -3,13 +3,11 @@
 import json
 from pathlib import Path
 
-import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from axisid import (
     Identification,
-    Record,
     UsageError,
     export,
     identify,
@@ -20,6 +18,7 @@ from axisid import (
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.commands.main import cli
 from tests.axes.stage import generated, stage, stage_record
+from tests.files import csv_file
 from tests.refusals import refuses
 from tests.run_files import run_file
 
@@ -38,24 +37,19 @@ def loaded() -> Identification:
 
 @pytest.fixture(scope="module")
 def file(loaded: Identification, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("several") / "result.json"
-    path.write_text(json.dumps(loaded.to_dict(draws=20)))
-    return path
+    return loaded.save(tmp_path_factory.mktemp("several") / "result.json", draws=20)
 
 
 @pytest.fixture(scope="module")
 def logs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     folder = tmp_path_factory.mktemp("logs")
     for i, payload in enumerate((0.0, 20.0)):
-        _write(folder / f"run{i + 1}.csv", stage_record(i + 1, m_add=payload))
+        made = stage_record(i + 1, m_add=payload)
+        columns = {"t": made.time, "q": made.position, "r": made.reference, "u": made.control}
+        csv_file(folder / f"run{i + 1}.csv", columns, "%.12g")
     (folder / "stage.py").write_text(STAGE)
     (folder / "bad.csv").write_text("t,q,r,u\n0,1,2,3\n")
     return [str(folder / name) for name in ("stage.py", "run1.csv", "run2.csv", "bad.csv")]
-
-
-def _write(path: Path, record: Record) -> None:
-    columns = [record.time, record.position, record.reference, record.control]
-    np.savetxt(path, np.column_stack(columns), "%.12g", ",", header="t,q,r,u", comments="")  # type: ignore[arg-type]
 
 
 @pytest.mark.slow
@@ -89,8 +83,7 @@ def test_one_of_several_records_is_exported_with_its_own_parameters(
     """A live result and its file give the same numbers; a record that is not there is refused."""
     records = [twin_record(emps2015, seed=seed) for seed in (1, 2)]
     live = identify(emps2015, records, methods=["idm-ls"], local="Fc")
-    file = tmp_path / "own.json"
-    file.write_text(json.dumps(live.to_dict()))
+    file = live.save(tmp_path / "own.json")
     saved = load_result(file)
     mass = live.preferred.parameters["M"].corrected
     assert [v and v.value for v in saved.local["Fc"]] == [v and v.value for v in live.local["Fc"]]

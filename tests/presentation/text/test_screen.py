@@ -1,7 +1,6 @@
 """What is printed: on a screen, in full, and of fits of outputs."""
 
 import re
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -10,8 +9,7 @@ from axisid import Identification, Prefilter, Record, fit, identify
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.presentation.documents import QuantityCell, TableBlock
 from axisid.presentation.text import output_fit_document
-
-Run = Callable[..., tuple[int, str, str]]
+from tests.command_line import Run
 
 
 def test_emps_fits_on_a_screen(run: Run, emps_file: Path, tmp_path: Path) -> None:
@@ -22,11 +20,6 @@ def test_emps_fits_on_a_screen(run: Run, emps_file: Path, tmp_path: Path) -> Non
     assert code == 0
     assert len(lines) <= 40
     assert max(map(len, lines)) <= 100
-
-
-@pytest.fixture(scope="module")
-def result(emps2015: GeneratedAxis, twin: Record) -> Identification:
-    return identify(emps2015, twin)
 
 
 def test_values_are_the_centres_of_their_intervals(result: Identification) -> None:

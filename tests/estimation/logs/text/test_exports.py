@@ -9,6 +9,7 @@ import pytest
 from axisid import read_record
 from axisid.estimation import Repairs
 from axisid.estimation.logs.text.reader import read_text
+from tests.files import text_file
 from tests.refusals import refuses
 
 N = 60
@@ -82,12 +83,6 @@ CHANNELS = [
 ]
 
 
-def log(tmp_path: Path, text: str) -> Path:
-    file = tmp_path / "scope.csv"
-    file.write_text(text, encoding="utf-8")
-    return file
-
-
 @pytest.mark.parametrize("separator", ["\t", ";"])
 @pytest.mark.parametrize("comma", [True, False])
 @pytest.mark.parametrize("shared", [True, False])
@@ -96,7 +91,7 @@ def test_time_values_and_units_are_those_of_the_export(
     tmp_path: Path, separator: str, comma: bool, shared: bool, full: bool
 ) -> None:
     text = export(CHANNELS, separator=separator, comma=comma, shared=shared, full=full, end=True)
-    record = read_record(log(tmp_path, text), columns=COLUMNS)
+    record = read_record(text_file(tmp_path / "scope.csv", text), columns=COLUMNS)
     assert record.time == pytest.approx(1e-3 * TIME, abs=1e-12)
     assert record.position == pytest.approx(1e-3 * ACTUAL, rel=1e-15)
     assert record.reference == pytest.approx(1e-3 * TARGET, rel=1e-15)
@@ -123,7 +118,7 @@ def without(text: str, *labels: str) -> str:
 def test_heads_may_have_few_rows(tmp_path: Path, left_out: tuple[str, ...], shared: bool) -> None:
     text = without(export(CHANNELS, shared=shared), *left_out)
     columns = {role: f"{name}:mm" for role, name in COLUMNS.items()}
-    record = read_record(log(tmp_path, text), columns=columns)
+    record = read_record(text_file(tmp_path / "scope.csv", text), columns=columns)
     assert record.time == pytest.approx(1e-3 * TIME, abs=1e-12)
     assert record.position == pytest.approx(1e-3 * ACTUAL, rel=1e-15)
 
@@ -141,7 +136,9 @@ def test_rows_filled_with_the_previous_value_are_left_out_and_counted(tmp_path: 
     first = text.index("\r\n0\t") + 2
     rows = [line.split("\t") for line in text[first:].splitlines()]
     filled = [[*row[:2], str(5 * (k // 5)), row[3]] for k, row in enumerate(rows)]
-    file = log(tmp_path, text[:first] + "\n".join("\t".join(row) for row in filled))
+    file = text_file(
+        tmp_path / "scope.csv", text[:first] + "\n".join("\t".join(row) for row in filled)
+    )
     record = read_record(file, columns=COLUMNS, repairs=Repairs(resample="auto"))
     assert record.reference == pytest.approx(1e-3 * TARGET[:56], abs=1e-2)
     told = "Axis.SetPos: 48 rows that repeat its last time and value left out"
@@ -162,7 +159,7 @@ def test_rows_filled_with_the_previous_value_are_left_out_and_counted(tmp_path: 
 )
 def test_damaged_exports_are_explained(tmp_path: Path, change, code: str) -> None:  # type: ignore[no-untyped-def]
     with refuses(code):
-        read_record(log(tmp_path, change(export(CHANNELS))), columns=COLUMNS)
+        read_record(text_file(tmp_path / "scope.csv", change(export(CHANNELS))), columns=COLUMNS)
 
 
 VI_COLUMNS = {"time": "X_Value", "position": "pos", "control": "cur"}
@@ -216,7 +213,6 @@ def test_comments_are_passed_over_and_units_are_those_of_the_head(
 
 
 def test_file_without_samples_is_refused(tmp_path: Path) -> None:
-    file = tmp_path / "log.lvm"
-    file.write_text(VI_HEADS)
+    file = text_file(tmp_path / "log.lvm", VI_HEADS)
     with refuses("log-text"):
         read_record(file)
