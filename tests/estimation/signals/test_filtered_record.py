@@ -5,6 +5,7 @@ Rows that follow each other in time, in records with gaps and masked rows.
 
 from dataclasses import replace
 from itertools import accumulate, pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -195,21 +196,32 @@ def test_rows_are_those_of_the_segments_one_by_one(emps2015: GeneratedAxis, twin
 
 
 @pytest.mark.parametrize(
-    ("spans", "code", "says"),
+    ("samples", "changes", "code", "says"),
     [
-        (((0, 10), (11, 50)), "record", ""),
-        (((0, 49),), "record", ""),
-        (((5, 50),), "record", ""),
-        (((0, 60),), "record", ""),
-        (((0, 48), (48, 50)), "too-short", "from 0.048 to 0.049 s has 2 of its rows"),
-        (((0, 25), (25, 50)), "too-short", "record's longest segment has 25"),
+        (50, {"segments": ((0, 10), (11, 50))}, "record", ""),
+        (50, {"segments": ((0, 49),)}, "record", ""),
+        (50, {"segments": ((5, 50),)}, "record", ""),
+        (50, {"segments": ((0, 60),)}, "record", ""),
+        (
+            50,
+            {"segments": ((0, 48), (48, 50))},
+            "too-short",
+            "from 0.048 to 0.049 s has 2 of its rows",
+        ),
+        (50, {"segments": ((0, 25), (25, 50))}, "too-short", "record's longest segment has 25"),
+        (7801, {"masked": ((0, 7801),)}, "too-short", "0 rows are left"),
     ],
 )
-def test_segments_that_are_no_parts_of_the_record_or_too_short_are_refused(
-    emps2015: GeneratedAxis, twin: Record, spans: tuple[tuple[int, int], ...], code: str, says: str
+def test_segments_that_are_no_parts_of_the_record_and_too_few_rows_are_refused(
+    emps2015: GeneratedAxis,
+    twin: Record,
+    samples: int,
+    changes: dict[str, Any],
+    code: str,
+    says: str,
 ) -> None:
     with refuses(code, says=says):
-        identify(emps2015, replace(cut(twin, 0, 50), segments=spans), FILTER)
+        identify(emps2015, replace(cut(twin, 0, samples), **changes), FILTER)
 
 
 def test_masked_samples_reach_no_row(emps2015: GeneratedAxis, twin: Record) -> None:
@@ -233,12 +245,6 @@ def test_masked_samples_reach_no_row(emps2015: GeneratedAxis, twin: Record) -> N
     reach = SampledFilter(FILTER, 1e-3).memory * FILTER.decimate
     inside = (whole.rows >= 3000 - reach) & (whole.rows < 3020 + reach)
     assert np.array_equal(np.setdiff1d(whole.rows, got.rows), whole.rows[inside])
-
-
-def test_record_that_is_masked_everywhere_is_refused(emps2015: GeneratedAxis, twin: Record) -> None:
-
-    with refuses("too-short", says="0 rows are left"):
-        identify(emps2015, replace(twin, masked=((0, len(twin)),)), FILTER, ["idm-ls"])
 
 
 places = st.sets(st.integers(0, 60), min_size=1).map(sorted)

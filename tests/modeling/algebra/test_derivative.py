@@ -103,12 +103,16 @@ def test_friction_in_one_direction_follows_the_friction_direction() -> None:
     assert force == M * x.acceleration + F * ((1 + direction) / 2)
 
 
-@pytest.mark.parametrize("place", [Q, 2 * Q - 1, sympy.sin(Q)], ids=str)
-def test_an_energy_that_jumps_is_refused(place: sympy.Expr) -> None:
-    with refuses("equation", says="the potential energy jumps with x"):
-        axis(F, potential=F * sign(place))
-
-
-def test_a_force_that_jumps_with_a_parameter_is_refused() -> None:
-    with refuses("equation", says="the force jumps with c"):
-        derive(axis(F, c, potential=F * Max(0, Q - c.symbol)))
+@pytest.mark.parametrize(
+    ("potential", "says"),
+    [
+        (F * sign(Q), "the potential energy jumps with x"),
+        (F * sign(2 * Q - 1), "the potential energy jumps with x"),
+        (F * sign(sympy.sin(Q)), "the potential energy jumps with x"),
+        (F * Max(0, Q - c.symbol), "the force jumps with c"),
+    ],
+    ids=str,
+)
+def test_an_energy_or_a_force_that_jumps_is_refused(potential: sympy.Expr, says: str) -> None:
+    with refuses("equation", says):
+        derive(axis(F, c, potential=potential))

@@ -21,6 +21,7 @@ from axisid import (
 from axisid.control import REFERENCE, ControlLaw, Memory
 from axisid.elements import CONTROL, DRIVE_GAIN, TIME, Drive
 from tests.axes.recorded import recorded_axis
+from tests.files import text_file
 from tests.refusals import refuses
 
 q = Coordinate("q")
@@ -185,8 +186,7 @@ signals = { pressure = "6e5 + 1e5*sin(8*time)", supply = 24, feed = "time" }
 
 
 def test_toml_declares_signals_as_python_does(tmp_path: Path) -> None:
-    file = tmp_path / "x.toml"
-    file.write_text(TOML)
+    file = text_file(tmp_path / "x.toml", TOML)
     read = load_axis(file)
     supply, feed = Signal("supply", "V", "held"), Signal("feed", "V", "held")
     described = Signal("pressure", "Pa", description="of the counter-balance")
@@ -218,7 +218,6 @@ def test_a_mistake_in_toml_is_told_with_its_place(
     wrong: str, right: str, said: str, tmp_path: Path
 ) -> None:
     assert wrong in TOML
-    file = tmp_path / "x.toml"
-    file.write_text(TOML.replace(wrong, right))
+    file = text_file(tmp_path / "x.toml", TOML.replace(wrong, right))
     with pytest.raises(Exception, match=said):
         load_axis(file)

@@ -34,6 +34,9 @@ def rotary(*resistance: sympy.Expr, **more: Any) -> Axis:
     return body(*resistance, coordinate=theta, inertia=J, **more)
 
 
+HALF = sympy.Rational(1, 2)
+
+
 @pytest.mark.parametrize(
     ("element", "parameter", "message"),
     [
@@ -73,6 +76,15 @@ def rotary(*resistance: sympy.Expr, **more: Any) -> Axis:
         (p("N") * sympy.atan2(q.symbol, q.velocity), p("N"), "compares m.* and m"),
         (p("N m/rad") * q, p("N m/rad"), "the term p\\*q is in kg m"),
         (2 * p("kg") * q, p("kg"), r"the term 2\*p\*q is in kg m"),
+        # A factor that energies bring excuses no term.
+        *(
+            (
+                factor * p("N/(m/s)") * q.symbol,
+                p("N/(m/s)"),
+                r"p\*q.* is in .* \(p in N/\(m/s\), q in m\)",
+            )
+            for factor in (1, 1.0, -1.0, 2, 2.0, -2.0, HALF, 0.5, -0.5)
+        ),
     ],
 )
 def test_wrong_unit_is_refused_with_the_term_and_both_units(
@@ -80,9 +92,6 @@ def test_wrong_unit_is_refused_with_the_term_and_both_units(
 ) -> None:
     with refuses("units", says=f"^axis 'test': .*{message}"):
         body(element, parameters=(parameter,))
-
-
-HALF = sympy.Rational(1, 2)
 
 
 @pytest.mark.parametrize(
@@ -140,13 +149,6 @@ def test_energy_of_a_wrong_unit_is_refused_however_its_half_is_written(half: Any
     assert by_energy(J).unchecked_terms == ()
     with refuses("units", says=r"the term .*M\*ddtheta is in .*, but the drive"):
         by_energy(M)
-
-
-@pytest.mark.parametrize("factor", [1, 1.0, -1.0, 2, 2.0, -2.0, HALF, 0.5, -0.5], ids=repr)
-def test_factor_that_energies_bring_excuses_no_term(factor: Any) -> None:
-    wrong = p("N/(m/s)", "Fv")
-    with refuses("units", says=r"Fv\*q.* is in .* \(Fv in N/\(m/s\), q in m\)"):
-        body(factor * wrong.symbol * q.symbol, parameters=(wrong,))
 
 
 @pytest.mark.parametrize("amount", [0.5, 2, -2, 3, 1.0])

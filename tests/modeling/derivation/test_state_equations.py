@@ -1,5 +1,6 @@
 """What an internal state may follow, and what an axis with states may have beside."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
@@ -51,22 +52,43 @@ def test_a_state_starts_where_it_was_declared_but_not_beyond_its_limit(
 
 
 @pytest.mark.parametrize(
-    ("code", "state"),
+    ("code", "says", "make"),
     [
-        ("equation", State("z", "m", lambda z: dq - z / Constant(0.1, "s", "T"))),
-        ("equation", State("z", "m", dq * 2, limit=Fc / s0)),
-        ("equation", State("z", "m", dq, start=q)),
-        ("equation", State("z", "m", lambda z: dq * (1 - z * x.acceleration / 9.0))),
+        (
+            "equation",
+            "",
+            lambda: derive(_with(State("z", "m", lambda z: dq - z / Constant(0.1, "s", "T")))),
+        ),
+        ("equation", "", lambda: derive(_with(State("z", "m", dq * 2, limit=Fc / s0)))),
+        ("equation", "", lambda: derive(_with(State("z", "m", dq, start=q)))),
+        (
+            "equation",
+            "",
+            lambda: derive(_with(State("z", "m", lambda z: dq * (1 - z * x.acceleration / 9.0)))),
+        ),
+        ("equation", "", lambda: _with(State("z", "m", dq), State("z", "m", 2 * dq))),
+        (
+            "units",
+            r"the level of a Maxwell slider, 2\*s0, is in N/m; give N",
+            lambda: declared("made", (s0,), maxwell_slip(s0, 2 * s0.symbol, x)),
+        ),
+        (
+            "equation",
+            "the stiffness of Dahl friction is -1e",
+            lambda: dahl(-1e6, x, coulomb=Fc),
+        ),
+        (
+            "equation",
+            "the static level of LuGre friction is 0 N",
+            lambda: lugre(s0, s1, x, coulomb=Fc, static=0.0, velocity=vs),
+        ),
     ],
 )
-def test_a_state_that_is_none_of_friction_is_refused(code: str, state: State) -> None:
-    with refuses(code):
-        derive(_with(state))
-
-
-def test_two_states_of_one_name_are_refused() -> None:
-    with refuses("equation"):
-        _with(State("z", "m", dq), State("z", "m", 2 * dq))
+def test_states_that_are_none_of_friction_are_refused(
+    code: str, says: str, make: Callable[[], object]
+) -> None:
+    with refuses(code, says):
+        make()
 
 
 @pytest.mark.parametrize(
@@ -86,18 +108,6 @@ def test_a_wrong_unit_is_said_of_what_was_declared(name: str, unit: str, says: s
     )
     with refuses("units", says):
         declared("wrong", tuple(p.values()), friction)
-
-
-def test_an_amount_of_a_state_may_be_made_of_parameters() -> None:
-    with refuses("units", r"the level of a Maxwell slider, 2\*s0, is in N/m; give N"):
-        declared("made", (s0,), maxwell_slip(s0, 2 * s0.symbol, x))
-
-
-def test_a_number_that_no_bristle_has_is_refused() -> None:
-    with refuses("equation", "the stiffness of Dahl friction is -1e"):
-        dahl(-1e6, x, coulomb=Fc)
-    with refuses("equation", "the static level of LuGre friction is 0 N"):
-        lugre(s0, s1, x, coulomb=Fc, static=0.0, velocity=vs)
 
 
 def test_what_a_loop_with_states_is_not_simulated_with_is_refused() -> None:
