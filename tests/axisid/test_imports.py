@@ -22,14 +22,12 @@ def imported_by(statement: str) -> set[str]:
     return set(json.loads(done.stdout.splitlines()[-1]))
 
 
-def test_import_axisid_brings_nothing_heavy() -> None:
-    modules = imported_by("import axisid")
-    assert not modules & {"numpy", "scipy", "sympy", "casadi", "matplotlib", "click"}
-
-
-def test_the_command_line_starts_without_the_stages() -> None:
-    modules = imported_by("import axisid.commands.main")
-    assert not modules & {"numpy", "scipy", "sympy", "casadi", "matplotlib", "rich"}
+@pytest.mark.parametrize(
+    ("module", "other"), [("axisid", "click"), ("axisid.commands.main", "rich")]
+)
+def test_axisid_and_the_command_line_start_without_the_stages(module: str, other: str) -> None:
+    modules = imported_by(f"import {module}")
+    assert not modules & {"numpy", "scipy", "sympy", "casadi", "matplotlib", other}
 
 
 @pytest.mark.slow

@@ -134,11 +134,8 @@ def models(study: ModuleType) -> ModuleType:
 
 
 @pytest.fixture(scope="module")
-def data(study: ModuleType, data_folder: Path) -> Any:
-    file = data_folder / "emps" / "DATA_EMPS.mat"
-    if not file.is_file():
-        pytest.skip(f"the EMPS record is not in {file.parent}")
-    return study.read_data(file)
+def data(study: ModuleType, emps_file: Path) -> Any:
+    return study.read_data(emps_file)
 
 
 def documented(words: str) -> list[float]:
