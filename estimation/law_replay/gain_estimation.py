@@ -15,6 +15,7 @@ import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, law_functions
 from axisid.estimation.records import Record
+from axisid.estimation.simulation import law_of
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 
@@ -107,6 +108,20 @@ class LawAlong:
             limits=limit[np.minimum(sample, len(control) - 1)],
             functions=law_functions(law, axis.axis.signal_symbols),
             logged=partial(commands_as_logged, axis),
+        )
+
+    @classmethod
+    def of_loop(cls, axis: GeneratedAxis, ticks: LawInputs) -> "LawAlong":
+        """The law along a simulated loop, before the drive, whose limit it knows."""
+        law = law_of(axis)
+        return cls(
+            law=law,
+            ticks=ticks,
+            control=np.zeros(len(ticks.held)),
+            limit=np.full(len(ticks.held), axis.axis.drive.limit),
+            limits=np.full(len(ticks), axis.axis.drive.limit),
+            functions=law_functions(law, axis.axis.signal_symbols),
+            logged=lambda output, **_: output,
         )
 
     @property

@@ -13,6 +13,7 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.law_replay import (
     MIN_MEMORY_EFFECT,
     START_SAMPLES,
+    LawAlong,
     LawInputs,
     as_read_by_law,
     cached_per_record,
@@ -372,7 +373,9 @@ def memory_deviations(axis: GeneratedAxis, record: Record) -> list[Array]:
 
 
 def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
-    """Slopes of a stretch's outputs, (n,), by the gains of the term.
+    """Slopes of a stretch's outputs, (n,), by a factor of each product of gains, or of each gain.
+
+    Of gains where the law is no sum of products of them, as what it is off by is told then.
 
     Parameters
     ----------
@@ -397,7 +400,12 @@ def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
     # The loop's memory has the drive's behind the law's, whose terms do not depend on it.
     memory, count = inputs.start.memory, law_memory(stretch.axis)
     start = state_at_rest(stretch.axis, ticks) if memory is None else np.asarray(memory)[:count]
-    terms = law_terms_along(stretch.axis, ticks, start)
+    if law.is_polynomial:
+        names = [str(gains) for gains, _ in law.terms]
+        terms = law_terms_along(stretch.axis, ticks, start)
+    else:
+        names, along = [*law.gains], LawAlong.of_loop(stretch.axis, ticks)
+        terms = along.jacobian_by_gain(replace(along.declared, start=start))
     # They are those that are applied; what is injected is applied as late as they are.
     terms = np.vstack([terms[law.delay :], np.repeat(terms[-1:], law.delay, axis=0)])
     lanes = _ADDED_SHARE * np.hstack([terms, -terms])
@@ -410,7 +418,7 @@ def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
         return {}
     more, less = np.split(out, 2, axis=1)
     slopes = stretch.counted[:, None] * (more - less) / (2 * _ADDED_SHARE)
-    return {str(gains): each for (gains, _), each in zip(law.terms, slopes.T, strict=True)}
+    return dict(zip(names, slopes.T, strict=True))
 
 
 def record_rows(spans: Sequence[slice], place: int = 0, outputs: int = 1) -> slice:

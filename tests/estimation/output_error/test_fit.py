@@ -173,6 +173,18 @@ def test_a_law_one_percent_wrong_is_named_with_what_it_moves(twin: Record) -> No
 
 
 @pytest.mark.slow
+def test_a_gain_of_a_law_with_an_integral_is_named_with_what_it_moves() -> None:
+    right = build(cascaded())
+    record = twin_record(right)
+    wrong = right.with_gains({"kp": 1.001 * right.axis.control.gains["kp"]})
+    expected, found = (fit(axis, record, "position") for axis in (right, wrong))
+    said, told = (checks(each)["law's factors"] for each in (expected, found))
+    assert (said.status, told.status) == ("pass", "fail")
+    moved = found.physical - expected.physical
+    assert np.abs(moved).max() > 10 * np.abs(moved + found.law_move).max()
+
+
+@pytest.mark.slow
 def test_a_control_that_is_scaled_by_a_fifth_is_not_believed(twin: Record) -> None:
     """Its factors explain it, and would be those of its scale, which every estimate has."""
     result = fit(load_axis("emps2015"), replace(twin, control=1.2 * twin.control))
