@@ -183,7 +183,7 @@ def identify(
             _say(f"without {method}: {reason}")
     put_out(json_file, lambda: _document(result, validations), show, (report or figures, write))
     if result.failed:
-        raise EstimationError("; ".join(stages.missing_notes(result.failed)))
+        raise EstimationError(" ".join(stages.missing_notes(result.failed)))
 
 
 def _place(inputs: Inputs, used: "Sequence[stages.Record]", number: int) -> int:

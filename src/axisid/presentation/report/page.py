@@ -114,7 +114,7 @@ def fit_report_html(fit: OutputFit, *, command: str = "", made: datetime | None 
         fit.axis,
         fit.records,
         subheading=f"{fit.output} fitted to",
-        verdict=_verdict_html(fit.checks, f"fit of the {fit.output}"),
+        verdict=_verdict_html(fit.checks, f"the fit of the {fit.output}"),
         command=command,
         made=made,
     )
@@ -159,7 +159,7 @@ def report_html(
         result.axis,
         result.records,
         subheading="identified from",
-        verdict=_verdict_html(diagnosis.verdict, diagnosis.preferred),
+        verdict=_verdict_html(diagnosis.verdict, diagnosis.preferred.upper()),
         more="".join(more),
         command=command,
         made=made,
@@ -253,8 +253,7 @@ def _verdict_html(checks: Sequence[Check], judged: str) -> str:
         f"{checks_html(verdict_block(checks).judged)}"
         "<details><summary>Every check with its figure and threshold</summary>"
         f'<div class="scroll">{table_html(table)}</div>'
-        f'</details><p class="note">The checks are of {escape(judged.upper())}. A failed check is '
-        "a reason to look, not a gate.</p></section>"
+        f'</details><p class="note">The checks are of {escape(judged)}.</p></section>'
     )
 
 

@@ -181,7 +181,7 @@ def _conclusion(search: LawSearch) -> Paragraph:
         *([f"The control is explained as well by {more}."] if others else []),
         *([f"The same control gives {best.same}."] if best.same else []),
         f"in TOML:   {best.toml}",
-        Sentence(lead="declare: ", text=best.python, filled=False),
+        Sentence(lead="in Python: ", text=best.python, filled=False),
         filled=False,
     )
 
