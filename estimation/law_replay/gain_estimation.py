@@ -210,7 +210,7 @@ class LawAlong:
                     point, residuals, cost = end, there, float(there @ there)
                 elif cost == before:
                     share /= 2  # where the whole step leaves no less
-                if not cost > enough or (cost < before and not gained > _STILL):
+                if not cost or (cost < before and not gained > _STILL):
                     break
         return point
 
