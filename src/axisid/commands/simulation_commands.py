@@ -2,7 +2,6 @@
 
 import shlex
 from collections.abc import Callable, Mapping
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -419,16 +418,16 @@ def paper(output: str | None, runs: int | None, jobs: int, force: bool) -> None:
 
     files = {**stages.STUDY_FILES, **(stages.DISTRIBUTION_FILES if runs else {})}
     check_folder(output, "--output", files, force=force)
+
+    def put(made: Any, document: "stages.Document", write: Callable[[Any, Path], Any]) -> None:
+        ways = (output, lambda folder: write(made, Path(folder)))
+        put_out(None, dict, lambda: print_document(document), ways)
+
     with ProgressLine("the paper's study") as line:
         study = stages.run_study(line)
-    shown = partial(print_document, stages.study_document(study))
-    put_out(None, dict, shown, (output, lambda folder: stages.write_study(study, Path(folder))))
+    put(study, stages.study_document(study), stages.write_study)
     if runs:
         with ProgressLine("twins of the paper's axis") as line:
             found = stages.run_distributions(runs, jobs=jobs, progress=line)
-        shown = partial(print_document, stages.distributions_document(found))
         click.echo()
-        put_out(
-            *(None, dict, shown),
-            (output, lambda folder: stages.write_distributions(found, Path(folder))),
-        )
+        put(found, stages.distributions_document(found), stages.write_distributions)
