@@ -164,7 +164,8 @@ class Sampling:
         rows[:, known] = self.weights[:, None] * signals[0, known]
         # Few at a time: filters take several copies of what they are given.
         others = np.flatnonzero(~known)
-        for few in np.array_split(others, -(-len(others) // _AT_ONCE) or 1):
+        for first in range(0, len(others), _AT_ONCE):
+            few = others[first : first + _AT_ONCE]
             rows[:, few] = self._reduced(signals[:, few])[self._selected]
         return rows
 
