@@ -8,7 +8,6 @@ differ in what they assume of e.
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -24,7 +23,7 @@ from axisid.estimation.thresholds import (
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 
-from .coloured_errors import score_products, widened
+from .coloured_errors import lagged_products, score_products, widened
 from .linear import CovarianceEstimate, Solution
 
 _CERTAIN = 1e9  # degrees of freedom, from which F is chi-squared to rounding
@@ -193,25 +192,27 @@ class Hac(Covariance):
 
         The latter is 0 where the lags are given, which are those of the scores themselves.
         """
-        rows, products = len(scores), partial(score_products, scores, neighbours)
+        rows = len(scores)
         if self.lags is not None:
             if self.lags > rows // 4:
                 raise UsageError(
                     f"{self.lags} lags are too many for {rows} rows; give {rows // 4} or fewer.",
                     code="result",
                 )
-            plain = products(int(self.lags))
+            plain = score_products(scores, neighbours, int(self.lags))
             return plain, np.zeros(plain.shape[1])
         # The plug-in rule looks at so many lags.
-        looked_at = int(min(np.ceil(4 * (rows / 100) ** (2 / 9)), rows - 1))
-        raw = products(looked_at + 1)
+        most, looked_at = most_lags(rows), int(min(np.ceil(4 * (rows / 100) ** (2 / 9)), rows - 1))
+        placed = neighbours.on_grid(scores, max(most, looked_at) + 2)
+        raw = lagged_products(placed, range(looked_at + 2))
         colour = _autoregression(raw)
         white = _whitened(raw, colour)
         # Each parameter's scores by themselves, so that neither units nor signs enter.
         sums = np.diagonal(white, axis1=1, axis2=2) / rows
-        lags = min(max(lags_of(list(of_one), rows) for of_one in sums.T), most_lags(rows))
+        lags = min(max(lags_of(list(of_one), rows) for of_one in sums.T), most)
         if lags > looked_at:
-            white = _whitened(products(lags + 1), colour)
+            further = lagged_products(placed, range(looked_at + 2, lags + 2))
+            white = _whitened(np.concatenate([raw, further]), colour)
         return white[: lags + 1], colour
 
 
