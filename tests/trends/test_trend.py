@@ -105,6 +105,7 @@ def test_a_drift_is_told_with_its_slope_and_limits_about_its_line(
     assert not chart.steps
     assert np.allclose(np.diff(chart.limits.centre), chart.drift.slope)
     page = found.write(tmp_path / "t.html").read_text()
+    assert found.write(tmp_path / "again.html").read_text() == page
     assert page.count("<img ") == 1
     assert "http" not in page.replace("http-equiv", "")
     rows = list(csv.DictReader(io.StringIO(found.write(tmp_path / "t.csv").read_text())))

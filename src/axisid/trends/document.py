@@ -1,7 +1,6 @@
 """What a trend looks like: text, and a page with a figure of each series."""
 
 import base64
-import io
 from collections.abc import Sequence
 from html import escape
 from string import Template
@@ -221,13 +220,12 @@ def _panel(chart: Chart, places: Array) -> Panel:
 
 def trend_page(series: Sequence[Series], by: str, document: Document) -> str:
     """One page with a figure of each series, those with a change first."""
-    from axisid.presentation.matplotlib_backend import draw
+    from axisid.presentation.matplotlib_backend import draw, rendered
 
     figures = []
     for each in notable_first(series)[:_MOST_DRAWN]:
-        plot, image = trend_plot(each, by), io.BytesIO()
-        draw(plot, plot.title).savefig(image, format="svg")
-        data = base64.b64encode(image.getvalue()).decode()
+        plot = trend_plot(each, by)
+        data = base64.b64encode(rendered(draw(plot, plot.title), "svg")).decode()
         told = escape(f"{plot.title}. {plot.caption}")
         figures.append(
             f'<figure><img alt="{told}" src="data:image/svg+xml;base64,{data}">'

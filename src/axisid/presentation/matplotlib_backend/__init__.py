@@ -8,6 +8,7 @@ from .matplotlib import (
     draw as draw,
     draw_on as draw_on,
     force_figure as force_figure,
+    rendered as rendered,
     sweep_figure as sweep_figure,
     write_figures as write_figures,
 )
