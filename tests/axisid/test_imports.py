@@ -8,8 +8,10 @@ from pathlib import Path
 
 import pytest
 
+import axisid
 from axisid import Record, identify
 from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.commands.options import stages
 
 STAGES = ("modeling", "codegen", "estimation")
 
@@ -28,6 +30,13 @@ def imported_by(statement: str) -> set[str]:
 def test_axisid_and_the_command_line_start_without_the_stages(module: str, other: str) -> None:
     modules = imported_by(f"import {module}")
     assert not modules & {"numpy", "scipy", "sympy", "casadi", "matplotlib", other}
+
+
+def test_what_a_command_takes_of_a_room_is_kept_nowhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("axisid.estimation.identification.identify", None)
+    assert stages.identify is None
+    monkeypatch.undo()
+    assert axisid.identify is stages.identify is identify
 
 
 @pytest.mark.slow

@@ -5,14 +5,20 @@ file, which also says their types.
 """
 
 import ast
+from importlib import import_module
 from pathlib import Path
-
-import lazy_loader
+from typing import Any
 
 _STUB = ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
-_NAMES = {
-    str(node.module).removeprefix("axisid."): [alias.name for alias in node.names]
+_ROOMS = {
+    alias.name: str(node.module)
     for node in _STUB.body
     if isinstance(node, ast.ImportFrom)
+    for alias in node.names
 }
-__getattr__, __dir__, __all__ = lazy_loader.attach("axisid", submod_attrs=_NAMES)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _ROOMS:
+        raise AttributeError(name)
+    return getattr(import_module(_ROOMS[name]), name)
