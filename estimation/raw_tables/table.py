@@ -21,7 +21,6 @@ from axisid.support.memory import Room
 
 from .provenance import Repair
 
-_FEWEST = 2  # values of a column
 #: What arrays hold, by the kind of their cells.
 _NO_NUMBERS = {"c": "complex numbers", **dict.fromkeys("SUT", "text")}
 
@@ -250,7 +249,7 @@ class TableBuilder:
         Of a matrix that is wider than long, as Simulink's `To File` writes it, the rows are taken.
         """
         array = np.asarray(values)
-        if array.size < _FEWEST or (array.ndim > 2 and array.size > max(array.shape)):
+        if array.size < 2 or (array.ndim > 2 and array.size > max(array.shape)):
             self.pass_over(name, _content(array))
         elif array.size == max(array.shape):
             self.add(name, array.ravel(), unit=unit)
@@ -293,8 +292,9 @@ class TableBuilder:
 
 def _content(array: np.ndarray[Any, Any]) -> str:
     if array.dtype.kind in "fiubmM":
-        shape = " x ".join(str(length) for length in array.shape)
-        return f"numbers of the shape {shape}" if array.size >= _FEWEST else "less than two numbers"
+        if array.size == 1:
+            return f"one number, {array.ravel()[0]}"
+        return f"numbers of the shape {' x '.join(map(str, array.shape))}"
     if array.dtype.kind in _NO_NUMBERS:
         return _NO_NUMBERS[array.dtype.kind]
     first = next((type(value).__name__ for value in array.ravel() if value is not None), "")

@@ -307,11 +307,12 @@ def _role(table: Table, role: str) -> str:
 
 
 def _described(table: Table, name: str) -> str:
-    values, unit = _values(table, name), table.columns[name].unit
+    column, values = table.columns[name], _values(table, name)
     finite = values[np.isfinite(values)]
     between = f"{finite.min():.6g} to {finite.max():.6g}" if finite.size else "no numbers"
-    unit_text = f"in {unit}" if unit else "in SI unless a unit is said"
-    return f"{_quoted(name[:_LINE])}: {between}, {unit_text if unit.isprintable() else ''}"
+    unit = f"in {column.unit}" if column.unit else "in SI unless a unit is said"
+    held = column.holds or f"{between}, {unit if unit.isprintable() else ''}"
+    return f"{_quoted(name[:_LINE])}: {held}"
 
 
 def _values(table: Table, name: str) -> Array:

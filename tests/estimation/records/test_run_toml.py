@@ -204,8 +204,9 @@ def test_a_started_file_has_what_was_found_and_runs(tmp_path: Path) -> None:
 
 def test_a_started_file_is_toml_whatever_columns_are_called(tmp_path: Path) -> None:
     odd = ['a "b" \\ c', "\x7f", "é\u2028", "Position", "position", "T", "x" * 3000]
-    np.savez(tmp_path / "log.npz", **dict.fromkeys(odd, TIME))
+    np.savez(tmp_path / "log.npz", **dict.fromkeys(odd, TIME), gain=[[50.0]], machine="A")
     text = started_run(tmp_path / "log.npz")
+    assert '#   "gain": one number, 50.0\n#   "machine": text\n' in text
     for role in ("time", "position"):
         text = text.replace(f"\n# {role} = ", f"\n{role} = ")
     assert tomllib.loads(text)["columns"] == {"time": "T", "position": "position"}
