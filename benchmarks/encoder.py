@@ -56,12 +56,14 @@ _TONES: dict[str, Tone] = {
 SHOWN = (*METHODS, CONTROL_FIT)
 _MOST_OBJECTIONS = 3  # that are told of a case
 _WIDEST = 30.0  # % of a bias that a figure shows at first
-_NOTES = """\
-bias, sd: mean error and scatter over the twins of the value without its bias, percent of
-the true value. held: share of the 95 % intervals that hold it. estimates: share of the twins that a
-method gives one of; no error is told of fewer than two. The encoder rounds inside the loop and in
-the record; the motion begins anywhere in a count. The law's velocity is an ideal sensor's. clie:
-fit of the control (axisid fit), which passes no filter and is the same under both."""
+_NOTES = (
+    "bias, sd: mean error and scatter over the twins of the value without its bias, percent of "
+    "the true value. held: share of the 95 % intervals that hold it. estimates: share of the "
+    "twins that a method gives one of; no error is told of fewer than two. The encoder rounds "
+    "inside the loop and in the record; the motion begins anywhere in a count. The law's velocity"
+    " is an ideal sensor's. clie: fit of the control (axisid fit), which passes no filter and is "
+    "the same under both."
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -229,7 +231,7 @@ def encoder_document(study: EncoderStudy) -> Document:
     """A table of errors and one of verdicts for each filter."""
     tables = [table(study, name) for name in FILTERS for table in (_errors_table, _verdicts_table)]
     made = f"{study.runs} twins of each encoder, screw of 20 mm a revolution"
-    return paragraph(made, filled=False), *tables, paragraph(*_NOTES.splitlines(), filled=False)
+    return paragraph(made), *tables, paragraph(_NOTES)
 
 
 def _errors_table(study: EncoderStudy, name: str) -> TableBlock:

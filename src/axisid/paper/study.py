@@ -39,20 +39,24 @@ METHODS = ("idm-ls", "ddm-ls", "idm-iv", "ddm-iv")
 #: The paper's two filters.
 APPROPRIATE = Prefilter(cutoff=60.0, decimate=10, drop=(50, 50), hold="raw", reversals="keep")
 INAPPROPRIATE = Prefilter(cutoff=180.0, decimate=3, drop=(50, 50), hold="raw", reversals="keep")
-_NOTES = """\
-The twin's viscous friction comes out low because force and motion are paired as in the paper (hold
-raw): the force acts half a sample late. With hold zoh and the appropriate filter it comes within
-1 % of the truth.
-paper: Brunot et al., SYSID 2015. The twin's motion is ours, so figures agree in kind, not by digit.
-rel. sd: i.i.d., delta method where mapped. error of LS: ||y - X theta||/||y||; error of IV:
-||y - y_simulated||/||y||, the loop simulated with the estimate (the published IV figures can be no
-other: on the same X no estimate has a smaller equation error than LS). The error of DDM-IV is
-taken against the measured acceleration, whose own noise the inappropriate filter lets through.
-Table 7: the published column of DDM-LS cannot come from the rows of table 6. On one set of rows,
-M of IDM-LS times theta1 of DDM-LS is r^2, the squared partial correlation of force and
-acceleration; an equation error of 48.7 % leaves r^2 at most 1 - 0.487^2 = 0.763. With M = 54.9,
-theta1 is at most 0.0139, and the M of table 8 at least 72, whatever the noise, derivative, filter
-or delay. The column is twice that of table 2: 0.02, 4.64, 0.46 for 0.01, 2.32, 0.23."""
+_NOTES = (
+    "The twin's viscous friction comes out low because force and motion are paired as in the "
+    "paper (hold raw): the force acts half a sample late. With hold zoh and the appropriate "
+    "filter it comes within 1 % of the truth.",
+    "paper: Brunot et al., SYSID 2015. The twin's motion is ours, so figures agree in kind, not "
+    "by digit.",
+    "rel. sd: i.i.d., delta method where mapped. error of LS: ||y - X theta||/||y||; error of IV:"
+    " ||y - y_simulated||/||y||, the loop simulated with the estimate (the published IV figures "
+    "can be no other: on the same X no estimate has a smaller equation error than LS). The error "
+    "of DDM-IV is taken against the measured acceleration, whose own noise the inappropriate "
+    "filter lets through.",
+    "Table 7: the published column of DDM-LS cannot come from the rows of table 6. On one set of "
+    "rows, M of IDM-LS times theta1 of DDM-LS is r^2, the squared partial correlation of force "
+    "and acceleration; an equation error of 48.7 % leaves r^2 at most 1 - 0.487^2 = 0.763. With M"
+    " = 54.9, theta1 is at most 0.0139, and the M of table 8 at least 72, whatever the noise, "
+    "derivative, filter or delay. The column is twice that of table 2: 0.02, 4.64, 0.46 for 0.01,"
+    " 2.32, 0.23.",
+)
 #: What `write_study` writes, and of which kind it is.
 STUDY_FILES = {
     "tables.txt": "paper",
@@ -85,9 +89,9 @@ def study_document(study: Mapping[str, Identification]) -> Document:
     true, axis = record.provenance.truth, study["appropriate"].axis.axis
     said = ", ".join(f"{p.name} = {true[p.name]:g} {p.unit}" for p in axis.parameters)
     return (
-        paragraph(made, f"true values: {said}", filled=False),
+        paragraph(made, f"true values: {said}"),
         *(study_table(study, number) for number in range(1, 9)),
-        paragraph(*_NOTES.splitlines(), filled=False),
+        paragraph(*_NOTES),
     )
 
 

@@ -65,6 +65,7 @@ def test_without_instruments_the_steadiest_cutoff_is_recommended(
     assert chosen <= min(5 * min(errors.values()), 1.0) < errors[70.0] + errors[260.0]
     assert "there are no instruments to compare with" in result.recommendation
     assert f"{result.recommended:g} Hz, where" in result.summary()
+    assert max(map(len, result.summary().splitlines())) <= 100
 
 
 @pytest.mark.slow
@@ -74,7 +75,7 @@ def test_a_log_on_which_least_squares_stands_still_nowhere_has_no_recommendation
     rng = np.random.default_rng(1)
     noisy = replace(twin, reference=None, position=twin.position + rng.normal(0.0, 2e-4, len(twin)))
     result = sweep(emps2015, noisy, (40.0, 60.0, 90.0, 130.0), methods=["idm-ls"])
-    assert "stands still nowhere" in result.summary()
+    assert "stands still nowhere" in result.recommendation
     assert result.to_dict()["recommended_cutoff"] is result.recommended is None
     sweep_figure(result, tmp_path / "sweep.png")
     assert sweep_plot(result, 60.0).marks == ((60.0, "used"),)

@@ -64,14 +64,12 @@ def methods(*heads: str) -> TableBlock:
     [
         Heading(facts=(("axis", LONG), ("nothing", ""), ("", "more")), title="Title"),
         methods("ONE", "TWO"),
-        TableBlock(
-            columns=text_columns(["a", "b"]), rows=(("c", "d"),), title="T", said=("Said.",)
-        ),
+        TableBlock(columns=text_columns(["a", "b"]), rows=(("c", "d"),), title=LONG, said=(LONG,)),
         Checks(judged=(CheckGroup("fail", ("one", "two"), LONG), CheckGroup("pass", ("three",)))),
         Checks(judged=(CheckGroup("not evaluated", ("one",), "since"),), conclusion=LONG),
         Notes(("one", LONG)),
         paragraph(LONG, Sentence(lead="so: ", text=LONG, hang=4), title="Title"),
-        paragraph("one", "two", filled=False),
+        paragraph("one", Sentence(text="two", filled=False)),
         Listing(title="Title", lines=("a  = b", LONG)),
     ],
 )

@@ -188,7 +188,7 @@ class Sentence:
     hang : int
         Blanks before its further lines.
     filled : bool
-        Whether lines are broken at the width of a page.
+        Whether lines are broken at the width of a page, as those that are copied are not.
     """
 
     text: str
@@ -241,10 +241,9 @@ def text_table(
     )
 
 
-def paragraph(*sentences: str | Sentence, title: str = "", filled: bool = True) -> Paragraph:
-    """A paragraph of sentences; plain texts among them are filled or stay on one line."""
+def paragraph(*sentences: str | Sentence, title: str = "") -> Paragraph:
+    """A paragraph of sentences, or of plain texts."""
     parts = (
-        Sentence(text=plain_numbers(each), filled=filled) if isinstance(each, str) else each
-        for each in sentences
+        Sentence(text=plain_numbers(each)) if isinstance(each, str) else each for each in sentences
     )
     return Paragraph(sentences=tuple(parts), title=title)

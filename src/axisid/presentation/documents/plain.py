@@ -25,7 +25,6 @@ from .document import (
 
 PAGE_WIDTH = 96  # characters
 _FACT_WIDTH = 11  # of the names in a heading
-_HANG = 4  # blanks before what is left of a line that a terminal is too narrow for
 #: What a line about checks begins with.
 _STATUS_HEADS = MappingProxyType(
     {"fail": "FAIL   ", "note": "note   ", "not evaluated": "-      ", "pass": "pass   "}
@@ -131,8 +130,8 @@ class Line:
 
     head: str = ""
     text: str
-    hang: int = _HANG
-    filled: bool = False
+    hang: int = 0
+    filled: bool = True
     kind: str = ""
     first: str = ""
 
@@ -154,15 +153,15 @@ def block_lines(block: Block) -> Iterator[Line | Grid]:
             yield from map(_judged, block.judged)
         case Notes():
             for i, note in enumerate(block.notes, 1):
-                yield Line(head=f"[{i}] ", text=note, hang=len(f"[{i}] "), filled=True)
+                yield Line(head=f"[{i}] ", text=note, hang=len(f"[{i}] "))
         case Paragraph():
             yield from map(_sentence, block.sentences)
         case Listing():
-            yield from (Line(head="  ", text=line, hang=6, filled=True) for line in block.lines)
+            yield from (Line(head="  ", text=line, hang=6) for line in block.lines)
 
 
 def _fact(name: str, text: str) -> Line:
-    return Line(head=f"{name:<{_FACT_WIDTH}}", text=text, hang=_FACT_WIDTH, filled=True)
+    return Line(head=f"{name:<{_FACT_WIDTH}}", text=text, hang=_FACT_WIDTH)
 
 
 def _judged(judged: CheckGroup) -> Line:
@@ -172,7 +171,6 @@ def _judged(judged: CheckGroup) -> Line:
         head=head,
         text=judged.text,
         hang=len(head),
-        filled=True,
         kind=judged.status,
         first=f"{head}{', '.join(judged.names)}:" if judged.status == "fail" else head,
     )
@@ -182,7 +180,7 @@ def _sentence(sentence: Sentence) -> Line:
     return Line(
         head=sentence.lead,
         text=sentence.text,
-        hang=sentence.hang if sentence.filled else _HANG,
+        hang=sentence.hang,
         filled=sentence.filled,
         kind="lead",
         first=sentence.lead.rstrip(),

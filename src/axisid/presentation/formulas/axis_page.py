@@ -38,7 +38,7 @@ def axis_document(model: AxisModel) -> Document:
         Listing(title=section.title, lines=tuple(_lines(section, q)))
         for section in _sections(model)
     )
-    return paragraph(_title(model), filled=False), *listings
+    return paragraph(_title(model)), *listings
 
 
 def _title(model: AxisModel) -> str:

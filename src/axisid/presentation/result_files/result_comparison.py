@@ -10,6 +10,7 @@ from axisid.estimation.identification import Identification
 from axisid.presentation.documents import (
     Block,
     Document,
+    Heading,
     Notes,
     Paragraph,
     Sentence,
@@ -97,7 +98,7 @@ def result_comparison_document(results: ResultComparison) -> Document:
     )
     other = "These are results of different axes."
     return (
-        paragraph(*(f"{side:<8}{source}" for side, source in pairs), filled=False),
+        Heading(facts=tuple(pairs)),
         *((paragraph(other),) if "axis" in results.settings else ()),
         *(_table(results, method) for method in methods),
         *alone,
@@ -158,7 +159,7 @@ def _verdict(results: ResultComparison) -> Paragraph:
     sentences = []
     for name, pair in results.checks.items():
         states = " in A, ".join(map(_status, pair))
-        sentences.append(Sentence(text=f"{name}: {states} in B", filled=False))
+        sentences.append(Sentence(text=f"{name}: {states} in B"))
         sentences += [
             Sentence(text=f"    {side}: {check.meaning}", hang=7)
             for side, check in zip("AB", pair, strict=True)

@@ -76,8 +76,8 @@ def comparison_document(c: Comparison) -> Document:
                 *_uninformed(c.candidates),
                 *_untested(c),
                 *(
-                    _line(
-                        f"{t.larger} says no more than {t.smaller} on this record (Wald p = "
+                    Sentence(
+                        text=f"{t.larger} says no more than {t.smaller} on this record (Wald p = "
                         f"{_p(t.wald_p)})."
                     )
                     for t in c.tests
@@ -177,10 +177,6 @@ def _p(value: float | None) -> str:
     return "<1e-16" if value < _SMALLEST_P else f"{value:.2g}"
 
 
-def _line(text: str) -> Sentence:
-    return Sentence(text=text, filled=False)
-
-
 def _uninformed(candidates: Sequence[Candidate]) -> list[Sentence]:
     """A sentence for each parameter that the record does not need."""
     tested = "" if all(c.axis.is_linear for c in candidates) else "linear "
@@ -189,7 +185,7 @@ def _uninformed(candidates: Sequence[Candidate]) -> list[Sentence]:
         for c in candidates
         for check in c.checks
         if check.informed is False
-    ] or [_line(f"Every {tested}parameter of every candidate carries information [5].")]
+    ] or [Sentence(text=f"Every {tested}parameter of every candidate carries information [5].")]
 
 
 def _untested(c: Comparison) -> list[Sentence]:
@@ -234,13 +230,13 @@ def _remarks(c: Comparison) -> list[Sentence]:
         *_faults(c),
         *(Sentence(text=f"{name} is left out: {why}") for name, why in c.failures.items()),
         *(
-            _line(f"{a} and {b} are the same model in different parameters, on these rows.")
+            Sentence(text=f"{a} and {b} are the same model in different parameters, on these rows.")
             for a, b in c.same
         ),
         *(Sentence(text=f"no simulation of {', '.join(of)}: {why}") for why, of in shared.items()),
         *(
-            _line(
-                f"{e.name} and {first.name} have different control laws, so their simulation "
+            Sentence(
+                text=f"{e.name} and {first.name} have different control laws, so their simulation "
                 "errors compare these too."
             )
             for e in others

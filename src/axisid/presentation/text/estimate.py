@@ -224,7 +224,7 @@ def _intervals(title: str, estimates: Mapping[str, SavedEstimate]) -> TableBlock
 def _law(law: LawAgreement | Missing) -> TableBlock | Paragraph:
     title = "Control law"
     if isinstance(law, Missing):
-        return paragraph(f"not checked: {law.reason}", title=title, filled=False)
+        return paragraph(f"not checked: {law.reason}", title=title)
     rows = [
         ["declared law leaves", _percent(law.residual_percent)],
         ["with factors of its own", _percent(law.fitted_residual_percent)],
@@ -305,7 +305,7 @@ def _differences(diagnosis: Diagnosis, units: Mapping[str, str]) -> TableBlock |
 def _alignment(preferred: SavedEstimate, alignment: Alignment | Missing) -> Paragraph:
     title = "Alignment"
     if isinstance(alignment, Missing):
-        return paragraph(f"not measured: {alignment.reason}", title=title, filled=False)
+        return paragraph(f"not measured: {alignment.reason}", title=title)
     by = "instruments" if alignment.by_instruments else "least squares"
     own = dict(zip(alignment.names, alignment.units, strict=True))
     units = {q.name: q.unit for q in preferred.quantities} | own

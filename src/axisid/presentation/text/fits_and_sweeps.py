@@ -174,15 +174,14 @@ def law_search_document(search: LawSearch) -> Document:
 
 def _conclusion(search: LawSearch) -> Paragraph:
     if not search.explained:
-        return paragraph(f"{search.checks[0].meaning}.", filled=False)
+        return paragraph(f"{search.checks[0].meaning}.")
     best, others = search.best, search.as_well - 1
     more = f"{others} other{'s' * (others > 1)} with more gains"
     return paragraph(
         *([f"The control is explained as well by {more}."] if others else []),
         *([f"The same control gives {best.same}."] if best.same else []),
-        f"in TOML:   {best.toml}",
-        Sentence(lead="in Python: ", text=best.python, filled=False),
-        filled=False,
+        Sentence(lead="in TOML:   ", text=best.toml, hang=4, filled=False),
+        Sentence(lead="in Python: ", text=best.python, hang=4, filled=False),
     )
 
 
@@ -237,8 +236,7 @@ def _sweep_remarks(sweep: Sweep) -> Paragraph:
             if isinstance(law, Missing) or law.passed
             else [f"believe nothing before this is mended: {law.sentence}."]
         ),
-        Sentence(lead="recommended: ", text=f"{sweep.recommendation}.", filled=False),
-        filled=False,
+        Sentence(lead="recommended: ", text=f"{sweep.recommendation}.", hang=4),
     )
 
 
