@@ -234,7 +234,7 @@ def law_by_gains(law: ControlLaw, signals: Sequence[sympy.Symbol]) -> tuple[Prog
     builder.output("state", [[lower(with_numbers(memory.start))] for memory in law.memory])
     start = builder.program("law_start", "What the law remembers at rest.")
     builder = Arguments().scalars(REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, *signals)
-    limit = builder.scalar("limit")
+    limit = builder.scalar("output_limit")
     builder.vector_of("gains", [gain(name) for name in law.gains])
     builder.vector_of("state", [memory.symbol for memory in law.memory])
     values = {**builder.values, PERIOD: builder.constant(law.period)}
@@ -245,5 +245,5 @@ def law_by_gains(law: ControlLaw, signals: Sequence[sympy.Symbol]) -> tuple[Prog
     builder.output(
         "next_state", [[following(with_numbers(memory.following))] for memory in law.memory]
     )
-    builder.output("output", [[output]])
+    builder.output("control", [[output]])
     return builder.program("law_step", "The law at a sample, by its gains."), start

@@ -9,6 +9,7 @@ import sympy
 from hypothesis import given, strategies as st
 
 from axisid import build, load_axis
+from axisid.codegen.generated_axes import law_functions
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.modeling import LIBRARY
 from axisid.modeling.declaration.drive import Drive
@@ -57,6 +58,7 @@ def test_every_argument_and_result_of_a_function_is_a_reserved_name() -> None:
         motion = {str(s) for s in (axis.axis.coordinate.symbol, axis.axis.coordinate.velocity)}
         motion.add(str(axis.axis.coordinate.acceleration))
         motion |= {f"{name}_next" for name in motion} | {s.name for s in axis.axis.signals}
-        for name, function in axis.functions.items():
+        of_law = law_functions(axis.axis.control, axis.axis.signal_symbols)
+        for name, function in (*axis.functions.items(), *of_law.items()):
             if name != "drive_response":  # which takes no name of a user's beside its own
                 assert {*function.name_in(), *function.name_out()} - motion <= RESERVED
