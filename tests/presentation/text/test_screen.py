@@ -9,6 +9,7 @@ from axisid import Identification, Prefilter, Record, fit, identify
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.presentation.documents import QuantityCell, TableBlock
 from axisid.presentation.text import output_fit_document
+from axisid.presentation.text.record import local_notes
 from tests.command_line import Run
 
 
@@ -57,6 +58,12 @@ def test_every_parameter_has_its_interval_and_deviations(result: Identification)
             assert float(cells[-6]) == pytest.approx(value.interval[1], rel=1e-5)
             assert float(cells[-5]) == pytest.approx(value.sd_hac, rel=5e-3)
             assert float(cells[-3]) == pytest.approx(value.sd, rel=5e-3)
+
+
+def test_what_each_record_has_for_itself_is_said_of_products_too() -> None:
+    alone, product = local_notes({"c": ("c_1", "c_2"), "m": ("", "")})
+    assert alone.startswith("c_1, c_2: c of each record")
+    assert product.startswith("m: each record has its own, in products")
 
 
 def _table(document: tuple[object, ...], place: int = 0) -> TableBlock:

@@ -220,8 +220,9 @@ def local_notes(local: Mapping[str, Sequence[str]]) -> list[str]:
     """What records have for themselves, by the names that it has in each."""
     return [
         f"{', '.join(dict.fromkeys(filter(None, names)))}: {name} of each record, in their order."
+        if any(names)
+        else f"{name}: each record has its own, in products alone, numbered in their order."
         for name, names in local.items()
-        if any(names)  # which one that is in products alone has not
     ]
 
 
