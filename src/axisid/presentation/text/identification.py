@@ -114,7 +114,10 @@ def _screen(result: SavedIdentification) -> Document:
         Paragraph(
             sentences=(
                 *(Sentence(text=each) for each in (*remarks, *missing)),
-                Sentence(text=f"{_rows_in_short(result)} See {more}every method with --all."),
+                Sentence(
+                    text=f"{_rows_in_short(result)} See {more}every method with --all, "
+                    "summary(every=True)."
+                ),
             )
         ),
     )
