@@ -182,8 +182,9 @@ def twin(
     """Write the log of a twin of AXIS, or logs of many.
 
     A twin is simulated with true values that are known: by the axis's own experiment, or another
-    motion. identify reads its log without further options. Of a folder the manifest, which fleet
-    takes, has the true values of every machine.
+    motion. identify reads its log without further options. Noise is drawn as in study: the twin
+    that identify makes where no log is given has other noise, whatever the seed. Of a folder the
+    manifest, which fleet takes, has the true values of every machine.
     """
     folder = count is not None or days is not None
     check_needed(_MOTION, ("--speed",))
