@@ -18,8 +18,8 @@ from scipy.ndimage import minimum_filter1d, shift
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.diagnostic_checks import Check, first_case, status_of
-from axisid.estimation.raw_tables import exact_unit
 from axisid.estimation.records import Record, advised_interpolation, advised_shift, samples_apart
+from axisid.estimation.records.columns import scale_remedy
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
 from axisid.estimation.signals import (
     DriveAlong,
@@ -51,12 +51,6 @@ _MAX_DIFFERENCE = 30.0
 _OFTEN = 4  # rows in a period of the highest frequency that is left
 _STEPS, _STILL = 12, 1e-3  # of the search for the delay, samples
 _FARTHEST = 50.0  # samples of delay that are looked for
-#: That a column may be in though nobody said so, the likelier before.
-_UNITS = (
-    *("bar", "mbar", "kPa", "MPa", "mV", "kV", "mA", "kN", "mm", "deg", "min"),
-    *("mm/s", "cm/s", "m/min", "mm/min", "rpm", "deg/s", "rev/s"),
-    *("mm/s^2", "cm/s^2", "g", "deg/s^2", "rev/s^2"),
-)
 _MAX_FORCE_DIFFERENCE = 20.0  # % between the recorded force and what the drive makes of the control
 _TINY = 1e-300
 _MAX_FORCE_LAG = 5e-3  # s, of the recorded force behind the control
@@ -189,31 +183,6 @@ def low_passed(
         measured[1:-1] = (measured[:-2] + 4 * measured[1:-1] + measured[2:]) / 6
     step = max(settle // _OFTEN, 1)
     return computed, measured, np.flatnonzero(used).astype(np.int64)[::step], step
-
-
-def scale_remedy(role: str, column: str, declared: str, times: float, vague: float) -> str | None:
-    """The usual unit of a column whose numbers are so many times those in the declared one.
-
-    Parameters
-    ----------
-    role, column : str
-    declared : str
-    times : float
-    vague : float
-        Part of it, by which it may be another.
-
-    Returns
-    -------
-    str or None
-        None for no usual unit.
-    """
-    own = exact_unit(declared)
-    if own is None:
-        return None
-    known = ((name, exact_unit(name)) for name in _UNITS)
-    sizes = {name: float(unit / own) for name, unit in known if unit and unit.unit == own.unit}
-    found = (name for name, size in sizes.items() if abs(times * size - 1) <= vague < np.inf)
-    return next((f"it is in columns {role}={column}:{name}" for name in found), None)
 
 
 def force_check(axis: GeneratedAxis, record: Record) -> Check | None:

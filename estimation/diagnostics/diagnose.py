@@ -26,6 +26,7 @@ from axisid.estimation.estimates import Estimate, NotSimulated
 from axisid.estimation.lack_of_fit import LackOfFit
 from axisid.estimation.misspecification import Misspecification, sentence
 from axisid.estimation.records import Record, advised_shift, record_labels
+from axisid.estimation.records.columns import scale_remedy
 from axisid.estimation.signals import rests_first
 from axisid.estimation.thresholds import (
     MAX_SIMULATION_ERROR,
@@ -35,7 +36,7 @@ from axisid.estimation.thresholds import (
 from axisid.support.errors import Missing, unless_missing
 
 from .alignment import alignment_check, declared_lateness
-from .column_comparison import derivative_check, force_check, limit_check, scale_remedy
+from .column_comparison import derivative_check, force_check, limit_check
 from .diagnosis import Case, Diagnosis, RecordDiagnosis
 from .estimator_choice import forms_check, method_check
 from .excitation import (

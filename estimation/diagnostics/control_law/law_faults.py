@@ -15,6 +15,7 @@ import numpy as np
 from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.diagnostic_checks import first_case
 from axisid.estimation.records import Record
+from axisid.estimation.records.columns import expected_units, scale_remedy
 from axisid.estimation.thresholds import (
     MAX_LAW_RESIDUAL,
     MAX_SCALE_ERROR,
@@ -22,6 +23,7 @@ from axisid.estimation.thresholds import (
 )
 from axisid.modeling.control_laws import velocity_variants
 from axisid.modeling.declaration import ControlLaw
+from axisid.support.arrays import Array
 from axisid.support.errors import ModelError
 
 from .control_residuals import (
@@ -38,12 +40,6 @@ MAX_FACTOR_ERROR = 0.05
 _MAX_REPAIRED_RESIDUAL = 0.5
 
 
-_COLUMN_FAULTS = {
-    -1.0: "its sign",
-    1e-3: "its unit, such as millimetres for metres",
-    1e3: "its unit, such as metres for millimetres",
-    math.pi / 180: "its unit, such as degrees for radians",
-}
 _UNITS = {
     1e3: "metres for millimetres",
     1e-3: "millimetres for metres",
@@ -55,7 +51,11 @@ _STEP = 1e-3  # of the reference's range
 
 def off_text(percent: float) -> str:
     """How far a control is from the law's, and of what that is a share."""
-    return f"off by {percent:.3g} % of the control" if percent < 100 else "off by more than it is"
+    return (
+        f"off by {percent:.3g} % of the control"
+        if percent < 100
+        else "off by more than the whole control"
+    )
 
 
 def lean_text(unit: str, lean: Mapping[str, float]) -> str:
@@ -130,7 +130,7 @@ def repair_of(
     to mend. What has numbers of its own explains what a moved column does, nearly, and comes last.
     """
     good = min(MAX_LAW_RESIDUAL.value, _MAX_REPAIRED_RESIDUAL * declared)
-    kinds = [_changed_columns, _moved_columns, _moved_zero, _other_laws, _limited]
+    kinds = [_changed_columns, _scaled_columns, _moved_columns, _moved_zero, _other_laws, _limited]
     if shift:
         if law_error_percent(axis, law, record.shifted(control=-shift)) < good:
             return None
@@ -227,23 +227,58 @@ def _moved_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iter
 
 def _changed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
     """The record as it would be without a common mistake in its columns."""
-    reference, position, columns = record.reference, record.position, record.channels()
-    changed = {
-        f"the {'test signal' if role == 'injected' else role} times {scale:g}: check {what}": (
-            record.with_channels({**columns, role: scale * columns[role]})
-        )
-        for role in ("position", "reference", *sorted(map(str, law.signals)), "injected")
-        if role in columns
-        for scale, what in _COLUMN_FAULTS.items()
-    }
+    reference, position = record.reference, record.position
     swapped = replace(record, position=reference, reference=position)  # type: ignore[arg-type]
-    changed["position and reference exchanged: check which column is which"] = swapped
+    changed = {"position and reference exchanged: check which column is which": swapped}
     if record.injected is not None:
         there = "reference" if record.injected_at == "control" else "control"
         changed[f"the test signal added to the {there}"] = replace(record, injected_at=there)
+        changed["the test signal times -1: check its sign"] = replace(
+            record, injected=-record.injected
+        )
         changed["no test signal: check which column it is"] = replace(record, injected=None)
     for said, other in changed.items():
         yield f"it is with {said}", axis, law, other
+
+
+def _scaled_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
+    """The record with one column times what the law asks for.
+
+    Position and reference follow each other, so that the law is asked where they are about alike:
+    far away it may be at a limit of its own.
+    """
+    columns = record.channels()
+    ways = np.cov(columns["position"], columns["reference"])
+    alike = {"position": ways[0, 1] / ways[0, 0], "reference": ways[0, 1] / ways[1, 1]}
+    for role in ("position", "reference", *sorted(map(str, law.signals))):
+
+        def scaled(times: float, role: str = role) -> Record:
+            return record.with_channels({**columns, role: times * columns[role]})
+
+        near = float(alike.get(role, 1.0))
+        steps, _ = _asked_for(axis, law, scaled(near), scaled((1 + _STEP) * near))
+        times = near * (1 + _STEP * steps)
+        if not np.isfinite(times):
+            continue
+        name, (unit,) = record.provenance.columns.get(role, "NAME"), expected_units(role, axis.axis)
+        remedy = scale_remedy(role, name, unit, 1 / times, MAX_SCALE_ERROR.value) or (
+            f"check its {'sign' if times < 0 else 'unit and scale'} "
+            f"(columns {role}={name}:UNIT*{times:.4g})"
+        )
+        yield f"it is with the {role} times {times:.4g}: {remedy}", axis, law, scaled(times)
+
+
+def _asked_for(
+    axis: GeneratedAxis, law: ControlLaw, record: Record, moved: Record
+) -> tuple[float, Array]:
+    """How many times a step of the record explains most of what the law leaves; what one changes.
+
+    That is of the control, in the samples that count. NaN where the step does nothing.
+    """
+    control, made, used, _ = compared_with_law(axis, law, record)
+    slope = (compared_with_law(axis, law, moved)[1] - made)[used]
+    power = float(slope @ slope)
+    return float(slope @ (control - made)[used]) / power if power > 0 else math.nan, slope
 
 
 def position_zero(
@@ -263,12 +298,10 @@ def position_zero(
         Of one piece, with a reference and a control.
     """
     step = _STEP * float(np.ptp(np.asarray(record.reference))) or _STEP
-    control, made, used, _ = compared_with_law(axis, law, record)
     moved = replace(record, position=record.position + step)
-    slope = ((compared_with_law(axis, law, moved)[1] - made) / step)[used]
-    power, mean = float(slope @ slope), float(np.mean(slope))
-    if not (np.isfinite(power) and power > 0):
+    steps, slope = _asked_for(axis, law, record, moved)
+    if not np.isfinite(steps):
         return None
-    away = -float(slope @ (control - made)[used]) / power
+    mean = float(np.mean(slope))
     is_constant = float(np.ptp(slope)) <= MAX_SCALE_ERROR.value * abs(mean)
-    return away, -mean * away if is_constant else None
+    return -step * steps, mean * steps if is_constant else None

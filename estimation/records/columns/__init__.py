@@ -11,4 +11,8 @@ from .roles import (
     motion_role as motion_role,
     role_columns as role_columns,
 )
-from .units import expected_units as expected_units, to_si as to_si
+from .units import (
+    expected_units as expected_units,
+    scale_remedy as scale_remedy,
+    to_si as to_si,
+)

@@ -144,6 +144,13 @@ _UNITS: dict[str, tuple[str, ...]] = {
 }
 
 
+#: That a column may be in though nobody said so, the likelier before.
+_LIKELY_UNITS = (
+    *("bar", "mbar", "kPa", "MPa", "mV", "kV", "mA", "kN", "mm", "cm", "deg", "min"),
+    *("mm/s", "cm/s", "m/min", "mm/min", "rpm", "deg/s", "rev/s"),
+    *("mm/s^2", "cm/s^2", "g", "deg/s^2", "rev/s^2"),
+)
+
 #: Scalings that give a unit of motion.
 _EXAMPLES = {
     "m": "counts*5mm/4096",
@@ -278,6 +285,31 @@ def _check_angle(role: str, text: str, of: UnitQuantity, same: Sequence[str], so
         "screw, *5mm/rad for a radius, mm/5mm*1rev for an angle.",
         code="units",
     )
+
+
+def scale_remedy(role: str, column: str, declared: str, times: float, vague: float) -> str | None:
+    """The usual unit of a column whose numbers are so many times those in the declared one.
+
+    Parameters
+    ----------
+    role, column : str
+    declared : str
+    times : float
+    vague : float
+        Part of it, by which it may be another.
+
+    Returns
+    -------
+    str or None
+        None for no usual unit.
+    """
+    own = exact_unit(declared)
+    if own is None:
+        return None
+    known = ((name, exact_unit(name)) for name in _LIKELY_UNITS)
+    sizes = {name: float(unit / own) for name, unit in known if unit and unit.unit == own.unit}
+    found = (name for name, size in sizes.items() if abs(times * size - 1) <= vague < np.inf)
+    return next((f"it is in columns {role}={column}:{name}" for name in found), None)
 
 
 def check_no_counts(role: str, name: str, values: Array, axis: Axis | None, *, source: str) -> None:

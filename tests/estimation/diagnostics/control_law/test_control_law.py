@@ -101,11 +101,15 @@ FAULTS: dict[str, tuple[Callable[[Record], Record], str]] = {
     "small scaling": (lambda r: replace(r, control=1.05 * r.control), "check its unit and scaling"),  # type: ignore[operator]
     "unit of the position": (
         lambda r: replace(r, position=1e3 * r.position),
-        "with the position times 0.001: check its unit, such as millimetres",
+        "with the position times 0.001: it is in columns position=qm:mm",
+    ),
+    "scale of the position": (
+        lambda r: replace(r, position=50 * r.position),
+        "with the position times 0.02: check its unit and scale",
     ),
     "unit of the reference": (
         lambda r: replace(r, reference=r.reference / 1e3),  # type: ignore[operator]
-        "with the reference times 1000: check its unit, such as metres",
+        "with the reference times 1000: check its unit and scale",
     ),
     "sign of the position": (
         lambda r: replace(r, position=-r.position),
