@@ -1,10 +1,10 @@
-"""What `sweep` recommends where there are no instruments, against the best of its cut-offs.
+"""What `sweep` recommends, against the best of its cut-offs.
 
 Machines with noises of several kinds (`machines`, a simulator of its own) and the library's twins,
-their references left out, also without their control laws, and logs that are thinned to 100 and 250
-Hz. For each recommended cut-off: the largest error of a parameter there in percent of its value,
-the least that any cut-off of the sweep has and what the lowest one has, and which share of the
-intervals there hold the truth.
+as they are, their references left out, also without their control laws, and logs that are thinned
+to 100 and 250 Hz. For each recommended cut-off: the largest error of a parameter there in percent
+of its value, the least that any cut-off of the sweep has and what the lowest one has, and which
+share of the intervals there hold the truth.
 
     python benchmarks/sweeps.py                     a table
     python benchmarks/sweeps.py --json -            one JSON object
@@ -94,14 +94,17 @@ def cases(seed: int) -> Iterator[tuple[str, GeneratedAxis, Record, dict[str, flo
     """Every case with its truth."""
     for name in LIBRARY:
         axis = build(load_axis(name))
-        twin = replace(twin_record(axis, seed=seed), reference=None)
-        truth = dict(twin.provenance.truth)
+        whole = twin_record(axis, seed=seed)
+        twin, truth = replace(whole, reference=None), dict(whole.provenance.truth)
+        yield f"{name}, as it is", axis, whole, truth
         yield f"{name}, no reference", axis, twin, truth
         yield f"{name}, no law", _without_law(axis), twin, truth
     for name in _MACHINES:
         case = FIXED[name]
         axis, truth = case.axis, case.truth
-        record = replace(next(case.records(1, seed)), reference=None)
+        whole = next(case.records(1, seed))
+        record = replace(whole, reference=None)
+        yield f"{name}, as it is", axis, whole, truth
         yield f"{name}, no reference", axis, record, truth
         yield f"{name}, no law", _without_law(axis), record, truth
     for rate, noise in ((100.0, 1e-4), (250.0, 1e-5), (250.0, 1e-4), (1000.0, 3e-5)):

@@ -31,7 +31,6 @@ from .estimator_choice import (
     InstrumentTests as InstrumentTests,
     forms_check as forms_check,
     method_check as method_check,
-    tests_of_instruments as tests_of_instruments,
 )
 from .excitation import (
     NOMINAL_VALUES as NOMINAL_VALUES,

@@ -4,12 +4,13 @@ A low cut-off hides noise and rounds the motion; a high one lets noise through, 
 squares and leaves instruments steady. The decimation follows the cut-off, so that force and motion
 are always low-passed alike.
 
-With instruments that agree with least squares noise does no harm, and the most precise cut-off is
-taken. Without them nothing tells where noise begins to bias, but what a cut-off does shows in its
-neighbours: what rounding or noise moves at one, it moves otherwise at the next. An estimate's error
-is then taken to be its deviation, the bias that is known of it (of the filter, and of noise where
-loops follow the record) and the step to its neighbours together; cut-offs whose parameters predict
-the motion worse than elsewhere are left out.
+An estimate by a simulated loop, by instruments or by output error, has no noise in its regressor,
+and the cut-off is taken at which the judged one is the most precise. Without a loop nothing tells
+where noise begins to bias, but what a cut-off does shows in its neighbours: what rounding or noise
+moves at one, it moves otherwise at the next. An estimate's error is then taken to be its deviation,
+the bias that is known of it (of the filter, and of noise where loops follow the record) and the
+step to its neighbours together; cut-offs whose parameters predict the motion worse than elsewhere
+are left out.
 
 An equation's error says nothing between cut-offs, each of which filters what it is held against:
 noise that biases the parameters makes the rows no harder to explain. The position is the same for
@@ -27,9 +28,8 @@ import numpy as np
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.estimation.choices import INSTRUMENT_STARTS, same_estimates
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked
-from axisid.estimation.diagnostics import tests_of_instruments
 from axisid.estimation.diagnostics.control_law import LawAgreement, first_failing
-from axisid.estimation.estimates import Estimate, hausman, significant_differences
+from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification, identify, records_of
 from axisid.estimation.methods import METHODS
 from axisid.estimation.parameters import KnownValue
@@ -38,7 +38,6 @@ from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, matching_decimation
 from axisid.estimation.thresholds import (
     MAX_RELATIVE_DEVIATION,
-    MIN_FIRST_STAGE_F,
     MIN_ROWS_PER_PARAMETER,
     MIN_SWEPT_CUTOFFS,
 )
@@ -56,7 +55,6 @@ from axisid.support.errors import (
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
 
-_MAX_FILTER_BIAS = 1.0  # deviations, by filter and noise
 # of a known parameter's value, to the neighbouring cut-off; beyond, none is recommended without
 # instruments
 _MAX_SWEEP_STEP = 0.1
@@ -77,34 +75,14 @@ def recommend(results: Sequence[Identification]) -> tuple[float | None, str]:
     results : sequence of Identification
         By cut-off, ascending.
     """
-    agreeing = [result for result in results if _agrees(result)]
-    steps = (
-        (
-            [
-                result
-                for result in agreeing
-                for iv in [result["idm-iv"]]
-                if iv.filter_bias is not None
-                and all(value.shift <= _MAX_FILTER_BIAS for value in iv.parameters.values())
-            ],
-            "where the deviations are smallest among the cut-offs at which least squares and "
-            "instruments agree and the bias of filter and noise is below a deviation",
-        ),
-        (
-            agreeing,
-            "where the deviations are smallest among the cut-offs at which least squares and "
-            "instruments agree; the bias of filter and noise exceeds a deviation at all of them",
-        ),
-        (
-            [result for result in results if _is_strong(result.estimates.get("idm-iv"))],
-            "where the deviations of the instruments and its bias are smallest; "
-            "noise biases least squares at every cut-off, so believe the instruments",
-        ),
-    )
-    for able, why in steps:
-        if able:
-            best = min(able, key=lambda result: _vagueness(result["idm-iv"]))
-            return best.prefilter.cutoff, why
+    free = [result for result in results if _is_free_of_noise(result)]
+    if free:
+        # A bias that is not known may be large.
+        best = min(free, key=lambda r: (r.preferred.filter_bias is None, _vagueness(r.preferred)))
+        return best.prefilter.cutoff, (
+            "where the deviations and the known bias of the method that is judged "
+            f"({best.case.method}) are smallest; no noise of the regressor biases it"
+        )
     return _steadiest(results)
 
 
@@ -167,23 +145,14 @@ def _has_rows(estimate: Estimate) -> bool:
     return len(estimate.y) >= MIN_ROWS_PER_PARAMETER.value * len(estimate.theta)
 
 
-def _agrees(result: Identification) -> bool:
-    ls, iv = result.estimates.get("idm-ls"), result.estimates.get("idm-iv")
-    if ls is None or iv is None or not _is_strong(iv):
-        return False
-    found = hausman(ls, iv)
-    return not (isinstance(found, Missing) or significant_differences(found, result.levels.level))
+def _is_free_of_noise(result: Identification) -> bool:
+    """Whether a loop that has no noise tells the judged estimate, and enough of it, in rows enough.
 
-
-def _is_strong(iv: Estimate | None) -> bool:
-    """Whether there are instruments that tell something, and rows enough."""
-    tests = tests_of_instruments(iv)
-    return (
-        iv is not None
-        and not isinstance(tests, Missing)
-        and _has_rows(iv)
-        and tests.weakest >= MIN_FIRST_STAGE_F.value
-    )
+    Weak instruments matter to no estimate by output error, which rests on the loop's own rows.
+    """
+    judged, strength = result.preferred, result.case.strength
+    strong = isinstance(strength, Check) and strength.status == "pass"
+    return judged.Z is not None and (strong or judged.by_output_error) and _has_rows(judged)
 
 
 def _vagueness(estimate: Estimate, steps: Array | float = 0.0) -> float:
