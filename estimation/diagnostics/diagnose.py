@@ -246,7 +246,12 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         ),
         Diagnostic(
             name="simulation",
-            check=lambda case: simulation_error_check(case.preferred, case.data.rest),
+            check=lambda case: simulation_error_check(
+                case.preferred,
+                case.data.rest,
+                lacks=case.laws_hold
+                and _fails(unless_faulty(lambda: _missing_terms(case.lacking, case))),
+            ),
             by_record=True,
         ),
         Diagnostic(name="outliers", check=_outliers, by_record=True),
@@ -430,16 +435,28 @@ def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | N
     )
 
 
-def simulation_error_check(preferred: Estimate, rest: float) -> Check | Missing:
-    """The simulation error of an estimate; `rest` is the part of its samples at which it stands."""
+def simulation_error_check(
+    preferred: Estimate, rest: float, *, lacks: bool = False
+) -> Check | Missing:
+    """The simulation error of an estimate.
+
+    Parameters
+    ----------
+    preferred : Estimate
+    rest : float
+        Part of the record's samples at which the axis stands.
+    lacks : bool
+        Whether the model lacks something under a law that is right, from which this follows.
+    """
     simulated, form = preferred.simulated, preferred.form
+    cause = "mend first what the model lacks, which may make it" * lacks
     if isinstance(simulated, NotSimulated):
         failed = Check(
             name="simulation",
             status="fail",
             source="an axis that was recorded can be simulated",
             meaning="the loop cannot be simulated with the estimate, as that of an axis that was "
-            f"recorded can: {str(simulated).removesuffix('.')}",
+            f"recorded can: {str(simulated).removesuffix('.')}{f'; {cause}' * lacks}",
         )
         return failed if simulated.by_estimate else simulated
     error = preferred.simulation_error_percent or 0.0  # none but where nothing was simulated
@@ -447,9 +464,11 @@ def simulation_error_check(preferred: Estimate, rest: float) -> Check | Missing:
     but = f" but for {error:.2g} %" * (error >= 10.0)  # less is not said
     units = form.axis.axis.coordinate.unit, form.axis.axis.drive.unit
     noise = "".join(f" ({chain.told(*units)})" for chain in preferred.inference.chains[:1])
-    blamed = rests_first(rest) or (
-        f"check the law, signs and units, or see whether the record is noise{noise}, or a motion "
-        "that the model does not have"
+    blamed = (
+        rests_first(rest)
+        or cause
+        or f"check the law, signs and units, or see whether the record is noise{noise}, or a "
+        "motion that the model does not have"
     )
     return Check(
         name="simulation",

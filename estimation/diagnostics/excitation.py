@@ -99,11 +99,7 @@ class Excitation:
                 f"it acts in few rows (as if in {self.rows:.2g})",
             ),
             (self.share >= 1, "others cancel its part of the force"),
-            (
-                True,
-                f"its part of the force ({100 * self.share:.2g} %) drowns in what the model leaves "
-                "unexplained",
-            ),
+            (True, "its part of the force drowns in what the model leaves unexplained"),
         )
         return f"{why}: {', and '.join(self.lacking)}" if self.lacking else why
 
@@ -236,12 +232,16 @@ def precision(estimate: Estimate, excitation: Sequence[Excitation]) -> Check:
         relative[s.name] = 100 * deviation / abs(value.corrected) if value.corrected else np.inf
     vague = [s for s in excitation if relative[s.name] > MAX_RELATIVE_DEVIATION.value]
     small = [s for s in vague if _is_nothing(s, values[s.name])]
+    by_reason: dict[str, list[str]] = {}
+    for s in vague:
+        if s not in small:
+            by_reason.setdefault(s.reason, []).append(s.name)
     return precision_check(
         max(relative.values()),
         [
-            f"{s.name} is not identified by this record, because {s.reason}"
-            for s in vague
-            if s not in small
+            f"{'none of ' * (len(names) > 1)}{', '.join(names)} is {'not ' * (len(names) == 1)}"
+            f"identified by this record, because {reason}"
+            for reason, names in by_reason.items()
         ],
         [s.name for s in small],
         "force",

@@ -200,3 +200,15 @@ def test_position_in_another_unit_is_remarked_without_a_reference(
     remarks = [check.meaning for check in checks if check.name == "nominal values"]
     assert len(remarks) == 2 * (factor != 1.0)
     assert all("M = " in said and "check the units" in said for said in remarks)
+
+
+def test_a_weight_that_the_model_lacks_is_blamed_for_the_loop_and_hides_each_parameter() -> None:
+    truth = {**TRUTH, "f": 60.0, "k": 0.0}
+    weighed = replace(STAGE, experiment=Experiment(moves=ALL, truth=truth, position_noise=1e-7))
+    axis = build(stage(drive=STAGE.drive, control=STAGE.control))
+    result = identify(axis, twin_record(build(weighed)))
+    (simulation,) = (c for c in result.verdict if c.name == "simulation")
+    assert simulation.status == "fail"
+    assert "mend first what the model lacks" in simulation.meaning
+    assert "none of m, b, c is identified by this record" in precision(result).meaning
+    assert precision(result).meaning.count("drowns") == 1
