@@ -208,7 +208,7 @@ def loop_start_check(of: OutputFit) -> Check | None:
         return None
     worst = int(np.argmax(far))
     value, by = of.physical[worst], abs(float(moved[worst]))
-    share = f"by {100 * by / abs(value):.2g} %" if by < abs(value) else "by more than it is"
+    share = f"by {100 * by / abs(value):.2g} %" if by < abs(value) else "by more than its value"
     return Check(
         name="start of the loop",
         status="note",
