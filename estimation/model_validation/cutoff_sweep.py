@@ -4,13 +4,13 @@ A low cut-off hides noise and rounds the motion; a high one lets noise through, 
 squares and leaves instruments steady. The decimation follows the cut-off, so that force and motion
 are always low-passed alike.
 
-An estimate by a simulated loop, by instruments or by output error, has no noise in its regressor,
-and the cut-off is taken at which the judged one is the most precise. Without a loop nothing tells
-where noise begins to bias, but what a cut-off does shows in its neighbours: what rounding or noise
-moves at one, it moves otherwise at the next. An estimate's error is then taken to be its deviation,
-the bias that is known of it (of the filter, and of noise where loops follow the record) and the
-step to its neighbours together; cut-offs whose parameters predict the motion worse than elsewhere
-are left out.
+An estimate by a simulated loop, by instruments or by output error, has no noise in its regressor:
+the judged one is taken where it is surest. Without a loop nothing tells where noise begins to bias.
+What a cut-off does shows in its neighbours: what rounding or noise moves at one, it moves otherwise
+at the next. An estimate's error is taken to be its deviation, the bias that is known of it (of the
+filter, and of noise where loops follow the record) and the step to its neighbours together: of many
+deviations the least is too small by chance. Without a loop cut-offs whose parameters predict the
+motion worse than elsewhere are left out.
 
 An equation's error says nothing between cut-offs, each of which filters what it is held against:
 noise that biases the parameters makes the rows no harder to explain. The position is the same for
@@ -77,11 +77,16 @@ def recommend(results: Sequence[Identification]) -> tuple[float | None, str]:
     """
     free = [result for result in results if _is_free_of_noise(result)]
     if free:
+        judged = [result.preferred for result in free]
+        errors = map(_vagueness, judged, _steps(judged))
         # A bias that is not known may be large.
-        best = min(free, key=lambda r: (r.preferred.filter_bias is None, _vagueness(r.preferred)))
-        return best.prefilter.cutoff, (
-            "where the deviations and the known bias of the method that is judged "
-            f"({best.case.method}) are smallest; no noise of the regressor biases it"
+        _, _, best = min(
+            (each.filter_bias is None, error, i)
+            for i, (each, error) in enumerate(zip(judged, errors, strict=True))
+        )
+        return free[best].prefilter.cutoff, (
+            "where deviations, known bias and the steps to the neighbouring cut-offs are smallest "
+            f"together, of the method that is judged ({free[best].case.method})"
         )
     return _steadiest(results)
 
@@ -104,10 +109,7 @@ def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
             f"none: {why}, and {len(judged)} cut-off{'s' * (len(judged) != 1)} cannot show where "
             f"noise or rounding begins; give {MIN_SWEPT_CUTOFFS.value:g} or more"
         )
-    values = np.array([[v.corrected for v in e.parameters.values()] for _, e in judged])
-    # Of each estimate, how far the farther one of its neighbours is from it, by its size.
-    apart = np.pad(np.abs(np.diff(values, axis=0)), ((1, 1), (0, 0)), "edge")
-    steps = np.maximum(apart[:-1], apart[1:]) / np.abs(values)
+    steps = _steps([estimate for _, estimate in judged])
     errors = [_vagueness(each, step) for (_, each), step in zip(judged, steps, strict=True)]
     motion = np.array(motion_errors(judged))
     strays = motion > _MAX_MOTION_ERROR * np.min(motion)
@@ -138,6 +140,13 @@ def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
         "where deviations, the bias that is known and the steps to the neighbouring cut-offs are "
         f"smallest together{predicted}, since {why}{at_end * (chosen in (0, len(judged) - 1))}"
     )
+
+
+def _steps(estimates: Sequence[Estimate]) -> Array:
+    """Of each estimate, how far the farther one of its neighbours is from it, by its size."""
+    values = np.array([[v.corrected for v in e.parameters.values()] for e in estimates])
+    apart = np.pad(np.abs(np.diff(values, axis=0)), ((1, 1), (0, 0)))
+    return np.asarray(np.maximum(apart[:-1], apart[1:]) / np.abs(values))
 
 
 def _has_rows(estimate: Estimate) -> bool:

@@ -37,10 +37,13 @@ def test_least_squares_drifts_and_instruments_hold(swept: Sweep) -> None:
 
 
 def test_recommended_cutoff_is_one_where_the_judged_method_is_surest(swept: Sweep) -> None:
-    judged = [result.preferred for result in swept.results]
+    """Of deviation, known bias and the farther neighbour, in the mean over the parameters."""
+    judged = [[*result.preferred.parameters.values()] for result in swept.results]
+    found = np.array([[v.corrected for v in values] for values in judged])
+    far = np.abs(np.diff(found, axis=0, prepend=found[:1], append=found[-1:]))
     sizes = [
-        math.prod(math.hypot(v.deviation, v.filter_bias) / v.value for v in e.parameters.values())
-        for e in judged
+        math.prod(math.hypot(v.deviation, v.filter_bias, step) / v.value for v, step in each)
+        for each in map(zip, judged, np.maximum(far[1:], far[:-1]))
     ]
     assert swept.recommended == swept.cutoffs[int(np.argmin(sizes))]
     assert "(didim)" in swept.reason
