@@ -341,7 +341,7 @@ def within_bounds(
         figure=float(len(outside)),
         threshold=0.0,
         source="declared physical bounds; parameters outside or at them, none is clipped",
-        meaning=f"{listed}: {cause or 'check the signs and units of the record'}"
+        meaning=f"{listed}: {cause or 'check signs and units of the record and the drive gain'}"
         if outside
         else "every parameter is within its declared bounds",
     )

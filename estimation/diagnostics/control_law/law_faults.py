@@ -76,8 +76,8 @@ def scale_text(times: float, left: str = "") -> str:
     """What a control is that is so many times the law's, what is left then, and what to check."""
     if times < 0:
         return (
-            f"its sign is opposite to the law's{left}; check the sign of the control or of the "
-            "positions"
+            f"its sign is opposite to the law's{left}; check the sign of the control, of the "
+            "positions or of the gains"
         )
     units = (
         f" (one unit stands for another, such as {unit})"

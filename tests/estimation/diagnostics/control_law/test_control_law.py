@@ -75,7 +75,7 @@ def test_a_drive_at_its_limit_hides_no_law_and_blames_none(
 
 
 FAULTS: dict[str, tuple[Callable[[Record], Record], str]] = {
-    "sign": (lambda r: replace(r, control=-r.control), "its sign is opposite"),  # type: ignore[operator]
+    "sign": (lambda r: replace(r, control=-r.control), "or of the gains"),  # type: ignore[operator]
     "unit of the control": (
         lambda r: replace(r, control=1e-3 * r.control),  # type: ignore[operator]
         "one unit stands for another",
