@@ -322,11 +322,12 @@ def strength_check(tests: InstrumentTests, judged: Estimate) -> Check:
 
 
 def tests_of_instruments(estimate: Estimate | None) -> InstrumentTests | Missing:
-    """`instrument_tests` of an estimate's rows, where it has instruments and they tell it."""
+    """`instrument_tests` of an estimate's rows, as they are weighted in the fit, if that can be."""
     if estimate is None or estimate.Z is None:
         return Missing("no method with instruments gave an estimate")
+    X, Z = (estimate.weights[:, None] * each for each in (estimate.X, estimate.Z))
     names = [q.label for q in estimate.form.quantities]
-    return unless_faulty(partial(instrument_tests, estimate.X, estimate.Z, names))
+    return unless_faulty(partial(instrument_tests, X, Z, names))
 
 
 def instrument_tests(X: Array, Z: Array, names: Sequence[str]) -> InstrumentTests:

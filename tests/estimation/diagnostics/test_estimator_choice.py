@@ -17,10 +17,9 @@ from axisid.estimation.diagnostics import (
     SECOND_OPINION,
     forms_check,
     method_check,
+    tests_of_instruments as strength_of,
 )
-from axisid.estimation.diagnostics.estimator_choice import (
-    instrument_tests,
-)
+from axisid.estimation.diagnostics.estimator_choice import InstrumentTests, instrument_tests
 from axisid.estimation.estimates import Estimate, HausmanTest
 from benchmarks.machines import Machine, records, white
 from tests.refusals import refuses
@@ -224,6 +223,17 @@ def test_strength_is_the_first_stage_of_linearmodels_and_statsmodels(data: Data)
         left_over = IV2SLS(X[:, j], None, others, Z).fit().resids.to_numpy()
         fit = sm.OLS(left_over, Z).fit()
         assert ours.conditional_f == pytest.approx(fit.ess / (fit.ssr / fit.df_resid), rel=1e-8)
+
+
+def test_strength_is_of_the_rows_as_the_fit_weights_them(result: Identification) -> None:
+    """As of records of unlike noise."""
+    iv = result["idm-iv"]
+    weights = np.where(np.arange(len(iv.y)) < len(iv.y) / 2, 30.0, 1 / 30)
+    tests = strength_of(replace(iv, weights=weights))
+    stage = IV2SLS(iv.y, None, iv.X, iv.Z, weights=weights**2).fit().first_stage.diagnostics
+    assert isinstance(tests, InstrumentTests)
+    ours = [(column.r_squared, column.shea) for column in tests.columns]
+    assert ours == pytest.approx(stage[["rsquared", "shea.rsquared"]].to_numpy(), rel=1e-6)
 
 
 def test_instruments_of_columns_that_they_cannot_tell_apart_are_weak(
