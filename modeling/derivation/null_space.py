@@ -92,11 +92,11 @@ def _kernel(
     field = ring.get_field()
     table = [[field.convert_from(slope, ring) for slope in row] for row in rows]
     basis = DomainMatrix(table, (len(table), len(symbols)), field).to_sparse().nullspace()
-    for vector in basis.to_dense().rep.to_list():
-        shared = reduce(ring.lcm, (weight.denom for weight in vector))
-        whole = [weight.numer * shared.exquo(weight.denom) for weight in vector]
-        common = reduce(ring.gcd, whole)
-        weights = {s: w.exquo(common) for s, w in zip(symbols, whole, strict=True) if w}
+    for vector in basis.to_dod().values():  # of those that change, few of many
+        shared = reduce(ring.lcm, (weight.denom for weight in vector.values()))
+        whole = {j: w.numer * shared.exquo(w.denom) for j, w in sorted(vector.items())}
+        common = reduce(ring.gcd, whole.values())
+        weights = {symbols[j]: weight.exquo(common) for j, weight in whole.items()}
         first, last = next(iter(weights.values())), next(reversed(weights.values()))
         if all(weight.is_ground for weight in weights.values()):
             unit = last.LC

@@ -84,3 +84,12 @@ def test_too_much_for_symbols_is_told_in_numbers_at_once() -> None:
         found = hidden(sums, parameters, {p.symbol for p in parameters})
     assert len(found) >= size - len(sums)
     assert all(weight.is_number for direction in found for weight in direction.values())
+
+
+def test_what_many_parameters_of_one_sum_hide_is_told_pair_by_pair() -> None:
+    size = 60
+    parameters = declared(size)
+    ones = {tuple(int(i == j) for i in range(size)): Fraction(1) for j in range(size)}
+    with within(150_000):
+        found = hidden([ones], parameters, {p.symbol for p in parameters})
+    assert [len(direction) for direction in found] == [2] * (size - 1)
