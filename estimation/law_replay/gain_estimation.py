@@ -40,7 +40,7 @@ _STEP = 5e-5
 _ROUNDS, _STEPS = 12, 6  # of slopes, and of Gauss-Newton steps by the same
 _STILL = 1e-7  # relative change of the squared residuals, at which they end
 _EXACT = 1e-9  # of the control, the residuals at which they end too
-_LARGEST = 0.5  # step of the logarithm of a gain
+_LARGEST = 0.5  # step of the logarithm of any gain
 _SETTLED = 10  # samples in which the law's memory fills
 _CLEAR = 1e-8  # singular value of unit columns, by the largest, of what the record shows at all
 
@@ -200,9 +200,11 @@ class LawAlong:
             columns = np.column_stack([*map(compared, slopes)])
             before, share = cost, 1.0
             for _ in range(_STEPS):  # by the same slopes as long as they lead on
-                step = share * least_step(columns, residuals, _CLEAR)[0]
+                step = least_step(columns, residuals, _CLEAR)[0]
+                # As a whole: what is remembered at the start goes with a gain, as an integral does.
+                step *= share * _LARGEST / np.abs(step[: len(chosen)]).max(initial=_LARGEST)
                 gains = point.gains.copy()
-                gains[chosen] *= np.exp(np.clip(step[: len(chosen)], -_LARGEST, _LARGEST))
+                gains[chosen] *= np.exp(step[: len(chosen)])
                 end = LawPoint(gains, point.start + step[len(chosen) :])
                 there = wanted - compared(self.output(end))
                 gained = 1 - float(there @ there) / cost
