@@ -132,19 +132,23 @@ def test_ctrl_c_ends_with_a_sentence_and_keeps_what_is_done(
 
 
 @pytest.mark.usefixtures("here")
-@pytest.mark.parametrize("is_there", [True, False])
-def test_ctrl_c_tells_of_a_folder_that_is_there(
-    run: Run, monkeypatch: pytest.MonkeyPatch, is_there: bool
+@pytest.mark.parametrize("is_done", [True, False])
+def test_ctrl_c_tells_of_what_is_done_and_not_of_results_from_before(
+    run: Run, monkeypatch: pytest.MonkeyPatch, is_done: bool
 ) -> None:
+    results = Path("results")
+    results.mkdir()
+    results.joinpath("b.json").write_text("{}")
+
     def interrupted(*_: Any, **__: Any) -> None:
-        if is_there:
-            Path("results").mkdir()
+        if is_done:
+            results.joinpath("a.json").write_text("{}")
         raise KeyboardInterrupt
 
     Path("a.csv").write_text("time,position\n")
     monkeypatch.setattr(command.stages, "fleet", interrupted)
     code, _, err = run("fleet", "a.csv", "--axis", AXIS)
-    assert (code, "is in results" in err) == (130, is_there)
+    assert (code, "is in results" in err) == (130, is_done)
 
 
 @pytest.mark.parametrize(

@@ -107,6 +107,7 @@ def fleet(
     check_folder(output, "--output", stages.written_files(items), force=force)
     affinity = getattr(os, "sched_getaffinity", None)  # not on macOS and Windows
     cores = len(affinity(0)) if affinity is not None else os.cpu_count() or 1
+    before = _written(output)
     try:
         with ProgressLine(f"identifying {len(items)} logs") as line:
             result = stages.fleet(
@@ -126,7 +127,7 @@ def fleet(
                 loss=loss,
             )
     except KeyboardInterrupt:
-        if Path(output).exists():  # which it does not before a log is done
+        if _written(output) != before:
             done = f"what is done is in {output}; --resume goes on from there"
             click.echo(f"axisid: {done}", err=True)
         raise
@@ -139,6 +140,11 @@ def fleet(
             "reasons are above and in fleet.jsonl.",
             code="fleet",
         )
+
+
+def _written(folder: str) -> dict[Path, int]:
+    """The results and the ledger of a folder, and when each was written."""
+    return {file: file.stat().st_mtime_ns for file in Path(folder).glob("*.json*")}
 
 
 @click.command(
