@@ -130,6 +130,16 @@ def test_faults_of_the_record_are_recognised(
     assert message in check.sentence
 
 
+def test_a_law_that_is_wrong_about_a_reference_at_rest_is_told(
+    emps2015: GeneratedAxis, rng: np.random.Generator
+) -> None:
+    """As a test signal alone may move the axis."""
+    record = twin_record(emps2015)
+    signal, rest = rng.normal(size=len(record)), np.zeros(len(record))
+    moved = replace(record, reference=rest, injected=signal, injected_at="control")
+    assert not law_agreement(emps2015, moved).passed
+
+
 @pytest.mark.parametrize("idle", [{"ki": 0.0}, {"a": 1e-9, "b": 1e-9}])
 def test_terms_that_do_nothing_or_cannot_be_told_apart_have_no_factor(
     emps: GeneratedAxis, emps_record: Record, idle: dict[str, float]
