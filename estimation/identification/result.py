@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Generic, Protocol, TypeAlias, TypeVar
+from typing import Any, Generic, Protocol, Self, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -196,11 +196,25 @@ class ByMethod(Checked, Generic[Estimated]):
         return str(view_of("as_text", self, draws=draws, every=every, full=full))
 
 
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class HasRecords:
-    """A result from one record or several under their filters."""
+    """A result from one record or several under their filters.
+
+    Attributes
+    ----------
+    problem : Problem
+        The records under their filters, with what was chosen for them and what they share.
+    set_aside : mapping of str to str
+        Records that could not be used, with the reason.
+    """
 
     __slots__ = ()
     problem: Problem
+    set_aside: Mapping[str, str] = field(default_factory=dict)
+
+    def with_set_aside(self, unread: Mapping[str, str]) -> Self:
+        """The same with records that could not even be read."""
+        return replace(self, set_aside={**unread, **self.set_aside}) if unread else self
 
     @property
     def data(self) -> FilteredRecord:
@@ -251,7 +265,6 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
         What else the verdict lists: whether it holds on second records, see `Validation.check`.
     """
 
-    problem: Problem
     further: tuple[Check, ...] = ()
 
     @property
@@ -268,10 +281,6 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
     def held(self) -> tuple[ParameterAtBound, ...]:
         """Declared parameters that were held at a bound, as `identify` was asked to."""
         return self.problem.held
-
-    def with_set_aside(self, unread: Mapping[str, str]) -> "Identification":
-        """The same with records that could not even be read."""
-        return replace(self, set_aside={**unread, **self.set_aside}) if unread else self
 
     @cached_property
     def parts(self) -> "tuple[Identification, ...]":

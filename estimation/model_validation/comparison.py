@@ -5,7 +5,7 @@ percent, of the smallest held-out error, the one with the fewest parameters.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from axisid.estimation.choices import (
 )
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked, Levels, first_case
 from axisid.estimation.diagnostics.control_law import LawAgreement, first_failing
-from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.identification import (
     HasRecords,
     Identification,
@@ -79,7 +78,6 @@ class Comparison(HasRecords, Checked, Presentable, Exact):
         Of the recommended candidate.
     """
 
-    problem: Problem
     method: str
     candidates: tuple[Candidate, ...]
     failures: Mapping[str, str]
@@ -91,7 +89,6 @@ class Comparison(HasRecords, Checked, Presentable, Exact):
     tied: tuple[str, ...]
     reason: str
     law: LawAgreement | Missing
-    set_aside: Mapping[str, str] = field(default_factory=dict)
     result: Identification | None = None
 
     @property
@@ -99,10 +96,6 @@ class Comparison(HasRecords, Checked, Presentable, Exact):
         """Of the recommended candidate; without one, why there is none."""
         none = (Check.unless("recommendation", self.reason),)
         return none if self.result is None else self.result.checks
-
-    def with_set_aside(self, unread: Mapping[str, str]) -> "Comparison":
-        """The same with records that could not even be read."""
-        return replace(self, set_aside={**unread, **self.set_aside}) if unread else self
 
     @property
     def known(self) -> KnownValues:
