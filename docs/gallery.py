@@ -12,7 +12,7 @@ from matplotlib import pyplot as plt
 
 from axisid import identify, load_axis, twin_record
 from axisid.modeling import LIBRARY
-from axisid.presentation.formulas import decimals, readable_unit
+from axisid.presentation.documents import decimals, readable_unit
 from benchmarks.library import prefilter_of
 from docs.extensions.axis_texts import text_of
 

@@ -56,8 +56,6 @@ FLOORS = (
     ("estimation.model_validation",),
     ("estimation.monte_carlo",),
     ("presentation.documents",),
-    ("presentation.formulas",),
-    ("presentation.html",),
     ("presentation.result_files",),
     ("presentation.plots",),
     ("presentation.matplotlib_backend",),
@@ -199,14 +197,10 @@ def test_rooms_know_no_library_that_is_not_theirs(imports: list[Import]) -> None
         **{
             f"presentation.{room}": {"matplotlib", "click", "rich"}
             for room in (
-                "blocks",
-                "formulas",
-                "html",
-                "plots",
-                "text",
-                "schema",
                 "documents",
-                "saved",
+                "plots",
+                "result_files",
+                "text",
             )
         },
     }

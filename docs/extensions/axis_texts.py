@@ -8,7 +8,7 @@ from axisid.modeling import AxisModel
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import describe_loss
 from axisid.modeling.quantities import ConstantSymbol
-from axisid.presentation.formulas.latex import equation_latex
+from axisid.presentation.documents.latex import equation_latex
 from axisid.support.errors import Missing
 from benchmarks.library import prefilter_of
 

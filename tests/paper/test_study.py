@@ -15,8 +15,7 @@ from axisid.paper.study import (
     study_document,
     write_distributions,
 )
-from axisid.presentation.documents import plain_text
-from axisid.presentation.html import blocks_html
+from axisid.presentation.documents import blocks_html, plain_text
 
 Study = dict[str, Identification]
 

@@ -14,7 +14,7 @@ from axisid.estimation.estimates import CORRECTED, COVARIANCES, Value
 from axisid.estimation.identification import Identification
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
-from axisid.presentation.formulas import decimals, symbol_latex, unit_latex
+from axisid.presentation.documents import decimals, symbol_latex, unit_latex
 from axisid.presentation.result_files import FittedAxis, SavedIdentification, fitted_axis
 from axisid.support.errors import UsageError, is_among, is_real, quoted, range_text
 from axisid.support.files import csv_text, json_text

@@ -19,9 +19,7 @@ from axisid.estimation.output_error import OutputFit
 from axisid.estimation.records import Record
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import derive
-from axisid.presentation.documents import Document, plain_text
-from axisid.presentation.formulas import axis_document
-from axisid.presentation.html import blocks_html
+from axisid.presentation.documents import Document, axis_document, blocks_html, plain_text
 from axisid.presentation.plots import (
     PLOTS,
     Plot,

@@ -14,10 +14,10 @@ from axisid.presentation.documents import (
     Document,
     Heading,
     TableBlock,
+    blocks_html,
     paragraph,
     text_columns,
 )
-from axisid.presentation.html import blocks_html
 from axisid.presentation.plots import Panel, Plot, PlotSeries, Tone, labelled
 from axisid.robust_statistics import LARGEST
 from axisid.support.arrays import Array

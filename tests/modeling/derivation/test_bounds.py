@@ -13,7 +13,7 @@ from axisid import (
     Parameter,
     derive,
 )
-from axisid.presentation.formulas.axis_page import axis_page
+from axisid.presentation.documents.axis_page import axis_page
 from tests.axes.bodies import energetic, rotor, turn
 from tests.bounded import within
 

@@ -24,7 +24,7 @@ from axisid.presentation.documents import (
     plain_text,
     text_columns,
 )
-from axisid.presentation.formulas.axis_page import axis_document
+from axisid.presentation.documents.axis_page import axis_document
 from axisid.presentation.views import as_blocks
 
 LONG = "words " * 30

@@ -44,7 +44,7 @@ from axisid.elements import Drive
 from axisid.estimation import OutputFit, validate_fit
 from axisid.estimation.identification import DriveTime
 from axisid.modeling.declaration import Axis
-from axisid.presentation.formulas.axis_page import FORMATS, axis_page
+from axisid.presentation.documents.axis_page import FORMATS, axis_page
 from axisid.presentation.plots.result import record_plot
 from axisid.presentation.result_files import (
     SavedFitValidation,

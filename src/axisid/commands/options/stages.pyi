@@ -72,8 +72,11 @@ from axisid.paper import (
     write_distributions as write_distributions,
     write_study as write_study,
 )
-from axisid.presentation.documents import Document as Document
-from axisid.presentation.formulas import axis_document as axis_document, axis_page as axis_page
+from axisid.presentation.documents import (
+    Document as Document,
+    axis_document as axis_document,
+    axis_page as axis_page,
+)
 from axisid.presentation.matplotlib_backend import (
     NAMES as NAMES,
     sweep_figure as sweep_figure,

@@ -1,8 +1,14 @@
-"""What is shown, in blocks that know nothing of where: plain text, a terminal, a page.
+"""What is shown, in blocks that know nothing of where, and how they are written out.
 
-In: blocks. Out: plain text. Knows nothing of results.
+In: blocks, expressions, numbers, the models of an axis. Out: plain text, HTML without scripts or
+styles, LaTeX, MathML. Knows nothing of results and of estimators.
 """
 
+from .axis_page import (
+    axis_document as axis_document,
+    axis_page as axis_page,
+    motion_sections as motion_sections,
+)
 from .document import (
     Block as Block,
     Cell as Cell,
@@ -23,6 +29,25 @@ from .document import (
     paragraph as paragraph,
     text_columns as text_columns,
     text_table as text_table,
+)
+from .html import (
+    STATUS_CLASSES as STATUS_CLASSES,
+    blocks_html as blocks_html,
+    checks_html as checks_html,
+    prose_html as prose_html,
+    table_html as table_html,
+    unbroken as unbroken,
+)
+from .latex import (
+    formula_mathml as formula_mathml,
+    symbol_latex as symbol_latex,
+    unit_latex as unit_latex,
+)
+from .numbers import (
+    decimals as decimals,
+    figure_text as figure_text,
+    readable_text as readable_text,
+    readable_unit as readable_unit,
 )
 from .plain import (
     PAGE_WIDTH as PAGE_WIDTH,

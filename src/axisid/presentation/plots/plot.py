@@ -11,7 +11,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from axisid.presentation.formulas import readable_unit
+from axisid.presentation.documents import readable_unit
 from axisid.support.arrays import Array, frozen
 from axisid.support.errors import Missing, UsageError
 

@@ -14,7 +14,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from axisid.presentation.html import prose_html
+from axisid.presentation.documents import prose_html
 from axisid.presentation.plots import SHADED, TITLES, Plot, PlotSeries
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing

@@ -22,12 +22,15 @@ from axisid.estimation.output_error import OutputFit
 from axisid.estimation.records import Record
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Formula
-from axisid.presentation.documents import Checks, Document, Heading
-from axisid.presentation.formulas import formula_mathml, motion_sections
-from axisid.presentation.html import (
+from axisid.presentation.documents import (
     STATUS_CLASSES,
+    Checks,
+    Document,
+    Heading,
     blocks_html,
     checks_html,
+    formula_mathml,
+    motion_sections,
     prose_html,
     table_html,
     unbroken,

@@ -19,10 +19,10 @@ from axisid.presentation.documents import (
     QuantityCell,
     Sentence,
     TableBlock,
+    decimals,
     paragraph,
     text_table,
 )
-from axisid.presentation.formulas import decimals
 from axisid.support.errors import Missing, or_dash
 from axisid.support.mappings import grouped
 

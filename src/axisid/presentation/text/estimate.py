@@ -15,11 +15,12 @@ from axisid.presentation.documents import (
     QuantityCell,
     TableBlock,
     TableColumn,
+    decimals,
+    figure_text,
     paragraph,
     text_columns,
     text_table,
 )
-from axisid.presentation.formulas import decimals, figure_text
 from axisid.presentation.result_files import SavedEstimate
 from axisid.support.errors import Missing, or_dash, range_text
 from axisid.support.mappings import grouped

@@ -18,11 +18,12 @@ from axisid.presentation.documents import (
     Sentence,
     TableBlock,
     TableColumn,
+    decimals,
+    figure_text,
     paragraph,
     text_columns,
     text_table,
 )
-from axisid.presentation.formulas import decimals, figure_text
 from axisid.presentation.result_files import SavedOutputFit, written_output_fit
 from axisid.support.errors import Missing
 

@@ -25,10 +25,10 @@ from axisid.presentation.documents import (
     Status,
     TableBlock,
     TableColumn,
+    decimals,
     text_columns,
     text_table,
 )
-from axisid.presentation.formulas import decimals
 from axisid.presentation.result_files import SavedEstimate, SavedIdentification
 from axisid.support.errors import is_nothing, or_dash, range_text
 from axisid.support.mappings import grouped

@@ -27,10 +27,11 @@ from axisid.presentation.documents import (
     QuantityCell,
     TableBlock,
     TableColumn,
+    decimals,
+    figure_text,
     paragraph,
     text_columns,
 )
-from axisid.presentation.formulas import decimals, figure_text
 from axisid.presentation.plots import method_title
 from axisid.presentation.result_files import SavedMonteCarlo
 

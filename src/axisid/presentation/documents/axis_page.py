@@ -13,9 +13,10 @@ from axisid.modeling.derivation import (
     describe_undetermined,
 )
 from axisid.modeling.quantities import FORCE, Coordinate, Formula, Parameter, rounded, written
-from axisid.presentation.documents import Document, Listing, paragraph, plain_text
 
+from .document import Document, Listing, paragraph
 from .latex import aligned_latex, escaped_latex
+from .plain import plain_text
 
 FORMATS = ("text", "latex", "markdown")
 

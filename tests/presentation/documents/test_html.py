@@ -15,10 +15,10 @@ from axisid.presentation.documents import (
     Sentence,
     TableBlock,
     TableColumn,
+    blocks_html,
     paragraph,
     text_columns,
 )
-from axisid.presentation.html import blocks_html
 from tests.pages import Page
 
 HOSTILE = "</td><script>alert(1)</script>\"'&"

@@ -4,7 +4,7 @@ import re
 from html import escape
 from types import MappingProxyType
 
-from axisid.presentation.documents import (
+from .document import (
     Block,
     Cell,
     CheckGroup,
@@ -18,9 +18,9 @@ from axisid.presentation.documents import (
     QuantityCell,
     TableBlock,
     TableColumn,
-    joined,
 )
-from axisid.presentation.formulas import readable_text, readable_unit
+from .numbers import readable_text, readable_unit
+from .plain import joined
 
 _WIDTH, _HEIGHT, _EDGE = 170.0, 26.0, 6.0
 _WHOLE = re.compile(r"(->|--[a-z](?:-?[a-z0-9])*(?: [a-z]+-[a-z]+| [A-Z]+(?:=[\w+-]+)?)?)")
