@@ -370,7 +370,7 @@ def main() -> None:
     options = parser.parse_args()
     study = run_encoder_study(options.runs, options.counts, seed=options.seed, jobs=options.jobs)
     if options.output is not None:
-        from axisid.presentation.matplotlib_backend import write_figures
+        from axisid.presentation.matplotlib import write_figures
 
         write_figures([encoder_plot(study, name) for name in FILTERS], options.output, "png")
     give(encoder_dict(study), options.json, [plain_text(encoder_document(study))])

@@ -137,7 +137,7 @@ def sweep(
     ]
     check_targets(targets, (*record, axis), force=force)
     if figure is not None:
-        import axisid.presentation.matplotlib_backend  # noqa: F401 - refused before anything is computed
+        import axisid.presentation.matplotlib  # noqa: F401 - refused before anything is computed
 
     inputs = axis_and_records(axis, record, reading, sharing, left_out=left_out)
     inputs.say_set_aside()

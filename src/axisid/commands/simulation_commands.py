@@ -415,7 +415,7 @@ def paper(output: str | None, runs: int | None, jobs: int, force: bool) -> None:
     """
     check_needed(("--jobs",), ("--runs",))
     if output is not None:
-        import axisid.presentation.matplotlib_backend  # noqa: F401 - refused before anything is computed
+        import axisid.presentation.matplotlib  # noqa: F401 - refused before anything is computed
 
     files = {**stages.STUDY_FILES, **(stages.DISTRIBUTION_FILES if runs else {})}
     check_folder(output, "--output", files, force=force)

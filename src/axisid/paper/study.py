@@ -111,7 +111,7 @@ def write_study(study: Mapping[str, Identification], folder: Path) -> list[Path]
     UsageError
         The folder cannot be written to.
     """
-    from axisid.presentation.matplotlib_backend import force_figure
+    from axisid.presentation.matplotlib import force_figure
 
     write_file(folder / "tables.txt", plain_text(study_document(study)))
     for name, result in study.items():

@@ -177,7 +177,7 @@ def figure_of(
 ) -> "Figure":
     """One of a result's figures, by its name, drawn anew or on axes that are given."""
     plot = plot_of(result, what, method, **of)
-    from axisid.presentation.matplotlib_backend import draw, draw_on
+    from .matplotlib import draw, draw_on
 
     return draw(plot) if ax is None else draw_on(plot, ax)
 

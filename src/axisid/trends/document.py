@@ -220,7 +220,7 @@ def _panel(chart: Chart, places: Array) -> Panel:
 
 def trend_page(series: Sequence[Series], by: str, document: Document) -> str:
     """One page with a figure of each series, those with a change first."""
-    from axisid.presentation.matplotlib_backend import draw, rendered
+    from axisid.presentation.matplotlib import draw, rendered
 
     figures = []
     for each in notable_first(series)[:_MOST_DRAWN]:

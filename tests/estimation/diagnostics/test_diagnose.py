@@ -30,7 +30,7 @@ from axisid.estimation.diagnostic_checks import Check, Status, belief, conclusio
 from axisid.estimation.diagnostics.diagnose import DIAGNOSTICS, Diagnostic
 from axisid.modeling import LIBRARY
 from axisid.paper.study import APPROPRIATE, INAPPROPRIATE
-from axisid.presentation.report.page import report_html
+from axisid.presentation.page import report_html
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
 from tests.axes.servo import TRUTH, servo, servo_log, servo_record

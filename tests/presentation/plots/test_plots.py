@@ -21,7 +21,7 @@ from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.elements import coulomb, viscous
 from axisid.estimation import Sweep
 from axisid.estimation.model_validation.friction_curve import friction_curve
-from axisid.presentation.matplotlib_backend.matplotlib import draw, rendered
+from axisid.presentation.matplotlib import draw, rendered
 from axisid.presentation.plots.fit_and_residuals import (
     autocorrelation_plot,
     convergence_plot,

@@ -9,10 +9,10 @@ import pytest
 
 from axisid import load_result, trend
 from axisid.estimation.monte_carlo import Mean, Share
-from axisid.presentation.matplotlib_backend.matplotlib import draw
+from axisid.presentation.matplotlib import draw
+from axisid.presentation.page import monte_carlo_page
 from axisid.presentation.plots.monte_carlo import PLOTS, monte_carlo_plots
 from axisid.presentation.plots.plot import Plot
-from axisid.presentation.report.page import monte_carlo_page
 from axisid.presentation.result_files import SavedMonteCarlo
 from axisid.presentation.text.monte_carlo import mean_cell, share_texts
 from tests.estimation.monte_carlo.short import judged

@@ -77,20 +77,20 @@ from axisid.presentation.documents import (
     axis_document as axis_document,
     axis_page as axis_page,
 )
-from axisid.presentation.matplotlib_backend import (
+from axisid.presentation.matplotlib import (
     NAMES as NAMES,
     sweep_figure as sweep_figure,
     write_figures as write_figures,
+)
+from axisid.presentation.page import (
+    fit_report_html as fit_report_html,
+    monte_carlo_page as monte_carlo_page,
+    write_outputs as write_outputs,
 )
 from axisid.presentation.plots import (
     PLOTS as PLOTS,
     Plot as Plot,
     monte_carlo_plots as monte_carlo_plots,
-)
-from axisid.presentation.report import (
-    fit_report_html as fit_report_html,
-    monte_carlo_page as monte_carlo_page,
-    write_outputs as write_outputs,
 )
 from axisid.presentation.result_files import compare_results as compare_results
 from axisid.presentation.text import missing_notes as missing_notes

@@ -1,6 +1,6 @@
 """A figure as data: what is drawn and what it is called, before anything draws it.
 
-One description serves matplotlib (`axisid.presentation.matplotlib_backend`) and the report's page.
+One description serves matplotlib (`axisid.presentation.matplotlib`) and the report's page.
 """
 
 from collections.abc import Sequence

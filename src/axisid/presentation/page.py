@@ -59,7 +59,7 @@ from axisid.support.errors import EstimationError, Missing, UsageError
 from axisid.support.files import replace_file
 from axisid.support.version import __version__
 
-from .figures import figures_data, figures_html, script_json
+from .page_figures import figures_data, figures_html, script_json
 
 _SCRIPTS = ("ticks.js", "panel.js", "plot.js", "page.js")
 _CUTOFFS = 8
@@ -394,7 +394,7 @@ def write_outputs(
             replace_file(Path(report), page)
             written.append(Path(report))
         if figures is not None:
-            from axisid.presentation.matplotlib_backend import write_figures
+            from .matplotlib import write_figures
 
             found = plots_by_record(result, cutoffs).values()
             plots = [p for of_one in found for p in of_one.values() if isinstance(p, Plot)]

@@ -9,7 +9,7 @@ import pytest
 
 from axisid import Identification, identify, twin_record
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
-from axisid.presentation.report.page import report_html, report_sweep
+from axisid.presentation.page import report_html, report_sweep
 from tests.axisid.chromium import Browser, browser, find_chromium
 from tests.files import text_file
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from matplotlib import font_manager
 
-from axisid.presentation.matplotlib_backend.matplotlib import draw, rendered
+from axisid.presentation.matplotlib import draw, rendered
 from axisid.presentation.plots.plot import Panel, Plot, PlotSeries
 
 
