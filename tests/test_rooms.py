@@ -59,7 +59,6 @@ FLOORS = (
     ("presentation.result_files",),
     ("presentation.plots",),
     ("presentation.text",),
-    ("presentation.console",),
     ("presentation",),
     ("exports",),
     ("robust_statistics",),

@@ -7,6 +7,7 @@ import click
 from axisid.commands.options import (
     Command,
     Filtering,
+    ProgressLine,
     Reading,
     Sharing,
     Target,
@@ -23,7 +24,6 @@ from axisid.commands.options import (
     takes,
 )
 from axisid.estimation.choices import comparison_methods
-from axisid.presentation.console import ProgressLine
 from axisid.support.errors import UsageError
 
 

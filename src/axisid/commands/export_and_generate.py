@@ -7,6 +7,7 @@ import click
 
 from axisid.commands.options import (
     Command,
+    ProgressLine,
     Target,
     check_folder,
     check_replaced,
@@ -20,7 +21,6 @@ from axisid.commands.options import (
 )
 from axisid.estimation.choices import method_names
 from axisid.exports.targets import TARGETS
-from axisid.presentation.console import ProgressLine
 from axisid.support.errors import UsageError
 
 _NAMES = tuple(target.name for target in TARGETS)

@@ -8,6 +8,7 @@ from axisid.commands.options import (
     Command,
     Filtering,
     Fitting,
+    ProgressLine,
     Reading,
     Sharing,
     Target,
@@ -23,7 +24,6 @@ from axisid.commands.options import (
     takes,
     write_page,
 )
-from axisid.presentation.console import ProgressLine
 from axisid.support.errors import UsageError
 
 

@@ -8,6 +8,7 @@ import click
 from axisid.commands.options import (
     Command,
     Filtering,
+    ProgressLine,
     Reading,
     Target,
     bounded_option,
@@ -26,7 +27,6 @@ from axisid.commands.options import (
     stages,
     takes,
 )
-from axisid.presentation.console import ProgressLine
 from axisid.support.errors import EstimationError
 
 

@@ -12,6 +12,7 @@ from axisid.commands.options import (
     Filtering,
     Inputs,
     Options,
+    ProgressLine,
     Reading,
     Sharing,
     Target,
@@ -32,12 +33,12 @@ from axisid.commands.options import (
     loss_option,
     method_option,
     option,
+    print_document,
     print_result,
     put_out,
     stages,
     takes,
 )
-from axisid.presentation.console import ProgressLine, print_document
 from axisid.support.errors import AxisidError, EstimationError
 
 

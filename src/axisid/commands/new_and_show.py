@@ -9,13 +9,14 @@ import click
 
 from axisid.commands.options import (
     Command,
+    ProgressLine,
     check_idle,
     complete_axis,
     complete_file,
+    print_document,
     stages,
     write_output,
 )
-from axisid.presentation.console import ProgressLine, print_document
 from axisid.support.errors import ModelError, UsageError
 
 

@@ -11,6 +11,7 @@ from axisid.commands.options import (
     VALUE,
     Command,
     Filtering,
+    ProgressLine,
     Target,
     bootstrap_option,
     by_names,
@@ -24,6 +25,7 @@ from axisid.commands.options import (
     leave_out_option,
     loss_option,
     one_or_all,
+    print_document,
     put_out,
     put_result,
     reading,
@@ -32,7 +34,6 @@ from axisid.commands.options import (
     write_page,
 )
 from axisid.estimation.choices import fit_names, fitted_output, method_names
-from axisid.presentation.console import ProgressLine, print_document
 
 #: The noise of the twins, by option: what it is called in Python, its unit, and its help.
 NOISE = {

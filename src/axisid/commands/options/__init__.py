@@ -1,7 +1,8 @@
-"""What commands share: arguments and options, what they read and where they write.
+"""What commands share: arguments and options, what they read, where they write, the terminal.
 
-In: words of the command line. Out: an axis, a record, settings; files written. Knows nothing of
-what a command does with them, and of how a result looks.
+In: words of the command line, documents of blocks. Out: an axis, a record, settings; files written,
+what a terminal shows: colours, width, progress. Knows nothing of what a command does with them, and
+of how a result looks.
 """
 
 from .estimator_options import (
@@ -51,3 +52,4 @@ from .outputs import (
     write_output as write_output,
     write_page as write_page,
 )
+from .terminal import ProgressLine as ProgressLine, print_document as print_document

@@ -12,11 +12,11 @@ from typing import Any
 import click
 
 from axisid.estimation.choices import LOG_KEYS
-from axisid.presentation.console import ProgressLine
 from axisid.support.errors import AxisidError, UsageError
 
 from . import stages
 from .groups import Options, given_options, option
+from .terminal import ProgressLine
 
 leave_out_option = click.option(
     "--leave-out",

@@ -15,13 +15,13 @@ from typing import Any, TypeAlias
 
 import click
 
-from axisid.presentation.console import print_document
 from axisid.support.errors import AxisidError
 from axisid.support.files import axis_file, json_text, write_file
 from axisid.support.output_kind import kinds_of
 from axisid.support.presentable import Presentable, Shown
 
 from . import stages
+from .terminal import print_document
 
 
 def is_earlier(file: Path, kind: str) -> bool:
