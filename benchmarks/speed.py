@@ -46,8 +46,7 @@ os.environ["AXISID_CACHE"] = tempfile.mkdtemp(dir=".")
 from axisid import derive, load_axis
 from axisid.codegen.generated_axes.texts import axis_artefacts
 from axisid.codegen.generated_axes.texts import FUNCTIONS, NATIVE
-from axisid.codegen.native import Native
-from axisid.codegen.runtime import execute
+from axisid.codegen.runtime import Native, execute
 texts = axis_artefacts(derive(load_axis("valve")))
 assert Native(texts[NATIVE], execute(texts[FUNCTIONS], "valve")).library()
 """

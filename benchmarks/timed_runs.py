@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.signal import butter, cheby1, sosfiltfilt
 
 from axisid import Prefilter, Record, build, fit, identify, load_axis, monte_carlo, simulate
-from axisid.codegen.native.library_cache import FLAGS, find_compiler
+from axisid.codegen.runtime.library_cache import FLAGS, find_compiler
 from axisid.estimation import simulate_batch
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling.declaration.experiment import back_and_forth

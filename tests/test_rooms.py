@@ -25,7 +25,6 @@ FLOORS = (
     ("codegen.lowering",),
     ("codegen.printers",),
     ("codegen.runtime",),
-    ("codegen.native",),
     ("codegen.generated_axes",),
     ("estimation.thresholds", "estimation.choices"),
     ("estimation.diagnostic_checks",),
@@ -190,7 +189,6 @@ def test_rooms_know_no_library_that_is_not_theirs(imports: list[Import]) -> None
         "estimation": {"sympy", "casadi", "matplotlib", "click"},
         "modeling": {"numpy", "scipy", "casadi", "matplotlib", "click"},
         "codegen.runtime": {"sympy", "matplotlib", "click"},
-        "codegen.native": {"sympy", "matplotlib", "click"},
         **{
             f"presentation.{room}": {"matplotlib", "click", "rich"}
             for room in (

@@ -18,8 +18,14 @@ from axisid.codegen.lowering import (
     evaluate,
     over_time,
 )
-from axisid.codegen.native import Native, slices
-from axisid.codegen.runtime import FunctionShape, by_sample, checked_arguments, execute
+from axisid.codegen.runtime import (
+    FunctionShape,
+    Native,
+    by_sample,
+    checked_arguments,
+    execute,
+    slices,
+)
 from axisid.modeling.declaration import Axis, ControlLaw, check_axis
 from axisid.modeling.derivation import (
     AxisModel,

@@ -15,8 +15,7 @@ import numpy as np
 import sympy
 
 from axisid.codegen.lowering import law_by_gains
-from axisid.codegen.native import Native
-from axisid.codegen.runtime import execute
+from axisid.codegen.runtime import Native, execute
 from axisid.modeling.declaration import ControlLaw
 from axisid.modeling.derivation import AxisModel
 from axisid.support.arrays import Array

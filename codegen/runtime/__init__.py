@@ -1,9 +1,14 @@
-"""Text as functions that run.
+"""Text as functions that run: in the CasADi virtual machine, or compiled, tested and cached.
 
-In: generated text. Out: functions of samples, and the time loop in the CasADi virtual machine.
-Knows nothing of SymPy and of compilers.
+In: generated text. Out: functions of samples, and the time loop; native ones, or why there are
+none. Knows nothing of SymPy.
 """
 
+from .batched_rows import (
+    Decimation as Decimation,
+    LaneLibrary as LaneLibrary,
+    column_filter as column_filter,
+)
 from .casadi_functions import (
     FunctionShape as FunctionShape,
     by_sample as by_sample,
@@ -13,3 +18,5 @@ from .casadi_functions import (
     recorded_count as recorded_count,
 )
 from .interpreted_loop import VirtualLoop as VirtualLoop
+from .library import slices as slices
+from .native import Native as Native

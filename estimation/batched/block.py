@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.codegen.lowering import SIGNALS, LoopStart
-from axisid.codegen.native import Decimation, LaneLibrary
+from axisid.codegen.runtime import Decimation, LaneLibrary
 from axisid.estimation.law_replay import (
     START_SAMPLES,
     at_rest_misses,

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
-from axisid.codegen.native import LaneLibrary
+from axisid.codegen.runtime import LaneLibrary
 from axisid.estimation.estimates import COVARIANCES, covariance_of
 from axisid.estimation.estimation_problem import SignalRanges, shown_up_to
 from axisid.estimation.identification import identify

@@ -18,7 +18,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen.native import column_filter
+from axisid.codegen.runtime import column_filter
 from axisid.estimation.choices import check_among
 from axisid.estimation.records import check_sample_period
 from axisid.support.arrays import Array, frozen

@@ -2,7 +2,7 @@
 
 import pytest
 
-from axisid.codegen.native.library_cache import Compiler, NativeUnavailableError, find_compiler
+from axisid.codegen.runtime.library_cache import Compiler, NativeUnavailableError, find_compiler
 
 
 @pytest.fixture(scope="session")

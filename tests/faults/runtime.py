@@ -26,8 +26,8 @@ from axisid import (
 )
 from axisid.codegen import GeneratedAxis
 from axisid.codegen.generated_axes.texts import axis_artefacts
-from axisid.codegen.native.library_cache import NativeUnavailableError, _name, find_compiler
 from axisid.codegen.printers import with_loop_header
+from axisid.codegen.runtime.library_cache import NativeUnavailableError, _name, find_compiler
 from axisid.estimation import simulate_batch
 from axisid.estimation.simulation.twin import trajectory
 from tests.faults.fault import Fault, Misuse

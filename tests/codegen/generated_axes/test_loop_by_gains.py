@@ -9,8 +9,8 @@ import pytest
 from axisid import build, load_axis, simulate
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.codegen.generated_axes.texts import axis_artefacts
-from axisid.codegen.native import Native
 from axisid.codegen.printers import with_loop_header
+from axisid.codegen.runtime import Native
 from axisid.estimation import simulate_batch
 from axisid.modeling.derivation import derive
 from tests.axes.bodies import body
@@ -46,7 +46,7 @@ def test_an_axis_with_another_gain_is_the_one_declared_with_it(emps: GeneratedAx
 
 def test_another_gain_is_not_compiled(emps: GeneratedAxis, monkeypatch: pytest.MonkeyPatch) -> None:
     path = _path(emps)
-    monkeypatch.setattr("axisid.codegen.native.library_cache._build", None)
+    monkeypatch.setattr("axisid.codegen.runtime.library_cache._build", None)
     assert _path(emps.with_gains({"kp": 3.0})) == path
     assert _path(_declared_anew(emps)) == path
     there = pickle.dumps(emps.with_gains(OTHER))

@@ -23,11 +23,11 @@ from axisid import (
 )
 from axisid.codegen.lowering.feed_forward import FeedForward, feed_forward
 from axisid.codegen.lowering.program import Builder, Program
-from axisid.codegen.native.library_cache import NativeUnavailableError, find_compiler
 from axisid.codegen.printers.c import print_c99
 from axisid.codegen.printers.python import print_python
 from axisid.codegen.printers.shared import comment
 from axisid.codegen.printers.structured_text import print_st
+from axisid.codegen.runtime.library_cache import NativeUnavailableError, find_compiler
 from axisid.elements import DIRECTION, VELOCITY, Drive, coulomb, voltage_drive
 from axisid.modeling.quantities import FORCE
 from tests.axes.drives import braked, varying

@@ -14,10 +14,10 @@ from hypothesis import HealthCheck, Phase, given, settings, strategies as st
 from numpy.typing import NDArray
 
 from axisid.codegen.lowering.program import Program
-from axisid.codegen.native.library_cache import find_compiler
 from axisid.codegen.printers.c import print_c_function, print_c_prelude, print_c_rows
 from axisid.codegen.printers.python import print_python
 from axisid.codegen.printers.structured_text import print_st
+from axisid.codegen.runtime.library_cache import find_compiler
 from tests.codegen.lowering.test_expressions import X, Y, by_machine, program_of
 from tests.codegen.lowering.test_feed_forward import as_export, in_python, in_st
 from tests.codegen.oracle import Oracle, UndecidedError

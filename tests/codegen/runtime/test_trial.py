@@ -6,7 +6,7 @@ import pytest
 import sympy
 
 from axisid import Axis, Constant, Parameter, build
-from axisid.codegen.native.library_cache import Compiler
+from axisid.codegen.runtime.library_cache import Compiler
 from axisid.control import cascade_pd
 from axisid.elements import Drive, coulomb, cubic_spring, end_stop, viscous
 from tests.axes.bodies import body, x

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from axisid.codegen.lowering import BLOCK, GAINS, SIGNALS, LoopSettings, LoopStart
-from axisid.codegen.runtime import FunctionShape, checked_arguments
 from axisid.support.arrays import Array
+
+from .casadi_functions import FunctionShape, checked_arguments
 
 _PART = 65_536  # samples, at which any function is evaluated within a tenth of a second
 _WAIT = 0.05  # s

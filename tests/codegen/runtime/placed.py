@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from axisid.codegen.native.library_cache import compiled_library
+from axisid.codegen.runtime.library_cache import compiled_library
 
 #: The cache of the whole run, as tests replace the variable.
 _SHARED = os.environ["AXISID_CACHE"]

@@ -19,14 +19,14 @@ import sympy
 from axisid import Constant, Coordinate, UsageError, build, derive, load_axis
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.codegen.generated_axes.texts import axis_artefacts
-from axisid.codegen.native.library_cache import (
+from axisid.codegen.printers import print_c_loop_header
+from axisid.codegen.runtime.library_cache import (
     Compiler,
     NativeUnavailableError,
     cached_library,
     find_compiler,
 )
-from axisid.codegen.native.native import Native
-from axisid.codegen.printers import print_c_loop_header
+from axisid.codegen.runtime.native import Native
 from axisid.control import cascade_pd
 from axisid.modeling import LIBRARY
 from axisid.modeling.declaration.axis import Axis
@@ -34,7 +34,7 @@ from axisid.modeling.declaration.drive import Drive
 from axisid.modeling.quantities.symbols import Parameter
 from tests.axes.bodies import body, rotor, turn
 from tests.axes.simulated import AXES
-from tests.codegen.native.placed import placed_library
+from tests.codegen.runtime.placed import placed_library
 from tests.command_line import Run
 
 pytestmark = pytest.mark.usefixtures("c_compiler")

@@ -9,11 +9,11 @@ import pytest
 
 from axisid import Axis, build, load_axis
 from axisid.codegen.lowering import BLOCK, SIGNALS, LoopSettings, LoopStart
-from axisid.codegen.native.batched_rows import Decimation
-from axisid.codegen.native.library import NativeLibrary
-from axisid.codegen.native.library_cache import compiled_library
 from axisid.codegen.runtime import VirtualLoop, by_sample, is_continuous, recorded_count
+from axisid.codegen.runtime.batched_rows import Decimation
 from axisid.codegen.runtime.casadi_functions import VECTORS
+from axisid.codegen.runtime.library import NativeLibrary
+from axisid.codegen.runtime.library_cache import compiled_library
 from axisid.modeling import LIBRARY
 from tests.axes.recorded import UNRECORDED, recorded_axis
 from tests.axes.remembering import bristle, dahl_axis, stack

@@ -11,7 +11,7 @@ from axisid import UsageError, build, load_axis, simulate
 
 pytestmark = pytest.mark.usefixtures("c_compiler")
 
-module = import_module("axisid.codegen.native.library")
+module = import_module("axisid.codegen.runtime.library")
 
 
 REFERENCE = 0.1 * np.sin(np.arange(400_000) * 1e-3)

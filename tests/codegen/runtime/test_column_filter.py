@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfilt_zi, sosfiltfilt
 
-from axisid.codegen.native.batched_rows import ColumnFilter, column_filter
+from axisid.codegen.runtime.batched_rows import ColumnFilter, column_filter
 from axisid.support.arrays import Array
 
 pytestmark = pytest.mark.usefixtures("c_compiler")
