@@ -24,7 +24,7 @@ from axisid.estimation.bootstrap import Chain
 from axisid.estimation.choices import CONTROL, FIT
 from axisid.estimation.monte_carlo import PARAMETER, MonteCarlo, Share, monte_carlo, stated_by
 from axisid.modeling.parsing import load_axis
-from axisid.paper.study import FILTERS
+from axisid.paper import FILTERS
 from axisid.presentation.documents import (
     Cell,
     Document,

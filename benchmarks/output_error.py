@@ -37,7 +37,7 @@ from axisid.control import cascade_pd, cascade_pd_difference
 from axisid.estimation.diagnostics import SECOND_OPINION
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling.declaration import ControlLaw
-from axisid.paper.study import APPROPRIATE, INAPPROPRIATE
+from axisid.paper import APPROPRIATE, INAPPROPRIATE
 
 METHODS = ("idm-ls", "idm-iv", "didim")
 TRUTH = {"M": 100.2, "Fv": 236.9, "Fc": 24.8}

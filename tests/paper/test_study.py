@@ -7,7 +7,7 @@ import pytest
 
 from axisid import Identification
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
-from axisid.paper.study import (
+from axisid.paper import (
     DISTRIBUTION_FILES,
     distributions_document,
     run_distributions,

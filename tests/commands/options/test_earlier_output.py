@@ -7,7 +7,7 @@ import pytest
 
 from axisid import load_axis, sweep, twin_record
 from axisid.commands.options.outputs import is_earlier
-from axisid.paper.study import STUDY_FILES
+from axisid.paper import STUDY_FILES
 from axisid.presentation.matplotlib import FORMATS, write_figures
 from axisid.presentation.plots import sweep_plot
 from tests.command_line import Run

@@ -29,7 +29,7 @@ from axisid.elements import stribeck
 from axisid.estimation.diagnostic_checks import Check, Status, belief, conclusion
 from axisid.estimation.diagnostics.diagnose import DIAGNOSTICS, Diagnostic
 from axisid.modeling import LIBRARY
-from axisid.paper.study import APPROPRIATE, INAPPROPRIATE
+from axisid.paper import APPROPRIATE, INAPPROPRIATE
 from axisid.presentation.page import report_html
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing

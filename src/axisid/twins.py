@@ -1,4 +1,8 @@
-"""Machines of one kind, what their true values are on each day, and their logs as files."""
+"""Logs of twins: of one machine, or of many whose true values scatter and drift day by day.
+
+In: an axis, what its twins are. Out: logs that are read back as they are, a manifest with
+the truth. Knows nothing of how a log is identified, and of the command line.
+"""
 
 import math
 import os

@@ -1,5 +1,8 @@
 """The paper's study on its twin: both filters, all four methods, tables 1 to 8, figures 3 and 4.
 
+In: nothing, or its record. Out: its tables beside ours, figures, files. Knows nothing of other
+records, and of the command line.
+
 The published figures stand beside the twin's. The twin has the paper's parameters, gains and
 noise; its motion and its velocity sensor are ours, so the two agree in kind, not digit by digit.
 The published tables have one record and one noise; of many twins under both filters bias, scatter
@@ -97,7 +100,7 @@ def study_document(study: Mapping[str, Identification]) -> Document:
 
 def study_table(study: Mapping[str, Identification], number: int) -> TableBlock:
     """One of the paper's tables, 1 to 8, with the published figures beside the twin's."""
-    text = (resources.files("axisid.paper") / "published.toml").read_text(encoding="utf-8")
+    text = (resources.files("axisid") / "published.toml").read_text(encoding="utf-8")
     published = tomllib.loads(text)
     (table,) = (t for each in published.values() for t in each if t["number"] == number)
     return _iterations(study, table) if "method" in table else _estimates(study, table)
