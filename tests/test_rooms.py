@@ -17,7 +17,7 @@ FLOORS = (
     ("modeling.quantities",),
     ("modeling.algebra",),
     ("modeling.declaration",),
-    ("modeling.drives", "modeling.control_laws"),
+    ("modeling.control_laws",),
     ("elements", "control"),
     ("modeling.derivation", "modeling.library"),
     ("modeling.parsing",),

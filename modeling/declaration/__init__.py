@@ -45,6 +45,12 @@ from .elements import (
 )
 from .equations import lagrange as lagrange, newton as newton
 from .experiment import Experiment as Experiment, Move as Move, back_and_forth as back_and_forth
+from .ready_drives import (
+    DRIVES as DRIVES,
+    current_drive as current_drive,
+    formula_drive as formula_drive,
+    voltage_drive as voltage_drive,
+)
 from .unit_check import check_unit as check_unit, unit_table as unit_table
 from .variants import (
     fix as fix,

@@ -18,6 +18,7 @@ import sympy
 from axisid.modeling.control_laws import BLOCKS, LAWS, Block
 from axisid.modeling.declaration import (
     DRIVE_GAIN,
+    DRIVES,
     HIDDEN_FROM,
     ROLES,
     Axis,
@@ -27,11 +28,11 @@ from axisid.modeling.declaration import (
     Memory,
     Move,
     back_and_forth,
+    formula_drive,
     gain,
     lagrange,
     newton,
 )
-from axisid.modeling.drives import DRIVES, formula_drive
 from axisid.modeling.quantities import (
     BALANCED,
     CONTROL,

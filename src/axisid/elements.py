@@ -13,8 +13,10 @@ from axisid.modeling.declaration import (
     cogging as cogging,
     coulomb as coulomb,
     cubic_spring as cubic_spring,
+    current_drive as current_drive,
     dahl as dahl,
     end_stop as end_stop,
+    formula_drive as formula_drive,
     gravity as gravity,
     gravity_moment as gravity_moment,
     load_dependent as load_dependent,
@@ -27,10 +29,6 @@ from axisid.modeling.declaration import (
     spring as spring,
     stribeck as stribeck,
     viscous as viscous,
-)
-from axisid.modeling.drives import (
-    current_drive as current_drive,
-    formula_drive as formula_drive,
     voltage_drive as voltage_drive,
 )
 from axisid.modeling.quantities import (

@@ -9,7 +9,6 @@ from typing import Any, TypeAlias
 
 import sympy
 
-from axisid.modeling.declaration import DRIVE_GAIN, Drive, check_unit, unit_table
 from axisid.modeling.quantities import (
     CONTROL,
     DIRECTION,
@@ -30,6 +29,9 @@ from axisid.modeling.quantities import (
     written,
 )
 from axisid.support.errors import ModelError, quoted
+
+from .drive import DRIVE_GAIN, Drive
+from .unit_check import check_unit, unit_table
 
 #: What a drive is told: a plain number has the unit of its place, a `Constant` its own.
 Figure: TypeAlias = float | Constant | ConstantSymbol

@@ -8,7 +8,6 @@ from typing import Any
 
 import sympy
 
-from axisid.modeling.declaration import DRIVE_GAIN, Drive, unit_table
 from axisid.modeling.quantities import (
     CONTROL,
     FORCE,
@@ -22,6 +21,7 @@ from axisid.modeling.quantities import (
 )
 from axisid.support.errors import ModelError
 
+from .drive import DRIVE_GAIN, Drive
 from .motor import (
     KE_UNITS,
     KT_UNITS,
@@ -33,6 +33,7 @@ from .motor import (
     figure,
     own_unit,
 )
+from .unit_check import unit_table
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
