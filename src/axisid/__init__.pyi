@@ -16,7 +16,7 @@ from .estimation.records import Record as Record, read_record as read_record
 from .estimation.signals import Prefilter as Prefilter
 from .estimation.simulation import simulate as simulate, twin_record as twin_record
 from .exports.export import export as export
-from .fleets import FleetItem as FleetItem, fleet as fleet
+from .fleets import FleetItem as FleetItem, fleet as fleet, trend as trend
 from .modeling.declaration import (
     Axis as Axis,
     fix as fix,
@@ -44,4 +44,3 @@ from .support.errors import (
     UsageError as UsageError,
 )
 from .support.version import __version__ as __version__
-from .trends import trend as trend

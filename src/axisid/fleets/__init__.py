@@ -1,7 +1,8 @@
-"""Many logs through one axis or several: a result for each, a table, the axes that stand out.
+"""Many logs, and many results: a table, axes that stand out, and what changes over time.
 
-In: logs, a manifest, an executor. Out: files of results, a fleet with its outliers. Knows nothing
-of the command line, and of how a log is identified.
+In: logs, a manifest, an executor; files of results. Out: a result for each log, a fleet with its
+outliers; series with their limits, steps and drifts, as text, a page, a table. Knows nothing of the
+command line, and of how a log is identified.
 """
 
 from .fleet import fleet as fleet, written_files as written_files
@@ -9,9 +10,7 @@ from .items import FleetItem as FleetItem, gather_items as gather_items
 from .ledger import (
     LEDGER as LEDGER,
     FleetRow as FleetRow,
-    FleetValue as FleetValue,
-    fleet_value as fleet_value,
     read_ledger as read_ledger,
-    strays as strays,
 )
 from .result import Fleet as Fleet
+from .trend import Trend as Trend, trend as trend

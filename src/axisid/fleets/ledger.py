@@ -13,11 +13,12 @@ from axisid.estimation.diagnostic_checks import Belief, Check, Checked, by_weigh
 from axisid.estimation.estimates import Value
 from axisid.estimation.identification import Identification
 from axisid.presentation.result_files import JsonObject, about
-from axisid.robust_statistics import LARGEST
 from axisid.support.arrays import MaybeNan, from_json
 from axisid.support.errors import DataError, UsageError, first_of
 from axisid.support.files import read_regular, write_file
 from axisid.support.output_kind import kinds_of
+
+from .robust_centre import LARGEST
 
 _IN_RESULT = "see the result of the log"
 

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from axisid.estimation.thresholds import FLEET_LEVEL
-from axisid.robust_statistics import RandomEffects, detect_outliers, spread_of
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
 from axisid.support.mappings import grouped
 
 from .ledger import FleetRow
+from .robust_centre import RandomEffects, detect_outliers, spread_of
 
 _MIN_LOGS_PER_PARAMETER = 5  # with fewer, half of the logs hardly tell a scatter
 _FAR = 1e3  # median deviations

@@ -46,8 +46,10 @@ from axisid.estimation.signals import FilteredRecord as FilteredRecord, Prefilte
 from axisid.estimation.simulation import twin_record as twin_record
 from axisid.exports.export import export as export
 from axisid.fleets import (
+    Trend as Trend,
     fleet as fleet,
     gather_items as gather_items,
+    trend as trend,
     written_files as written_files,
 )
 from axisid.modeling.declaration import (
@@ -95,7 +97,6 @@ from axisid.presentation.plots import (
 from axisid.presentation.result_files import compare_results as compare_results
 from axisid.presentation.text import missing_notes as missing_notes
 from axisid.presentation.views import as_blocks as as_blocks
-from axisid.trends import Trend as Trend, trend as trend
 from axisid.twins import (
     TwinMachines as TwinMachines,
     twin_files as twin_files,

@@ -7,16 +7,16 @@ from pathlib import Path
 import numpy as np
 
 from axisid.estimation.diagnostic_checks import Check, Checked
-from axisid.fleets import FleetRow
 from axisid.presentation.documents import Document
 from axisid.support.errors import DataError, Missing, quoted
 from axisid.support.files import csv_text, json_text, write_by_ending
 from axisid.support.mappings import grouped
 from axisid.support.presentable import Shown
 
-from .document import trend_document, trend_page
 from .gathering import Saved, place_of, points_of
+from .ledger import FleetRow
 from .series import Chart, Series, chart_of
+from .trend_document import trend_document, trend_page
 
 _COLUMNS = (
     *("axis", "serial", "result", "place", "method", "parameter", "unit", "value", "sd", "low"),

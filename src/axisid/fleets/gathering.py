@@ -14,10 +14,11 @@ from scipy.special import ndtri
 
 from axisid.estimation.choices import FIT
 from axisid.estimation.thresholds import INTERVAL_LEVEL
-from axisid.fleets import LEDGER, FleetRow, fleet_value, read_ledger, strays
 from axisid.presentation.result_files import SavedIdentification, SavedOutputFit, load_result
-from axisid.robust_statistics import LARGEST
 from axisid.support.errors import DataError, UsageError, first_of, quoted
+
+from .ledger import LEDGER, FleetRow, fleet_value, read_ledger, strays
+from .robust_centre import LARGEST
 
 #: The rows of a folder's ledger, and what is broken in it.
 Ledgers: TypeAlias = Callable[[Path], tuple[dict[str, FleetRow], str]]

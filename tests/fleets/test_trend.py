@@ -25,12 +25,11 @@ from axisid import (
     twin_record,
 )
 from axisid.estimation.monte_carlo import twin_of
-from axisid.fleets import FleetRow
+from axisid.fleets import FleetRow, Trend
+from axisid.fleets.gathering import place_of
 from axisid.fleets.ledger import write_rows
 from axisid.modeling.declaration import back_and_forth
 from axisid.support.errors import Missing
-from axisid.trends import Trend
-from axisid.trends.gathering import place_of
 from tests.refusals import refuses
 
 SHIFTED = 14  # results from which the mass is another one
