@@ -15,7 +15,6 @@ from tests.rooms import FACES, Import, graph_of, imports_of, modules_of, room_of
 FLOORS = (
     ("support",),
     ("modeling.quantities",),
-    ("modeling.algebra",),
     ("modeling.declaration",),
     ("modeling.control_laws",),
     ("elements", "control"),

@@ -17,8 +17,7 @@ from sympy.functions.elementary.miscellaneous import Max, Min
 from sympy.functions.elementary.piecewise import ExprCondPair
 from sympy.logic.boolalg import BooleanAtom
 
-from axisid.modeling.algebra import joined_exponential
-from axisid.modeling.quantities import TIME, with_numbers
+from axisid.modeling.quantities import TIME, joined_exponential, with_numbers
 from axisid.support.errors import ModelError
 
 from .program import Builder, Program

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 
 import sympy
 
-from axisid.modeling.algebra import slope
 from axisid.modeling.derivation import AxisModel
-from axisid.modeling.quantities import DIRECTION, FORCE
+from axisid.modeling.quantities import DIRECTION, FORCE, slope
 
 from .expressions import Arguments
 from .program import Builder, Program

@@ -8,10 +8,9 @@ from dataclasses import dataclass, replace
 
 import sympy
 
-from axisid.modeling.algebra import slope
 from axisid.modeling.declaration import FORCE_TARGET
 from axisid.modeling.derivation import AxisModel
-from axisid.modeling.quantities import DIRECTION, FORCE, Signal
+from axisid.modeling.quantities import DIRECTION, FORCE, Signal, slope
 
 from .drive import DriveInMode, acting_from_sample, drive_response, forces_in_step, later_force
 from .expressions import Arguments

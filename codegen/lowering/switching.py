@@ -16,10 +16,16 @@ from functools import partial, reduce
 import sympy
 from sympy.functions.elementary.miscellaneous import Max, Min
 
-from axisid.modeling.algebra import float_at, multiplied_out
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import AxisModel, motion_point
-from axisid.modeling.quantities import Signal, at_start, signals_in, with_numbers
+from axisid.modeling.quantities import (
+    Signal,
+    at_start,
+    float_at,
+    multiplied_out,
+    signals_in,
+    with_numbers,
+)
 
 from .expressions import Arguments
 from .loop_interface import PHASE_PER_STEP, RESOLVED

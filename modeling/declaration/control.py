@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 
 import sympy
 
-from axisid.modeling.algebra import multiplied_out
 from axisid.modeling.quantities import (
     BALANCED,
     LIMITED_OUTPUT,
@@ -23,6 +22,7 @@ from axisid.modeling.quantities import (
     check_symbol,
     expression,
     listed,
+    multiplied_out,
     number,
     settle,
     several,

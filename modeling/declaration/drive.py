@@ -7,7 +7,6 @@ from typing import Any, Self
 
 import sympy
 
-from axisid.modeling.algebra import multiplied_out
 from axisid.modeling.quantities import (
     CONTROL,
     DIRECTION,
@@ -18,6 +17,7 @@ from axisid.modeling.quantities import (
     Parameter,
     Signal,
     expression,
+    multiplied_out,
     number,
     parse_unit,
     rounded,

@@ -6,16 +6,18 @@ from typing import Any
 
 import sympy
 
-from axisid.modeling.algebra import float_at, slope, vanishes
 from axisid.modeling.quantities import (
     Coordinate,
     Parameter,
     Symbolic,
     check_coordinate,
     expression,
+    float_at,
     listed,
     several,
     signals_in,
+    slope,
+    vanishes,
     with_numbers,
 )
 from axisid.support.errors import ModelError

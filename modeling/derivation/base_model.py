@@ -16,22 +16,20 @@ from fractions import Fraction
 import sympy
 from sympy.core.expr import AtomicExpr
 
-from axisid.modeling.algebra import (
+from axisid.modeling.declaration import Axis
+from axisid.modeling.quantities import (
     CANNOT,
     Coefficients,
     Exponents,
     NotRealError,
-    Row,
-    reduced_functions,
-    value_at,
-)
-from axisid.modeling.declaration import Axis
-from axisid.modeling.quantities import (
     Parameter,
+    Row,
     check_size,
     fresh_name,
     product_of_powers,
+    reduced_functions,
     rounded,
+    value_at,
     with_numbers,
 )
 from axisid.support.errors import ModelError

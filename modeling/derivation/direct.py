@@ -14,8 +14,16 @@ from dataclasses import dataclass
 
 import sympy
 
-from axisid.modeling.algebra import intercept, multiplied_out, vanishes, without
-from axisid.modeling.quantities import DIRECTION, FORCE, Coordinate, Unit
+from axisid.modeling.quantities import (
+    DIRECTION,
+    FORCE,
+    Coordinate,
+    Unit,
+    intercept,
+    multiplied_out,
+    vanishes,
+    without,
+)
 from axisid.support.errors import Missing, ModelError
 
 from .inverse import Regressor

@@ -11,9 +11,18 @@ from dataclasses import replace
 
 import sympy
 
-from axisid.modeling.algebra import multiplied_out, reduced_rows, vanishes, where, without
 from axisid.modeling.declaration import Axis, check_axis
-from axisid.modeling.quantities import Parameter, fresh_name, number, with_numbers
+from axisid.modeling.quantities import (
+    Parameter,
+    fresh_name,
+    multiplied_out,
+    number,
+    reduced_rows,
+    vanishes,
+    where,
+    with_numbers,
+    without,
+)
 from axisid.support.errors import UsageError
 
 from .base_model import Terms, force_terms

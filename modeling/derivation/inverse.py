@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import sympy
 from sympy.core.relational import Relational
 
-from axisid.modeling.algebra import (
+from axisid.modeling.quantities import (
+    DIRECTION,
     intercept,
     jumping_node,
     multiplied_out,
@@ -22,7 +23,6 @@ from axisid.modeling.algebra import (
     vanishes,
     without,
 )
-from axisid.modeling.quantities import DIRECTION
 from axisid.support.errors import ModelError
 
 

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import sympy
 
-from axisid.modeling.algebra import slope, vanishes
 from axisid.modeling.declaration import Axis, check_axis
-from axisid.modeling.quantities import parse_unit, with_numbers, with_own_symbols
+from axisid.modeling.quantities import parse_unit, slope, vanishes, with_numbers, with_own_symbols
 from axisid.support.errors import Missing, ModelError
 
 from .base_model import BaseModel, base_model, declared_as_base

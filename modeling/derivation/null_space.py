@@ -17,9 +17,18 @@ from sympy.polys.domains import PolynomialRing
 from sympy.polys.matrices import DomainMatrix
 from sympy.polys.rings import PolyElement
 
-from axisid.modeling.algebra import Exponents, NotRealError, Row, reduced_functions, reduced_rows
 from axisid.modeling.declaration import Axis
-from axisid.modeling.quantities import Coordinate, Parameter, fresh_name, product_of_powers
+from axisid.modeling.quantities import (
+    Coordinate,
+    Exponents,
+    NotRealError,
+    Parameter,
+    Row,
+    fresh_name,
+    product_of_powers,
+    reduced_functions,
+    reduced_rows,
+)
 
 from .inverse import Regressor
 

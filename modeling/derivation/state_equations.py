@@ -10,13 +10,14 @@ from operator import itemgetter
 
 import sympy
 
-from axisid.modeling.algebra import float_at, vanishes
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import (
     DIRECTION,
     State,
     StatePart,
     at_start,
+    float_at,
+    vanishes,
     with_numbers,
     with_own_symbols,
 )

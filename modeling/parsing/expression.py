@@ -17,8 +17,7 @@ from typing import Any
 
 import sympy
 
-from axisid.modeling.algebra import CANNOT, joined_exponential
-from axisid.modeling.quantities import MOST_NODES, with_numbers
+from axisid.modeling.quantities import CANNOT, MOST_NODES, joined_exponential, with_numbers
 from axisid.support.errors import ModelError
 
 from .grammar import (

@@ -20,9 +20,8 @@ from typing import Any, TypeAlias
 import sympy
 from sympy.functions.elementary.miscellaneous import Max, Min
 
-from axisid.modeling.algebra import CANNOT
 from axisid.modeling.declaration import ELEMENTS
-from axisid.modeling.quantities import ConstantSymbol, Coordinate
+from axisid.modeling.quantities import CANNOT, ConstantSymbol, Coordinate
 from axisid.support.errors import ModelError, UsageError
 
 _SHOWN = 60  # characters around a mistake

@@ -10,7 +10,6 @@ from typing import Any, TypeAlias
 
 import sympy
 
-from axisid.modeling.algebra import plain_slope
 from axisid.modeling.quantities import (
     Symbolic,
     Unit,
@@ -18,6 +17,7 @@ from axisid.modeling.quantities import (
     UnitsError,
     expression,
     parse_unit,
+    plain_slope,
 )
 from axisid.support.errors import UsageError
 

@@ -1,9 +1,18 @@
-"""Symbols, units, names and constants, and how they are written.
+"""Symbols, units, names and constants, how they are written, and what is worked out of them.
 
-In: names, units, expressions. Out: the same, checked and readable.
+In: names, units, expressions. Out: the same, checked and readable; values at points, derivatives
+with kinks, row echelons and zero tests in bounded work, or the reason why that would take too long.
 Knows nothing of axes.
 """
 
+from .coefficients import (
+    Coefficients as Coefficients,
+    Exponents as Exponents,
+    NotRealError as NotRealError,
+    Row as Row,
+    reduced_functions as reduced_functions,
+    reduced_rows as reduced_rows,
+)
 from .constants import (
     Constant as Constant,
     ConstantSymbol as ConstantSymbol,
@@ -18,7 +27,15 @@ from .constants import (
     with_unit as with_unit,
     within as within,
 )
+from .derivative import jumping_node as jumping_node, plain_slope as plain_slope, slope as slope
 from .expression_units import NUMBER as NUMBER, UnitReader as UnitReader, UnitsError as UnitsError
+from .forms import (
+    intercept as intercept,
+    joined_exponential as joined_exponential,
+    multiplied_out as multiplied_out,
+    where as where,
+    without as without,
+)
 from .names import (
     check_distinct as check_distinct,
     check_name as check_name,
@@ -27,6 +44,12 @@ from .names import (
     number as number,
     rounded as rounded,
     settle as settle,
+)
+from .point_value import (
+    CANNOT as CANNOT,
+    float_at as float_at,
+    value_at as value_at,
+    vanishes as vanishes,
 )
 from .reading_order import (
     Formula as Formula,

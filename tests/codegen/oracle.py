@@ -16,7 +16,7 @@ from mpmath.ctx_mp import MPContext
 from sympy.core.relational import Relational
 from sympy.functions.elementary.miscellaneous import Max, Min
 
-from axisid.modeling.algebra import joined_exponential
+from axisid.modeling.quantities import joined_exponential
 
 #: Numbers of sixty digits; SymPy's own context is left alone.
 mp = MPContext()

@@ -6,9 +6,9 @@ import pytest
 import sympy
 from hypothesis import given, settings, strategies as st
 
-from axisid.modeling.algebra import joined_exponential
-from axisid.modeling.algebra.coefficients import Coefficients
-from axisid.modeling.algebra.point_value import depends, vanishes
+from axisid.modeling.quantities import joined_exponential
+from axisid.modeling.quantities.coefficients import Coefficients
+from axisid.modeling.quantities.point_value import depends, vanishes
 
 a, b, q = sympy.symbols("a b q", real=True)
 

@@ -4,7 +4,7 @@ import pytest
 import sympy
 from sympy import Abs, Heaviside, Max, Min, Piecewise, sign
 
-from axisid.modeling.algebra.point_value import depends, value_at, vanishes
+from axisid.modeling.quantities.point_value import depends, value_at, vanishes
 
 p, q, r = sympy.symbols("p q r", real=True)
 

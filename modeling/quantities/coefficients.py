@@ -13,7 +13,6 @@ from typing import Any, TypeAlias
 import sympy
 from sympy.ntheory.multinomial import multinomial_coefficients
 
-from axisid.modeling.quantities import check_size
 from axisid.support.errors import ModelError
 
 from .point_value import (
@@ -29,6 +28,7 @@ from .point_value import (
     rounding,
     vanishes,
 )
+from .symbols import check_size
 
 #: Products of two terms that may be formed for one expression.
 _MOST_PRODUCTS = 100_000

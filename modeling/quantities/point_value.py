@@ -23,7 +23,8 @@ from mpmath.ctx_mp import MPContext
 from sympy.core.relational import Relational
 from sympy.functions.elementary.miscellaneous import Max, Min
 
-from axisid.modeling.quantities import DIRECTION, replaced
+from .constants import replaced
+from .symbols import DIRECTION
 
 #: Numbers of many digits; SymPy's own context is left alone.
 numbers = MPContext()

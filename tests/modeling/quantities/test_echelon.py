@@ -5,7 +5,7 @@ import sympy
 from hypothesis import given, settings, strategies as st
 from sympy import Abs, And, Eq, Heaviside, Max, Min, Not, Or, Piecewise, Rational, sign
 
-from axisid.modeling.algebra import reduced_functions
+from axisid.modeling.quantities import reduced_functions
 from axisid.modeling.quantities.symbols import DIRECTION as D
 
 q, dq, a, b, c = sympy.symbols("q dq a b c", real=True)

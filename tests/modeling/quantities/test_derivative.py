@@ -8,7 +8,7 @@ from sympy import Abs, Heaviside, Max, Min, sign
 from axisid import Axis, Coordinate, Parameter, build, derive, lagrange
 from axisid.codegen.generated_axes.texts import axis_artefacts
 from axisid.elements import Drive
-from axisid.modeling.algebra.derivative import slope
+from axisid.modeling.quantities.derivative import slope
 from tests.axes.bodies import energetic, turn
 from tests.refusals import refuses
 

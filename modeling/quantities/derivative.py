@@ -20,10 +20,11 @@ import sympy
 from sympy.core.relational import Relational
 from sympy.functions.elementary.miscellaneous import Max, Min
 
-from axisid.modeling.quantities import DIRECTION, extreme
 from axisid.support.errors import ModelError
 
+from .constants import extreme
 from .point_value import CANNOT, deciding, drawn, float_at, numbers, value_at, zero
+from .symbols import DIRECTION
 
 _POINTS = 6
 _STARTS = (-1.5, 0.5)  # velocities from which an edge is looked for, also one of either sign
