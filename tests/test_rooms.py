@@ -16,7 +16,6 @@ FLOORS = (
     ("support",),
     ("modeling.quantities",),
     ("modeling.declaration",),
-    ("modeling.control_laws",),
     ("elements", "control"),
     ("modeling.derivation", "modeling.library"),
     ("modeling.parsing",),
@@ -78,7 +77,7 @@ NO_ROOMS = ("axes", "axisid", "benchmarks", "faults", "fuzz", "golden", "integra
 #: Rooms without tests of their own, and where they are tested.
 TESTED_ELSEWHERE = {
     "elements": "modeling.declaration",
-    "control": "modeling.control_laws",
+    "control": "modeling.declaration",
     "codegen.thresholds": "estimation.thresholds",
 }
 

@@ -14,8 +14,7 @@ from axisid.estimation.diagnostic_checks import Check, Checked
 from axisid.estimation.law_replay import LawInputs
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds import MAX_LAW_RESIDUAL
-from axisid.modeling.control_laws import LAWS
-from axisid.modeling.declaration import ControlLaw
+from axisid.modeling.declaration import LAWS, ControlLaw
 from axisid.support.arrays import Array
 from axisid.support.presentable import Presentable
 

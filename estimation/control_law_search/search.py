@@ -25,8 +25,7 @@ from axisid.estimation.thresholds import (
     MAX_LAW_RESIDUAL,
     MIN_SAMPLES_PER_FACTOR,
 )
-from axisid.modeling.control_laws import ANTI_WINDUP
-from axisid.modeling.declaration import Axis, ControlLaw
+from axisid.modeling.declaration import ANTI_WINDUP, Axis, ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, ModelError
 from axisid.support.progress import Progress, with_progress

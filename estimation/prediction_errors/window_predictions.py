@@ -20,7 +20,7 @@ from axisid.estimation.regression import Form
 from axisid.estimation.signals import acting_control, recorded_signals
 from axisid.estimation.simulation import LoopInputs, settled_substeps, simulate_lanes
 from axisid.estimation.thresholds import ADVISED_WINDOWS, MAX_GROWTH
-from axisid.modeling.control_laws import cascade_pd
+from axisid.modeling.declaration import cascade_pd
 from axisid.support.arrays import Array, mask_of
 from axisid.support.errors import DataError, EstimationError, UsageError
 

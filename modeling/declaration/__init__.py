@@ -1,7 +1,7 @@
-"""What a user says of an axis, checked once.
+"""What a user says of an axis, checked once, and what ships to say it with.
 
-In: elements, laws, drives, energies. Out: `Axis`.
-Knows nothing of the models that are derived from it.
+In: elements, laws, drives, energies. Out: `Axis`; ready drives and control laws, and the filters
+and limits that laws are made of. Knows nothing of the models that are derived from it, and of text.
 """
 
 from .axis import (
@@ -11,9 +11,27 @@ from .axis import (
     check_axis as check_axis,
     equation_of_motion as equation_of_motion,
 )
+from .cascades import (
+    cascade_p_pi as cascade_p_pi,
+    cascade_pd as cascade_pd,
+    cascade_pd_averaged as cascade_pd_averaged,
+    cascade_pd_difference as cascade_pd_difference,
+    velocity_variants as velocity_variants,
+)
 from .column import Column as Column, column_texts as column_texts
 from .command_path import HIDDEN_FROM as HIDDEN_FROM, CommandPath as CommandPath
 from .control import ControlLaw as ControlLaw, Memory as Memory, gain as gain
+from .control_blocks import (
+    Block as Block,
+    difference as difference,
+    low_pass as low_pass,
+    notch as notch,
+    pll_velocity as pll_velocity,
+    rate_limit as rate_limit,
+    reference_acceleration as reference_acceleration,
+    reference_velocity as reference_velocity,
+)
+from .control_parts import ANTI_WINDUP as ANTI_WINDUP, integral as integral
 from .drive import (
     DRIVE_GAIN as DRIVE_GAIN,
     FORCE_TARGET as FORCE_TARGET,
@@ -50,6 +68,14 @@ from .ready_drives import (
     current_drive as current_drive,
     formula_drive as formula_drive,
     voltage_drive as voltage_drive,
+)
+from .ready_laws import BLOCKS as BLOCKS, LAWS as LAWS
+from .single_loops import (
+    dynamixel_position as dynamixel_position,
+    impedance as impedance,
+    pid as pid,
+    pid_ideal as pid_ideal,
+    state_feedback as state_feedback,
 )
 from .unit_check import check_unit as check_unit, unit_table as unit_table
 from .variants import (

@@ -2,7 +2,7 @@
 
 A drive samples: once a period the law reads the reference and the measured position and holds its
 control until the next sample. What it remembers between samples (for a velocity filter, an
-integral) is declared as `Memory`. Ready laws are made of these in `axisid.modeling.control_laws`.
+integral) is declared as `Memory`. Ready laws are made of these (`ready_laws`).
 """
 
 from collections.abc import Mapping, Set

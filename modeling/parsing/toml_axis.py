@@ -15,13 +15,15 @@ from typing import Any
 
 import sympy
 
-from axisid.modeling.control_laws import BLOCKS, LAWS, Block
 from axisid.modeling.declaration import (
+    BLOCKS,
     DRIVE_GAIN,
     DRIVES,
     HIDDEN_FROM,
+    LAWS,
     ROLES,
     Axis,
+    Block,
     ControlLaw,
     Drive,
     Experiment,

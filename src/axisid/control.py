@@ -4,14 +4,17 @@ In: gains, a period and the signals that a law reads. Out: `ControlLaw`.
 Knows nothing of the axis that it moves.
 """
 
-from axisid.modeling.control_laws import (
+from axisid.modeling.declaration import (
     Block as Block,
+    ControlLaw as ControlLaw,
+    Memory as Memory,
     cascade_p_pi as cascade_p_pi,
     cascade_pd as cascade_pd,
     cascade_pd_averaged as cascade_pd_averaged,
     cascade_pd_difference as cascade_pd_difference,
     difference as difference,
     dynamixel_position as dynamixel_position,
+    gain as gain,
     impedance as impedance,
     integral as integral,
     low_pass as low_pass,
@@ -24,7 +27,6 @@ from axisid.modeling.control_laws import (
     reference_velocity as reference_velocity,
     state_feedback as state_feedback,
 )
-from axisid.modeling.declaration import ControlLaw as ControlLaw, Memory as Memory, gain as gain
 from axisid.modeling.quantities import (
     BALANCED as BALANCED,
     LIMITED_OUTPUT as LIMITED_OUTPUT,

@@ -21,8 +21,7 @@ from axisid.estimation.thresholds import (
     MAX_SCALE_ERROR,
     MIN_SAMPLES_PER_FACTOR,
 )
-from axisid.modeling.control_laws import velocity_variants
-from axisid.modeling.declaration import ControlLaw
+from axisid.modeling.declaration import ControlLaw, velocity_variants
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError
 

@@ -8,11 +8,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from axisid.modeling.declaration import ControlLaw, gain
 from axisid.modeling.quantities import MEASURED_POSITION, REFERENCE, number, within
 
-from .blocks import Amount, added, in_range
-from .parts import commanded, formed_velocity, joined, with_integral, without_zeros
+from .control import ControlLaw, gain
+from .control_blocks import Amount, added, in_range
+from .control_parts import commanded, formed_velocity, joined, with_integral, without_zeros
 
 
 def cascade_pd(*, kp: float, kv: float, period: float, continuous: bool = False) -> ControlLaw:

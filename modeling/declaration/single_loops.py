@@ -4,11 +4,11 @@ import math
 
 import sympy
 
-from axisid.modeling.declaration import ControlLaw, Memory, gain
 from axisid.modeling.quantities import MEASURED_POSITION, PERIOD, REFERENCE
 
-from .blocks import Amount, Block, added, chosen, difference, in_range, positive_among
-from .parts import commanded, formed_velocity, joined, with_integral, without_zeros
+from .control import ControlLaw, Memory, gain
+from .control_blocks import Amount, Block, added, chosen, difference, in_range, positive_among
+from .control_parts import commanded, formed_velocity, joined, with_integral, without_zeros
 
 #: Of what the derivative may be.
 DERIVATIVES = ("error", "position")

@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 
 import sympy
 
-from axisid.modeling.declaration import ControlLaw, Memory, gain
 from axisid.modeling.quantities import (
     BALANCED,
     LIMITED_OUTPUT,
@@ -18,7 +17,8 @@ from axisid.modeling.quantities import (
 )
 from axisid.support.errors import ModelError
 
-from .blocks import (
+from .control import ControlLaw, Memory, gain
+from .control_blocks import (
     Amount,
     Block,
     amount,

@@ -3,9 +3,9 @@
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
-from axisid.modeling.declaration import ControlLaw
-
-from .blocks import (
+from .cascades import CASCADES, cascade_p_pi
+from .control import ControlLaw
+from .control_blocks import (
     Block,
     difference,
     low_pass,
@@ -15,7 +15,6 @@ from .blocks import (
     reference_acceleration,
     reference_velocity,
 )
-from .cascades import CASCADES, cascade_p_pi
 from .single_loops import dynamixel_position, impedance, pid, pid_ideal, state_feedback
 
 #: The laws that ship, as TOML declarations know them.

@@ -11,7 +11,6 @@ from typing import TypeAlias
 
 import sympy
 
-from axisid.modeling.declaration import Memory
 from axisid.modeling.quantities import (
     MEASURED_POSITION,
     PERIOD,
@@ -23,6 +22,8 @@ from axisid.modeling.quantities import (
     within,
 )
 from axisid.support.errors import ModelError, is_among, quoted
+
+from .control import Memory
 
 #: What a block takes in place of a number, and a law in place of a recorded signal.
 Amount: TypeAlias = sympy.Expr | Symbolic | float
