@@ -33,7 +33,7 @@ from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_plan
 from axisid.modeling.declaration import Axis, Move
 from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError, EstimationError, UsageError, is_whole, quoted
+from axisid.support.errors import AxisidError, EstimationError, UsageError, is_whole, quoted, refuse
 from axisid.support.jobs import Failure, pace, run_jobs
 from axisid.support.progress import Progress
 
@@ -239,7 +239,8 @@ def _methods(methods: object) -> tuple[str, ...]:
 
 def _check_course(block: object, jobs: object, executor: object, keep: object) -> None:
     """Refuse how a study is to be run."""
-    for is_wrong, said in (
+    refuse(
+        UsageError,
         *(
             (
                 not (is_whole(value) and value >= 1),
@@ -261,9 +262,8 @@ def _check_course(block: object, jobs: object, executor: object, keep: object) -
             f"what keeps an interrupted study is {quoted(keep)}; give a function that takes a "
             "MonteCarlo, or leave it out",
         ),
-    ):
-        if is_wrong:
-            raise UsageError(f"{said}.", code="study")
+        code="study",
+    )
 
 
 def _run(

@@ -28,7 +28,7 @@ from axisid.modeling.quantities import (
     states_in,
     with_numbers,
 )
-from axisid.support.errors import ModelError, UsageError, quoted
+from axisid.support.errors import ModelError, UsageError, quoted, refuse
 from axisid.support.mappings import FrozenMapping
 from axisid.support.presentable import view_of
 
@@ -224,7 +224,8 @@ class Axis:
         declared = drive.of_held_commands
         if law is None or not declared:
             return
-        for is_wrong, what in (
+        refuse(
+            ModelError,
             (
                 law.continuous,
                 f"the drive has a {' and '.join(declared)}, which is that of commands held from "
@@ -243,9 +244,9 @@ class Axis:
                 f"the drive's delay is {drive.delay:g} s, more than {LONGEST_DELAY} samples of "
                 f"{law.period:g} s; give it in seconds",
             ),
-        ):
-            if is_wrong:
-                raise ModelError(f"axis {self.name!r}: {what}.", code="drive")
+            before=f"axis {self.name!r}: ",
+            code="drive",
+        )
 
     def _check_types(self) -> None:
         wanted: dict[str, type | UnionType] = {
@@ -299,7 +300,8 @@ class Axis:
         allowed = declared | {q.symbol, q.velocity, q.acceleration}
         allowed |= {signal.symbol for signal in self.signals}
         unknown, unused = (sorted(map(str, each)) for each in (used - allowed, declared - used))
-        for is_wrong, what, code in (
+        refuse(
+            ModelError,
             (
                 unknown,
                 f": the equation of motion has the unknown symbols {', '.join(unknown)}; it may "
@@ -321,9 +323,8 @@ class Axis:
                 "an axis needs an inertia",
                 "axis",
             ),
-        ):
-            if is_wrong:
-                raise ModelError(f"axis {self.name!r}{what}.", code=code)
+            before=f"axis {self.name!r}",
+        )
 
     def _check_signals(self) -> None:
         """Refuse signals that are used and not declared, or named as another column is."""

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 
 from axisid.modeling.quantities import Parameter, number, settle
-from axisid.support.errors import ModelError, quoted
+from axisid.support.errors import ModelError, quoted, refuse
 
 #: Where a recorded control may have been taken, first what it is by default.
 LOGGED = ("command", "applied", "current")
@@ -184,7 +184,8 @@ def check_logged(logged: object, lag: float, delay: float, path: CommandPath) ->
     ModelError
         There is no such place, or what it lies behind is not declared.
     """
-    for is_wrong, what in (
+    refuse(
+        ModelError,
         (
             logged not in LOGGED,
             f"logged is {quoted(logged)}; give {', '.join(LOGGED[:-1])} or {LOGGED[-1]}: where the "
@@ -200,6 +201,5 @@ def check_logged(logged: object, lag: float, delay: float, path: CommandPath) ->
             "logged='current' is what is there after the drive's lag, and no lag is declared; "
             "declare lag=..., or logged='command'",
         ),
-    ):
-        if is_wrong:
-            raise ModelError(f"{what}.", code="drive")
+        code="drive",
+    )

@@ -28,7 +28,7 @@ from axisid.modeling.quantities import (
     several,
     signals_in,
 )
-from axisid.support.errors import ModelError, is_among, is_whole, quoted
+from axisid.support.errors import ModelError, is_among, is_whole, quoted, refuse
 from axisid.support.mappings import FrozenMapping
 
 #: Samples of a delay, at most.
@@ -215,27 +215,27 @@ class ControlLaw:
         return tuple((factor, _signal(self.output, factor, gains)) for factor in factors)
 
     def _check_timing(self) -> None:
-        if not (is_whole(self.delay) and 0 <= self.delay <= LONGEST_DELAY):
-            raise ModelError(
-                f"control law {self.name!r}: delay {quoted(self.delay)}; give whole samples, 0 to "
-                f"{LONGEST_DELAY}.",
-                code="law",
-            )
-        if self.reference_between not in ("", *REFERENCES_BETWEEN):
-            raise ModelError(
-                f"control law {self.name!r}: reference_between is "
-                f"{quoted(self.reference_between)}; give {', '.join(REFERENCES_BETWEEN[:-1])} or "
-                f"{REFERENCES_BETWEEN[-1]}, or leave it out.",
-                code="law",
-            )
-        sampled = self.memory or self.delay or PERIOD in self.output.free_symbols
-        if self.continuous and sampled:
-            raise ModelError(
-                f"control law {self.name!r} is continuous but has a memory, a delay or the period "
-                "in it, which only a sampled law has. Leave them out, or leave out "
-                "continuous=True.",
-                code="law",
-            )
+        refuse(
+            ModelError,
+            (
+                not (is_whole(self.delay) and 0 <= self.delay <= LONGEST_DELAY),
+                f": delay {quoted(self.delay)}; give whole samples, 0 to {LONGEST_DELAY}",
+            ),
+            (
+                self.reference_between not in ("", *REFERENCES_BETWEEN),
+                f": reference_between is {quoted(self.reference_between)}; give "
+                f"{', '.join(REFERENCES_BETWEEN[:-1])} or {REFERENCES_BETWEEN[-1]}, or leave it "
+                "out",
+            ),
+            (
+                self.continuous
+                and (self.memory or self.delay or PERIOD in self.output.free_symbols),
+                " is continuous but has a memory, a delay or the period in it, which only a "
+                "sampled law has. Leave them out, or leave out continuous=True",
+            ),
+            before=f"control law {self.name!r}",
+            code="law",
+        )
 
     def _check(self, value: sympy.Expr, allowed: Set[sympy.Basic], what: str) -> None:
         unknown = sorted(map(str, value.free_symbols - value.atoms(ConstantSymbol) - allowed))

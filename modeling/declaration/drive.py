@@ -26,7 +26,7 @@ from axisid.modeling.quantities import (
     with_numbers,
     written,
 )
-from axisid.support.errors import ModelError
+from axisid.support.errors import ModelError, refuse
 
 from .command_path import (
     HIDDEN_FROM,
@@ -237,7 +237,8 @@ class Drive:
             **asdict(path),
         )
         missing = signals_in(self.scaled_by) - signals_in(self.force)
-        for is_wrong, what, code in (
+        refuse(
+            ModelError,
             (
                 self.gain == 0,
                 f"the drive gain is {self.gain!r}; give a finite number other than 0",
@@ -261,9 +262,7 @@ class Drive:
                 f"the drive limit is {self.limit!r}; give a positive number",
                 "",
             ),
-        ):
-            if is_wrong:
-                raise ModelError(f"{what}.", code=code)
+        )
         check_within(path, self.limit)
         check_logged(self.logged, self.lag, self.delay, path)
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from axisid.modeling.quantities import TIME, ConstantSymbol, expression, listed, number, settle
-from axisid.support.errors import ModelError, is_whole, quoted
+from axisid.support.errors import ModelError, is_whole, quoted, refuse
 from axisid.support.mappings import FrozenMapping
 
 _LONGEST = 1e4  # s
@@ -150,28 +150,24 @@ class Experiment:
             resolution=number(self.resolution, "the encoder's resolution"),
         )
         duration = sum(move.duration for move in self.moves)
-        for is_right, wrong, code in (
+        refuse(
+            ModelError,
             (
-                0 < duration < _LONGEST,
+                not 0 < duration < _LONGEST,
                 f"the moves of an experiment take {duration:g} s; give some that take more than 0 "
-                f"and less than {_LONGEST:g} s.",
-                "",
+                f"and less than {_LONGEST:g} s",
             ),
             (
-                is_whole(self.seed) and self.seed >= 0,
-                f"the seed is {quoted(self.seed)}; give a whole number, 0 or more.",
-                "",
+                not (is_whole(self.seed) and self.seed >= 0),
+                f"the seed is {quoted(self.seed)}; give a whole number, 0 or more",
             ),
             (
-                self.position_noise >= 0,
-                f"the position noise is {self.position_noise!r}; give 0 or more.",
-                "",
+                not self.position_noise >= 0,
+                f"the position noise is {self.position_noise!r}; give 0 or more",
             ),
             (
-                self.resolution >= 0,
-                f"the encoder's resolution is {self.resolution!r}; give 0 or more.",
+                not self.resolution >= 0,
+                f"the encoder's resolution is {self.resolution!r}; give 0 or more",
                 "twin",
             ),
-        ):
-            if not is_right:
-                raise ModelError(wrong, code=code)
+        )

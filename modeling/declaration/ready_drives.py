@@ -19,7 +19,7 @@ from axisid.modeling.quantities import (
     parse_unit,
     with_numbers,
 )
-from axisid.support.errors import ModelError
+from axisid.support.errors import ModelError, refuse
 
 from .drive import DRIVE_GAIN, Drive
 from .motor import (
@@ -199,18 +199,20 @@ def voltage_drive(
     check_others("voltage_drive", others)
     control, volt = parse_unit(unit), parse_unit("V")
     own = own_unit(volts)
-    if own is not None and not own.same_dimension(volt / control):
-        raise ModelError(
-            f"volts is in {own}; give the voltage for a control of 1 {unit}, in {volt / control}.",
-            code="drive",
-        )
-    if own is None and not any(control.same_dimension(u) for u in (volt, parse_unit("1"))):
-        raise ModelError(
+    refuse(
+        ModelError,
+        (
+            own is not None and not own.same_dimension(volt / control),
+            f"volts is in {own}; give the voltage for a control of 1 {unit}, in {volt / control}",
+        ),
+        (
+            own is None and not any(control.same_dimension(u) for u in (volt, parse_unit("1"))),
             f"the control of a voltage drive is in {unit}; give a voltage, unit='V', or a duty, "
             "unit='1', or volts as a Constant in V over the control's unit; of a current, "
-            "current_drive(...).",
-            code="drive",
-        )
+            "current_drive(...)",
+        ),
+        code="drive",
+    )
     motor, n = (
         figure(kt, "kt", *KT_UNITS),
         figure(ratio, "the gear ratio", *RATIO_UNITS, signed=True),

@@ -13,7 +13,7 @@ from typing import Any
 
 from axisid.modeling.declaration import Axis
 from axisid.modeling.library import LIBRARY, library_axis
-from axisid.support.errors import ModelError, quoted
+from axisid.support.errors import ModelError, quoted, refuse
 
 from .toml_axis import axis_from_toml
 
@@ -44,18 +44,20 @@ def load_axis(name: str | Path) -> Axis:
         return library_axis(name)
     path, _, variable = name.partition(".py:")
     file = Path(f"{path}.py" if variable else name)
-    if file.suffix not in (".py", ".toml"):
-        raise ModelError(
+    refuse(
+        ModelError,
+        (
+            file.suffix not in (".py", ".toml"),
             f"there is no axis {name!r}: give one of the library ({', '.join(LIBRARY)}) or a "
             "file that declares one, such as my_axis.toml or my_axis.py; `axisid new my_axis` "
-            "starts one.",
-            code="axis-file",
-        )
-    if not os.path.isfile(file):  # which takes any name
-        raise ModelError(
-            f"there is no axis file {str(file)!r}, or it is no regular file; check the path.",
-            code="axis-file",
-        )
+            "starts one",
+        ),
+        (
+            not os.path.isfile(file),  # which takes any name
+            f"there is no axis file {str(file)!r}, or it is no regular file; check the path",
+        ),
+        code="axis-file",
+    )
     if file.suffix == ".toml":
         return axis_from_toml(file)
     return _only_axis(_run(file), file, variable)

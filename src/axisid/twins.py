@@ -21,7 +21,7 @@ from axisid.estimation.records import Record
 from axisid.estimation.records.columns import log_content
 from axisid.estimation.simulation import twin_plan
 from axisid.modeling.declaration import Axis
-from axisid.support.errors import UsageError, is_real, is_whole, quoted
+from axisid.support.errors import UsageError, is_real, is_whole, quoted, refuse
 from axisid.support.files import axis_file, csv_text, kept_if_filled, replace_file, write_file
 from axisid.support.progress import Progress, with_progress
 
@@ -89,22 +89,24 @@ class TwinMachines:
         shares += [("drift", *each, true) for each in self.drift.items()]
         for what, name, share, of in shares:
             is_share = is_real(share) and abs(share) <= 1 and (share >= 0 or what == "drift")
-            for is_right, wrong in (
-                (name in of, f"the axis does not declare it; its parameters are {', '.join(true)}"),
-                (is_share, "give a share of its value, at most 1, such as 0.02 for 2 %"),
+            refuse(
+                UsageError,
                 (
-                    not is_share or share * (self.days - 1) > -1,
+                    name not in of,
+                    f"the axis does not declare it; its parameters are {', '.join(true)}",
+                ),
+                (not is_share, "give a share of its value, at most 1, such as 0.02 for 2 %"),
+                (
+                    is_share and not share * (self.days - 1) > -1,
                     f"by day {self.days} nothing of its value is left; give less, or fewer days",
                 ),
                 (
-                    not (is_share and share) or of.get(name),
+                    is_share and share and not of.get(name),
                     "its true value is 0; give it another one as its truth, or leave that out",
                 ),
-            ):
-                if not is_right:
-                    raise UsageError(
-                        f"the {what} of {name or 'all'} is {quoted(share)}: {wrong}.", code="twin"
-                    )
+                before=f"the {what} of {name or 'all'} is {quoted(share)}: ",
+                code="twin",
+            )
         noise_of(self.noise, self.axis)
 
     @property

@@ -17,7 +17,7 @@ from axisid.commands.options import (
     stages,
     write_output,
 )
-from axisid.support.errors import ModelError, UsageError
+from axisid.support.errors import ModelError, UsageError, refuse
 
 
 @click.command(
@@ -66,12 +66,14 @@ def new(name: str | None, newton: bool, toml: bool, record: str | None) -> None:
     except ModelError as error:
         raise UsageError(str(error)) from error
     _check_free(file)
-    for is_taken, what in (
-        (name in stages.LIBRARY, f"{name!r} is an axis of the library"),
-        (not toml and find_spec(name), f"{name}.py would hide the Python module {name}"),
-    ):
-        if is_taken:
-            raise UsageError(f"{what}; choose another name.")
+    refuse(
+        UsageError,
+        (name in stages.LIBRARY, f"{name!r} is an axis of the library; choose another name"),
+        (
+            not toml and find_spec(name),
+            f"{name}.py would hide the Python module {name}; choose another name",
+        ),
+    )
     write_output(str(file), scaffold(name, newton=newton, toml=toml))
     click.echo(f"wrote {file}; edit it, then (the last line is of its twin; add your log to it):")
     click.echo(f"  axisid show {file}")

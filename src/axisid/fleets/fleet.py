@@ -26,6 +26,7 @@ from axisid.support.errors import (
     is_real,
     is_whole,
     quoted,
+    refuse,
 )
 from axisid.support.files import is_unchanged, kept_if_filled
 from axisid.support.jobs import Failure, run_jobs
@@ -112,7 +113,8 @@ def fleet(
     """
     several = ", ".join(sorted({*OF_SEVERAL} & identifying.keys()))
     is_time = time_limit is None or (is_real(time_limit) and 0 < time_limit < math.inf)
-    for is_wrong, what in (
+    refuse(
+        UsageError,
         (
             not (is_whole(jobs) and jobs >= 0),
             f"the jobs are {quoted(jobs)}; give a whole number, 0 for none besides",
@@ -126,9 +128,8 @@ def fleet(
             f"{several} is of several records together, and a fleet identifies each log by "
             "itself; leave it out",
         ),
-    ):
-        if is_wrong:
-            raise UsageError(f"{what}.", code="fleet")
+        code="fleet",
+    )
     items = gather_items(logs, Path(out))
     settings = Settings(
         folder=str(out),

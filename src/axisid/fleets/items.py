@@ -17,7 +17,7 @@ from axisid.estimation.choices import listed
 from axisid.estimation.logs import log_endings
 from axisid.estimation.raw_tables import library
 from axisid.estimation.records import log_of
-from axisid.support.errors import DataError, UsageError, quoted
+from axisid.support.errors import DataError, UsageError, quoted, refuse
 from axisid.support.files import opened_regular, read_regular
 from axisid.support.output_kind import kinds_of
 
@@ -117,12 +117,13 @@ def _manifest_items(file: Path) -> Iterator[tuple[FleetItem, str]]:
         axis, columns = str(told.get("axis", "")), str(told.get("columns", ""))
         pairs = [pair.partition("=") for pair in columns.split(",") if pair.strip()]
         unread = any(not (role.strip() and name.strip()) for role, _, name in pairs)
-        for is_wrong, what in (
+        refuse(
+            DataError,
             (not told.get(_LOG), f"names no log; give its path in the column {_LOG!r}"),
             (unread, f"has the columns {columns!r}; write ROLE=NAME[:UNIT],..."),
-        ):
-            if is_wrong:
-                raise DataError(f"{file}: row {number} {what}.", code="manifest")
+            before=f"{file}: row {number} ",
+            code="manifest",
+        )
         item = FleetItem(
             log=str(file.parent / str(told[_LOG])),
             axis=str(file.parent / axis) if ".py" in axis or ".toml" in axis else axis,

@@ -11,7 +11,7 @@ import sys
 from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, is_dataclass
 from functools import wraps
-from typing import TYPE_CHECKING, ClassVar, Concatenate, ParamSpec, TypeGuard, TypeVar
+from typing import TYPE_CHECKING, ClassVar, Concatenate, ParamSpec, TypeAlias, TypeGuard, TypeVar
 
 #: Of a thousand and more to few digits; what is part of a word, a name or a formula stays.
 _RAISED = re.compile(r"""(?<![\w.^*/)'"+-])([+-]?)(\d(?:\.\d+)?)e\+0([1-5])(?![\w^*/'"]|\.\w)""")
@@ -149,6 +149,28 @@ class CandidateError(EstimationError):
     """A user's own candidate term fails, which leaves open what the others would find."""
 
     code = "candidate"
+
+
+#: Whether something is wrong, what is said of it without the full stop, and a code of its own.
+Refusal: TypeAlias = tuple[object, str] | tuple[object, str, str]
+
+
+def refuse(error: type[AxisidError], *refusals: Refusal, before: str = "", code: str = "") -> None:
+    """Raise what is said of the first thing that is wrong, if anything is.
+
+    Parameters
+    ----------
+    error : type of AxisidError
+    *refusals : (object, str) or (object, str, str)
+    before : str
+        What every sentence begins with.
+    code : str
+        Of those that have none of their own.
+    """
+    for refusal in refusals:
+        if refusal[0]:
+            own = refusal[2] if len(refusal) == 3 else code
+            raise error(f"{before}{refusal[1]}.", code=own)
 
 
 def asks_for_tracebacks() -> bool:
