@@ -1,7 +1,6 @@
 """What a declaration refuses, and laws as sums of products of gains."""
 
 import math
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -26,7 +25,7 @@ from axisid.modeling.quantities.symbols import (
     MEASURED_POSITION,
 )
 from tests.files import text_file
-from tests.refusals import refuses
+from tests.refusals import refused, refuses
 
 q = Coordinate("q")
 M = Parameter("M", "kg", nominal=1.0)
@@ -111,8 +110,7 @@ CONTRADICTIONS: list[tuple[dict[str, Any], str]] = [
 ]
 
 
-@pytest.mark.parametrize(
-    ("code", "says", "make"),
+test_names_parts_and_declarations_that_cannot_be_are_refused = refused(
     [
         *(("axis", says, partial(Parameter, name, "kg")) for name, says in NAMES),
         *((code, "", partial(declare, **changes)) for changes, code in CONTRADICTIONS),
@@ -168,13 +166,8 @@ CONTRADICTIONS: list[tuple[dict[str, Any], str]] = [
                 )
             ),
         ),
-    ],
+    ]
 )
-def test_names_parts_and_declarations_that_cannot_be_are_refused(
-    code: str, says: str, make: Callable[[], object]
-) -> None:
-    with refuses(code, says):
-        make()
 
 
 def test_one_resistance_alone_is_a_list_of_one() -> None:

@@ -10,7 +10,7 @@ from axisid.control import cascade_pd
 from axisid.elements import Drive
 from axisid.modeling.declaration import CommandPath, Response
 from tests.axes.lagging import PERIOD, Fc, Fv, M, lagging
-from tests.refusals import refuses
+from tests.refusals import refused, refuses
 
 
 def test_a_delay_is_whole_samples_and_a_part_of_one() -> None:
@@ -30,9 +30,9 @@ def test_a_drive_without_lag_and_delay_responds_at_once() -> None:
     assert replace(lagging(lag=PERIOD), control=None).response is None
 
 
-@pytest.mark.parametrize(
-    ("given", "code"),
-    [
+test_a_time_a_place_and_a_path_that_contradict_are_refused = refused(
+    (code, "", lambda given=given: Drive(gain=1.0, **given))
+    for given, code in [
         ({"lag": -1e-3}, "drive"),
         ({"delay": -1e-3}, "drive"),
         ({"logged": "measured"}, "drive"),
@@ -50,13 +50,8 @@ def test_a_drive_without_lag_and_delay_responds_at_once() -> None:
         ({"limit": 1.0, "deadband": 1.0}, "drive"),
         ({"limit": 1.0, "quantisation": 2.5}, "drive"),
         ({"limit": 1.0, "quantisation": 0.6, "deadband": 0.7, "logged": "current"}, "drive"),
-    ],
+    ]
 )
-def test_a_time_a_place_and_a_path_that_contradict_are_refused(
-    given: dict[str, Any], code: str
-) -> None:
-    with refuses(code):
-        Drive(gain=1.0, **given)
 
 
 def _changed(axis: Axis, **control: Any) -> Axis:

@@ -16,7 +16,7 @@ from axisid import (
     newton,
 )
 from axisid.elements import Drive
-from tests.refusals import refuses
+from tests.refusals import refused
 
 x = Coordinate("x")
 X, DX, DDX = x.symbol, x.velocity, x.acceleration
@@ -38,9 +38,9 @@ def axis(parameters: tuple[Parameter, ...] = (m, b), **energies: sympy.Expr) -> 
     )
 
 
-@pytest.mark.parametrize(
-    ("energies", "message"),
-    [
+test_an_energy_of_something_else_is_refused_by_its_name = refused(
+    ("equation", rf"^axis 't': .*{message}", lambda energies=energies: axis(**energies))
+    for energies, message in [
         ({"potential": m * X * DDX}, r"potential energy .* depends on ddx; it may depend on"),
         ({"potential": b * X * DX}, r"potential energy .* depends on dx; .*friction into the diss"),
         (
@@ -58,13 +58,8 @@ def axis(parameters: tuple[Parameter, ...] = (m, b), **energies: sympy.Expr) -> 
             r"at rest is a potential energy, with the other sign",
         ),
         ({"kinetic": -HALF}, r"the inertia -m is negative with the nominal values; .*its sign"),
-    ],
+    ]
 )
-def test_an_energy_of_something_else_is_refused_by_its_name(
-    energies: dict[str, sympy.Expr], message: str
-) -> None:
-    with refuses("equation", says=rf"^axis 't': .*{message}"):
-        axis(**energies)
 
 
 def newtonian(inertia: sympy.Expr, *parameters: Parameter) -> Axis:

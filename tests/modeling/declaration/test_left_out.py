@@ -1,7 +1,5 @@
 """Parameters that are left out: which value stands for each, and what is refused."""
 
-from typing import Any
-
 import pytest
 import sympy
 
@@ -16,7 +14,7 @@ from axisid import (
 )
 from axisid.elements import Drive, coulomb, stribeck, viscous
 from axisid.modeling.declaration.variants import left_out_text
-from tests.refusals import refuses
+from tests.refusals import refused, refuses
 
 x = Coordinate("x")
 m = Parameter("m", "kg", nominal=5.0)
@@ -79,17 +77,12 @@ def test_the_twin_keeps_what_is_left_of_its_truth() -> None:
     assert set(plain.experiment.truth) == set(axis.experiment.truth) - {"tau0"}
 
 
-@pytest.mark.parametrize(
-    ("code", "says", "names", "values"),
-    [
+test_what_cannot_be_left_out_is_refused = refused(
+    (code, says, lambda names=names, values=values: leave_out(stage(), *names, **values))
+    for code, says, names, values in [
         ("parameters", "'z' to leave out; axis 'stage' has m, b", ("z",), {}),
         ("parameters", "m, b, c, s", ("m", "b", "c", "s"), {}),
         ("axis", "", ("m",), {}),
         ("axis", "stands for 's' is 'much'", (), {"s": "much"}),
-    ],
+    ]
 )
-def test_what_cannot_be_left_out_is_refused(
-    code: str, says: str, names: tuple[str, ...], values: dict[str, Any]
-) -> None:
-    with refuses(code, says):
-        leave_out(stage(), *names, **values)

@@ -4,7 +4,6 @@ What of drives, their times and the gains of ready laws is refused, each with it
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -30,7 +29,7 @@ from axisid.estimation.simulation import gains_by_lane
 from axisid.modeling.declaration import Drive
 from tests.axes.bodies import body, x
 from tests.axes.lagging import PERIOD, lagging
-from tests.refusals import refuses
+from tests.refusals import refused, refuses
 
 MOTOR = {"kt": 0.05, "ratio": 50.0}
 WINDING = {**MOTOR, "resistance": 1.25}
@@ -181,48 +180,42 @@ def _timed(name: str = "Tc", **declared: float) -> Axis:
     return lagging(lag=Parameter(name, "s", **{"nominal": 5e-4, **declared}))
 
 
-@pytest.mark.parametrize(
-    ("code", "make"),
+test_what_a_drive_or_a_ready_law_cannot_be_is_refused = refused(
     [
-        *((code, lambda own=own: linear(voltage_drive(**own))) for code, own in CONTRADICTING),
-        ("drive", lambda: current_drive(**MOTOR, supply=10.0)),
-        ("drive", lambda: current_drive(**MOTOR, resistance=1.0)),
-        ("drive", lambda: current_drive(**MOTOR, supply=1.0, resistance=1.0, reach=2)),
-        ("drive", lambda: formula_drive(CONTROL**3)),
-        ("drive", lambda: lagging(delay=1e6)),
-        ("drive", lambda: _timed(upper=0.6e-3)),
-        ("drive", lambda: _timed(lower=1e-4)),
-        ("drive", lambda: _timed(known=5e-4, known_sd=1e-5)),
-        ("drive", lambda: _timed(known=5e-4)),
-        ("axis", lambda: _timed("Fv")),
-        ("axis", lambda: _timed("q")),
-        ("axis", lambda: current_drive(**WOUND, supply=None)),  # type: ignore[arg-type]
-        ("axis", lambda: current_drive(**KT, supply=math.nan)),
-        ("drive", lambda: current_drive(**WOUND, supply=-24.0)),
-        ("drive", lambda: current_drive(**WOUND, supply=Constant(24.0, "A"))),
-        ("drive", lambda: current_drive(**KT, ke=0.05)),
-        ("drive", lambda: current_drive(**KT, ke=0.05, reach=3.0)),
-        ("drive", lambda: current_drive(**KT, reach=math.nan)),
-        ("drive", lambda: current_drive(**KT, reach=-3.0)),
-        ("drive", lambda: current_drive(**KT, reach=2 * VELOCITY)),
-        ("drive", lambda: current_drive(**KT, reach=1 / VELOCITY)),
-        ("drive", lambda: voltage_drive(**WOUND, reach=3.0)),
-        ("drive", lambda: current_drive(**KT, gear=3.0)),
-        ("drive", lambda: formula_drive(sympy.Symbol("u"), friction=1.0)),
-        ("drive", lambda: voltage_drive(**WOUND, volts=Constant(24.0, "V"))),
-        ("drive", lambda: voltage_drive(**WOUND, unit="A")),
-        ("drive", lambda: current_drive(**KT, unit="V")),
-        ("drive", lambda: current_drive(**KT, efficiency=1e-9)),
-        ("axis", lambda: cascade_p_pi(**GAINS, speed_limit=-math.inf)),
-        ("law", lambda: cascade_p_pi(**GAINS, feed_forward=math.nan)),
-        ("law", lambda: replace(cascade_p_pi(**GAINS, tn=0.1), positive=("ki",))),
-    ],
+        *((code, "", lambda own=own: linear(voltage_drive(**own))) for code, own in CONTRADICTING),
+        ("drive", "", lambda: current_drive(**MOTOR, supply=10.0)),
+        ("drive", "", lambda: current_drive(**MOTOR, resistance=1.0)),
+        ("drive", "", lambda: current_drive(**MOTOR, supply=1.0, resistance=1.0, reach=2)),
+        ("drive", "", lambda: formula_drive(CONTROL**3)),
+        ("drive", "", lambda: lagging(delay=1e6)),
+        ("drive", "", lambda: _timed(upper=0.6e-3)),
+        ("drive", "", lambda: _timed(lower=1e-4)),
+        ("drive", "", lambda: _timed(known=5e-4, known_sd=1e-5)),
+        ("drive", "", lambda: _timed(known=5e-4)),
+        ("axis", "", lambda: _timed("Fv")),
+        ("axis", "", lambda: _timed("q")),
+        ("axis", "", lambda: current_drive(**WOUND, supply=None)),  # type: ignore[arg-type]
+        ("axis", "", lambda: current_drive(**KT, supply=math.nan)),
+        ("drive", "", lambda: current_drive(**WOUND, supply=-24.0)),
+        ("drive", "", lambda: current_drive(**WOUND, supply=Constant(24.0, "A"))),
+        ("drive", "", lambda: current_drive(**KT, ke=0.05)),
+        ("drive", "", lambda: current_drive(**KT, ke=0.05, reach=3.0)),
+        ("drive", "", lambda: current_drive(**KT, reach=math.nan)),
+        ("drive", "", lambda: current_drive(**KT, reach=-3.0)),
+        ("drive", "", lambda: current_drive(**KT, reach=2 * VELOCITY)),
+        ("drive", "", lambda: current_drive(**KT, reach=1 / VELOCITY)),
+        ("drive", "", lambda: voltage_drive(**WOUND, reach=3.0)),
+        ("drive", "", lambda: current_drive(**KT, gear=3.0)),
+        ("drive", "", lambda: formula_drive(sympy.Symbol("u"), friction=1.0)),
+        ("drive", "", lambda: voltage_drive(**WOUND, volts=Constant(24.0, "V"))),
+        ("drive", "", lambda: voltage_drive(**WOUND, unit="A")),
+        ("drive", "", lambda: current_drive(**KT, unit="V")),
+        ("drive", "", lambda: current_drive(**KT, efficiency=1e-9)),
+        ("axis", "", lambda: cascade_p_pi(**GAINS, speed_limit=-math.inf)),
+        ("law", "", lambda: cascade_p_pi(**GAINS, feed_forward=math.nan)),
+        ("law", "", lambda: replace(cascade_p_pi(**GAINS, tn=0.1), positive=("ki",))),
+    ]
 )
-def test_what_a_drive_or_a_ready_law_cannot_be_is_refused(
-    code: str, make: Callable[[], Any]
-) -> None:
-    with refuses(code):
-        make()
 
 
 @pytest.fixture(scope="module")

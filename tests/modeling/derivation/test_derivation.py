@@ -20,7 +20,7 @@ from axisid.support.errors import Missing
 from tests.axes.bodies import Fc, Fv, J, M, body, energetic, k, q
 from tests.axes.simulated import AXES
 from tests.bounded import within
-from tests.refusals import refuses
+from tests.refusals import refused, refuses
 
 mu = Parameter("mu", "1")
 vs = Parameter("vs", "m/s")
@@ -89,9 +89,9 @@ def test_ball_screw_pitch_does_not_hide_that_inertias_add_up() -> None:
     assert [p.name for p in model.axis.parameters] == ["M_plus_J", "Fv"]
 
 
-@pytest.mark.parametrize(
-    ("resistance", "parameters", "says"),
-    [
+test_what_cancels_out_or_is_not_linear_in_the_acceleration_is_refused = refused(
+    ("equation", says, lambda force=force, own=own: derive(body(force, parameters=own)))
+    for force, own, says in [
         (
             Fc * ((PLACE + 1) ** 2 - PLACE**2 - 2 * PLACE - 1),
             (M, Fc),
@@ -107,13 +107,8 @@ def test_ball_screw_pitch_does_not_hide_that_inertias_add_up() -> None:
             (M,),
             "not linear in the acceleration",
         ),
-    ],
+    ]
 )
-def test_what_cancels_out_or_is_not_linear_in_the_acceleration_is_refused(
-    resistance: sympy.Expr, parameters: tuple[Parameter, ...], says: str
-) -> None:
-    with refuses("equation", says):
-        derive(body(resistance, parameters=parameters))
 
 
 def test_configuration_dependent_inertia_has_no_direct_regressor_and_says_why() -> None:

@@ -10,7 +10,7 @@ from axisid import Parameter, build, derive
 from axisid.modeling.derivation.inverse import with_direction
 from axisid.modeling.quantities.symbols import DIRECTION
 from tests.axes.bodies import rotor, turn
-from tests.refusals import refuses
+from tests.refusals import refused, refuses
 
 Q, DQ, D = turn.symbol, turn.velocity, DIRECTION
 b1, b2, b3 = (Parameter(f"b{i}", "N m/(rad/s)", nominal=float(i)) for i in (1, 2, 3))
@@ -103,10 +103,10 @@ def test_what_jumps_elsewhere_is_refused_by_its_name(jump: sympy.Expr) -> None:
 NONLINEAR = [sympy.exp(sign(DQ)), sympy.sqrt(2 + sign(DQ)), 1 / (2 + sign(DQ))]
 
 
-@pytest.mark.parametrize("nonlinear", NONLINEAR, ids=str)
-def test_what_bends_with_the_direction_is_refused(nonlinear: sympy.Expr) -> None:
-    with refuses("equation"):
-        with_direction(A * nonlinear, DQ)
+test_what_bends_with_the_direction_is_refused = refused(
+    ("equation", "", lambda value=A * nonlinear: with_direction(value, DQ))
+    for nonlinear in NONLINEAR
+)
 
 
 def test_friction_in_pieces_of_the_position_has_its_columns_and_its_force() -> None:

@@ -1,6 +1,5 @@
 """What an internal state may follow, and what an axis with states may have beside."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
@@ -21,7 +20,7 @@ from tests.axes.remembering import (
     vs,
     x,
 )
-from tests.refusals import refuses
+from tests.refusals import refused, refuses
 
 q, dq = x.symbol, x.velocity
 PARTS = (s0, s1, Fc, Fs, vs)
@@ -51,8 +50,7 @@ def test_a_state_starts_where_it_was_declared_but_not_beyond_its_limit(
     assert state.start.xreplace({Fc.symbol: 20.0, s0.symbol: 1e6}) == pytest.approx(first * 2e-5)
 
 
-@pytest.mark.parametrize(
-    ("code", "says", "make"),
+test_states_that_are_none_of_friction_are_refused = refused(
     [
         (
             "equation",
@@ -82,13 +80,8 @@ def test_a_state_starts_where_it_was_declared_but_not_beyond_its_limit(
             "the static level of LuGre friction is 0 N",
             lambda: lugre(s0, s1, x, coulomb=Fc, static=0.0, velocity=vs),
         ),
-    ],
+    ]
 )
-def test_states_that_are_none_of_friction_are_refused(
-    code: str, says: str, make: Callable[[], object]
-) -> None:
-    with refuses(code, says):
-        make()
 
 
 @pytest.mark.parametrize(
