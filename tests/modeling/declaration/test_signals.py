@@ -22,12 +22,13 @@ from axisid.control import REFERENCE, ControlLaw, Memory
 from axisid.elements import CONTROL, DRIVE_GAIN, TIME, Drive
 from tests.axes.recorded import recorded_axis
 from tests.files import text_file
-from tests.refusals import refuses
+from tests.refusals import refused, refuses
 
 q = Coordinate("q")
 M, A, B = Parameter("M", "kg", nominal=2.0), Parameter("A", "m^2"), Parameter("B", "m^2")
 OFF, OFF2, K = Parameter("off", "N"), Parameter("off2", "N"), Parameter("k", "N s/(m K)")
 pressure, temperature = Signal("pressure", "Pa"), Signal("temperature", "K")
+RATE, LOAD = Parameter("pressure_rate", "m^2"), Signal("load", "kg")
 
 
 def axis(*resistance: Any, parameters: tuple[Parameter, ...] = (M, A), **parts: Any) -> Axis:
@@ -51,8 +52,7 @@ def test_a_signal_is_a_column_of_its_own_and_no_constant() -> None:
 
 
 def test_a_recorded_inertia_leaves_no_direct_regressor() -> None:
-    load = Signal("load", "kg")
-    found = derive(axis(A * pressure, inertia=M + load, signals=(pressure, load)))
+    found = derive(axis(A * pressure, inertia=M + LOAD, signals=(pressure, LOAD)))
     assert "depends on load" in str(found.ddm)
     assert found.idm.columns == (q.acceleration, pressure.symbol)
 
@@ -62,50 +62,59 @@ def test_a_ladder_keeps_the_terms_of_signals() -> None:
         assert "A" in [p.name for p in rung.parameters]
 
 
-@pytest.mark.parametrize(
-    ("parts", "code", "said"),
+def named(name: str) -> Axis:
+    signal = Signal(name, "Pa")
+    return axis(A * signal, signals=(signal,))
+
+
+def moved(**signals: Any) -> Axis:
+    moves = recorded_axis("pressure").experiment
+    return axis(experiment=replace(moves, truth={}, signals=signals))
+
+
+test_what_is_wrong_with_signals_is_refused = refused(
     [
-        ({"signals": ()}, "axis", "has the signals pressure"),
-        ({"signals": (pressure, temperature)}, "unused-signals", "the signals temperature"),
-        ({"signals": ("pressure",)}, "model", "'pressure'; give Signal objects"),
-        ({"signals": (pressure, pressure)}, "axis", "pressure"),
-        ({"signals": (Signal("pressure", "N"),)}, "units", "A in m\\^2, pressure in N"),
-        ({"drive": Drive(gain=1.0, scaled_by=pressure)}, "units", "scaled_by pressure"),
-        ({"columns": {"pressur": "p"}}, "axis", "injected, pressure"),
-        ({"experiment": {"flow": 1.0}}, "twin", "'flow'; the signals are press"),
-        ({"experiment": {"pressure": q.symbol}}, "twin", "may use time"),
-    ],
+        ("axis", "has the signals pressure", lambda: axis(signals=())),
+        (
+            "unused-signals",
+            "the signals temperature",
+            lambda: axis(signals=(pressure, temperature)),
+        ),
+        ("model", "'pressure'; give Signal objects", lambda: axis(signals=("pressure",))),
+        ("axis", "pressure", lambda: axis(signals=(pressure, pressure))),
+        (
+            "units",
+            r"A in m\^2, pressure in N",
+            lambda: axis(signals=(Signal("pressure", "N"),)),
+        ),
+        (
+            "units",
+            "scaled_by pressure",
+            lambda: axis(drive=Drive(gain=1.0, scaled_by=pressure)),
+        ),
+        ("axis", "injected, pressure", lambda: axis(columns={"pressur": "p"})),
+        ("twin", "'flow'; the signals are press", lambda: moved(flow=1.0)),
+        ("twin", "may use time", lambda: moved(pressure=q.symbol)),
+        *(
+            ("axis", "", lambda name=name: named(name))
+            for name in ("position", "M", "dq", "signals", "tau", "pi", "1p")
+        ),
+        # Of a signal there is the rate too.
+        ("axis", "pressure_rate", lambda: axis(RATE * pressure, parameters=(M, RATE))),
+        (
+            "equation",
+            "eclare the axis with newton",
+            lambda: lagrange(
+                "x",
+                coordinate=q,
+                parameters=(M,),
+                signals=(LOAD,),
+                kinetic=(M + LOAD) * q.velocity**2 / 2,
+                drive=Drive(gain=1.0),
+            ),
+        ),
+    ]
 )
-def test_what_is_wrong_with_signals_is_refused(parts: dict[str, Any], code: str, said: str) -> None:
-    with refuses(code, said):
-        moves = recorded_axis("pressure").experiment
-        if "experiment" in parts:
-            parts = {"experiment": replace(moves, truth={}, signals=parts["experiment"])}
-        axis(**parts)
-
-
-@pytest.mark.parametrize(
-    ("name", "code"),
-    [
-        ("position", "axis"),
-        ("M", "axis"),
-        ("dq", "axis"),
-        ("signals", "axis"),
-        ("tau", "axis"),
-        ("pi", "axis"),
-        ("1p", "axis"),
-    ],
-)
-def test_a_name_that_is_taken_is_refused(name: str, code: str) -> None:
-    with refuses(code):
-        signal = Signal(name, "Pa")
-        axis(A * signal, signals=(signal,))
-
-
-def test_the_rate_of_a_signal_has_a_name_too() -> None:
-    rate = Parameter("pressure_rate", "m^2")
-    with refuses("axis", "pressure_rate"):
-        axis(rate * pressure, parameters=(M, rate))
 
 
 def test_a_law_may_read_a_signal_and_the_axis_declares_it() -> None:
@@ -118,19 +127,6 @@ def test_a_law_may_read_a_signal_and_the_axis_declares_it() -> None:
     late = Memory("late", following=feed.symbol, start=sympy.S.Zero)
     kept = ControlLaw(name="kept", period=1e-3, output=late.symbol, memory=(late,))
     assert kept.signals == {feed.symbol}
-
-
-def test_kinetic_energy_has_no_signal() -> None:
-    load = Signal("load", "kg")
-    with refuses("equation", "declare the axis with newton|Declare the axis with newton"):
-        lagrange(
-            "x",
-            coordinate=q,
-            parameters=(M,),
-            signals=(load,),
-            kinetic=(M + load) * q.velocity**2 / 2,
-            drive=Drive(gain=1.0),
-        )
 
 
 def test_a_potential_may_have_a_signal() -> None:

@@ -21,7 +21,7 @@ from axisid.elements import (
 )
 from axisid.modeling.declaration.axis import Axis
 from tests.axes.bodies import J, M, body, energetic, q
-from tests.refusals import refuses
+from tests.refusals import refused, refuses
 
 theta = Coordinate("theta", unit="rad")
 
@@ -37,9 +37,13 @@ def rotary(*resistance: sympy.Expr, **more: Any) -> Axis:
 HALF = sympy.Rational(1, 2)
 
 
-@pytest.mark.parametrize(
-    ("element", "parameter", "message"),
-    [
+test_wrong_unit_is_refused_with_the_term_and_both_units = refused(
+    (
+        "units",
+        f"^axis 'test': .*{message}",
+        lambda element=element, own=own: body(element, parameters=(own,)),
+    )
+    for element, own, message in [
         (
             viscous(p("N"), q),
             p("N"),
@@ -85,18 +89,13 @@ HALF = sympy.Rational(1, 2)
             )
             for factor in (1, 1.0, -1.0, 2, 2.0, -2.0, HALF, 0.5, -0.5)
         ),
-    ],
+    ]
 )
-def test_wrong_unit_is_refused_with_the_term_and_both_units(
-    element: sympy.Expr, parameter: Parameter, message: str
-) -> None:
-    with refuses("units", says=f"^axis 'test': .*{message}"):
-        body(element, parameters=(parameter,))
 
 
-@pytest.mark.parametrize(
-    ("declared", "says"),
-    [
+test_what_does_not_fit_its_place_is_refused = refused(
+    ("units", says, declared)
+    for declared, says in [
         (
             lambda: body(
                 stribeck(p("N"), q, velocity=p("m", "vs")), parameters=(p("N"), p("m", "vs"))
@@ -128,11 +127,8 @@ def test_wrong_unit_is_refused_with_the_term_and_both_units(
             ),
             r"sin\(theta\)",
         ),
-    ],
+    ]
 )
-def test_what_does_not_fit_its_place_is_refused(declared: Any, says: str) -> None:
-    with refuses("units", says=says):
-        declared()
 
 
 @pytest.mark.parametrize("half", [HALF, 0.5, sympy.Float(0.5, 30)], ids=str)

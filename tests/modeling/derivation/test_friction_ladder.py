@@ -9,7 +9,6 @@ import sympy
 
 from axisid import (
     Axis,
-    AxisidError,
     Constant,
     Parameter,
     load_axis,
@@ -21,6 +20,7 @@ from axisid.modeling.quantities.symbols import DIRECTION
 from axisid.modeling.quantities.units import parse_unit
 from tests.axes.bodies import b, body, c, energetic, k, m, x
 from tests.axes.simulated import AXES
+from tests.refusals import refused
 
 LAWS = ("viscous", "Coulomb", "offset", "directional")
 
@@ -90,10 +90,10 @@ def test_every_rung_can_be_derived_with_fitting_units(axis: Axis) -> None:
         assert not model.base.changed or rung is axis or derive(axis).base.changed
 
 
-@pytest.mark.parametrize("speed", [0.0, -1.0, float("nan"), float("inf"), "0.1"])
-def test_a_stribeck_velocity_that_is_none_is_refused(speed: object) -> None:
-    with pytest.raises(AxisidError, match="Stribeck velocity is"):
-        friction_ladder(AXES["offset"], stribeck=speed)  # type: ignore[arg-type]
+test_a_stribeck_velocity_that_is_none_is_refused = refused(
+    ("axis", "Stribeck velocity is", lambda v=v: friction_ladder(AXES["offset"], stribeck=v))
+    for v in [0.0, -1.0, float("nan"), float("inf"), "0.1"]
+)
 
 
 def test_an_axis_that_differs_by_direction_is_the_directional_rung_by_its_own_names() -> None:
