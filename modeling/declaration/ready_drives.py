@@ -1,39 +1,308 @@
-"""Drives from the data sheet of a motor and its gear, and of two formulas."""
+"""Drives from the data sheet of a motor and its gear, and of two formulas.
+
+A motor is one whose force falls with the speed, and its gear takes its share. Figures of a data
+sheet are numbers, or constants whose units are checked along the gear.
+"""
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeAlias
 
 import sympy
 
 from axisid.modeling.quantities import (
     CONTROL,
+    DIRECTION,
     FORCE,
     VELOCITY,
+    Constant,
+    ConstantSymbol,
     Coordinate,
     Signal,
     Symbolic,
+    Unit,
     expression,
+    extreme,
+    number,
     parse_unit,
+    settle,
+    signals_in,
     with_numbers,
+    written,
 )
-from axisid.support.errors import ModelError, refuse
+from axisid.support.errors import ModelError, quoted, refuse
 
 from .drive import DRIVE_GAIN, Drive
-from .motor import (
-    KE_UNITS,
-    KT_UNITS,
-    RATIO_UNITS,
-    Figure,
-    MotorDrive,
-    check_formula,
-    check_others,
-    figure,
-    own_unit,
-)
-from .unit_check import unit_table
+from .unit_check import check_unit, unit_table
+
+#: What a drive is told: a plain number has the unit of its place, a `Constant` its own.
+Figure: TypeAlias = float | Constant | ConstantSymbol
+
+
+#: Units that figures of a motor and its gear may have.
+KT_UNITS, KE_UNITS, RATIO_UNITS = ("N m/A", "N/A"), ("V/(rad/s)", "V/(m/s)"), ("1", "rad/m")
+
+
+def figure(
+    value: Figure,
+    what: str,
+    *units: str,
+    positive: bool = True,
+    finite: bool = True,
+    signed: bool = False,
+) -> float:
+    """The number of a figure; a gear ratio is negative for a motor that turns the other way.
+
+    Raises
+    ------
+    ModelError
+        It is none, or negative, or 0 where that is no figure, or a constant in another unit.
+    """
+    own = own_unit(value)
+    if own is not None and units and not any(own.same_dimension(parse_unit(u)) for u in units):
+        raise ModelError(f"{what} is in {own}; give it in {' or '.join(units)}.", code="drive")
+    found = number(_number(value), what, finite=finite)
+    if (found < 0 and not signed) or (positive and not found):
+        said = "a positive number" if positive else "0 or more"
+        raise ModelError(f"{what} is {quoted(value)}; give {said}.", code="drive")
+    return found
+
+
+def check_others(made_by: str, others: Mapping[str, Any]) -> None:
+    """Refuse an argument that a drive has not.
+
+    Raises
+    ------
+    ModelError
+        There is one.
+    """
+    known = [f.name for f in fields(Drive) if f.name not in ("gain", "unit", "estimated")]
+    if unknown := [name for name in others if name not in known]:
+        raise ModelError(
+            f"{made_by} has no argument {unknown[0]!r}; beside its own it takes "
+            f"{', '.join(known)}.",
+            code="drive",
+        )
+
+
+def check_gear(coordinate: Coordinate, kt: Figure, ke: Figure | None, ratio: Figure) -> None:
+    """Refuse figures of a motor that count the gear twice, or not at all; plain numbers fit.
+
+    Raises
+    ------
+    ModelError
+        The figures are the coordinate's already and there is a ratio, or they are not and
+        there is none.
+    """
+    is_geared, of_ratio, wanted = _number(ratio) != 1, own_unit(ratio), f"rad/{coordinate.unit}"
+    wrong = of_ratio is not None and not of_ratio.same_dimension(parse_unit(wanted))
+    for name, figure_, own in (
+        ("kt", kt, coordinate.force_unit / parse_unit("A")),
+        ("ke", ke, parse_unit("V") / coordinate.velocity_unit),
+    ):
+        unit = own_unit(figure_)
+        if unit is None:
+            continue
+        is_own = unit.same_dimension(own)
+        twice = is_own and is_geared and coordinate.unit == "m"
+        if wrong or twice or not (is_own or is_geared):
+            geared = f"a gear ratio in {of_ratio or 'no unit'}" if is_geared else "no gear"
+            raise ModelError(
+                f"{name} is in {unit}, with {geared} on a coordinate in {coordinate.unit}; "
+                f"give the motor's own {name} and ratio=..., the motor's angle over the "
+                f"coordinate, in {wanted}, or {name} in {own} without a ratio.",
+                code="drive",
+            )
+
+
+def own_unit(value: Figure | None) -> Unit | None:
+    """The unit of a figure; None for a plain number, which has that of its place."""
+    if isinstance(value, Constant):
+        return parse_unit(str(value.unit))
+    return value.unit if isinstance(value, ConstantSymbol) else None
+
+
+def _number(value: Figure) -> float:
+    return value.value if isinstance(value, (Constant, ConstantSymbol)) else value
+
+
+def check_formula(
+    value: sympy.Expr, what: str, units: Mapping[sympy.Symbol, Unit], wanted: Unit
+) -> None:
+    """Refuse a formula of a drive with a symbol that it cannot have, or in another unit.
+
+    Raises
+    ------
+    ModelError
+        It has one, or is.
+    """
+    if unknown := sorted(map(str, value.free_symbols - set(units) - value.atoms(ConstantSymbol))):
+        raise ModelError(
+            f"the drive's {what} has the symbols {', '.join(unknown)}, which are no control, "
+            "motion, constant or declared signal; use those.",
+            code="drive",
+        )
+    plain = not value.atoms(ConstantSymbol)  # of numbers alone any may stand for a unit
+    try:
+        check_unit(value, wanted, units, f"the drive's {what} {value}", of_numbers=plain)
+    except ModelError as error:
+        raise ModelError(str(error), code="drive") from error
+
+
+#: Of a gear; a worm that holds itself passes on some tenths.
+LEAST_EFFICIENCY = 0.01
+_BACK_EMF = sympy.Symbol("back_emf", real=True)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MotorDrive(Drive):
+    """A motor behind a gear: ``gain (control - back_emf * velocity)``, as the gear passes it on.
+
+    Attributes
+    ----------
+    back_emf : float
+        Control that the motion itself takes, in the control's unit over the velocity's; 0 for a
+        motor whose current is controlled, or whose back-EMF is in the equation of motion.
+    reach : expression
+        The largest force of the motor forwards, before the gear's loss, from the velocity, as
+        `VELOCITY` or the coordinate's; backwards it is as large at the opposite velocity. Infinite
+        for none.
+    efficiency : float
+        Of the gear, 0.01 to 1. Where the motor drives, the load gets `efficiency` times its
+        force; where the load drives the motor, its force over `efficiency`.
+    unknown_back_emf : bool
+        Whether the motor has a back-EMF that is not declared here.
+    figures : tuple of Figure
+        kt, ke and the gear ratio that it was made of, whose units are those of an axis.
+
+    Notes
+    -----
+    The gear's loss is a friction in proportion to the motor's force, and as set-valued at rest as
+    Coulomb friction: a load within ``efficiency`` and its reciprocal of what balances it is held.
+    The inertia that the load feels of the motor is in the equation of motion, and so on the load's
+    side of the loss.
+    """
+
+    back_emf: float = 0.0
+    reach: sympy.Expr = sympy.oo
+    efficiency: float = 1.0
+    unknown_back_emf: bool = False
+    figures: tuple[Figure, Figure | None, Figure] = (1.0, None, 1.0)
+
+    def __post_init__(self) -> None:
+        settle(
+            self,
+            back_emf=number(self.back_emf, "the drive's back-EMF"),
+            efficiency=number(self.efficiency, "the gear's efficiency"),
+            reach=expression(self.reach, "the drive's reach"),
+        )
+        if not LEAST_EFFICIENCY <= self.efficiency <= 1:
+            raise ModelError(
+                f"the gear's efficiency is {self.efficiency:g}; give a number from "
+                f"{LEAST_EFFICIENCY:g} to 1, such as 0.7: the share of the motor's power that the "
+                "load gets.",
+                code="drive",
+            )
+        plain = with_numbers(self.reach)
+        still = dict.fromkeys(plain.free_symbols - signals_in(plain), sympy.S.Zero)
+        at_rest = plain.xreplace(still)  # as far as numbers tell it
+        if at_rest.is_number and at_rest.evalf().is_extended_positive is not True:
+            raise ModelError(
+                f"the drive's reach {self.reach} is {at_rest} at rest; give the largest force of "
+                "the motor forwards, above 0 there.",
+                code="drive",
+            )
+        Drive.__post_init__(self)  # it looks at the force
+        if self.logged == "current" and self.back_emf:
+            raise ModelError(
+                "logged='current' is a current, and the control of a drive with a back-EMF is a "
+                "voltage; give the current as the axis's force, times kt and ratio, or declare "
+                "current_drive(...) with its control.",
+                code="drive",
+            )
+
+    @property
+    def force(self) -> sympy.Expr:
+        """Force by control, velocity and friction direction."""
+        scaled = CONTROL * with_numbers(self.scaled_by)
+        driving = scaled - _BACK_EMF * VELOCITY if self.back_emf else scaled
+        force = DRIVE_GAIN * driving
+        if self.reach != sympy.oo:
+            reach = with_numbers(self.reach)
+            # What is no number and no recorded signal is the velocity, of whatever name.
+            opposite = reach.xreplace({s: -s for s in reach.free_symbols - signals_in(reach)})
+            force = extreme(sympy.Max, [extreme(sympy.Min, [force, reach]), -opposite])
+        if self.efficiency == 1:
+            return force
+        mean, half = self._shares
+        return mean * force - DIRECTION * half * sympy.Abs(force)
+
+    @property
+    def inverse(self) -> sympy.Expr:
+        """Control by the force, whatever the limits."""
+        driving = FORCE
+        if self.efficiency != 1:
+            mean, half = self._shares
+            driving = FORCE / (mean - DIRECTION * half * sympy.sign(FORCE))
+        control = driving / DRIVE_GAIN
+        if self.back_emf:
+            control += _BACK_EMF * VELOCITY
+        return control / with_numbers(self.scaled_by)
+
+    @property
+    def constants(self) -> Mapping[sympy.Symbol, float]:
+        """The gain, and the back-EMF if there is one."""
+        return {DRIVE_GAIN: self.gain, **({_BACK_EMF: self.back_emf} if self.back_emf else {})}
+
+    @property
+    def _shares(self) -> tuple[sympy.Expr, sympy.Expr]:
+        """Mean of what a gear passes on driven back and driving, and half the difference."""
+        driving, back = self.efficiency, 1 / self.efficiency
+        return sympy.Float((back + driving) / 2), sympy.Float((back - driving) / 2)
+
+    def force_text(self, coordinate: Coordinate, digits: int = 6) -> str:
+        """What the force is, in words."""
+        if self.is_gain:
+            return f"{self.gain_text(coordinate, digits)} times the control"
+        control = "the control"
+        if self.back_emf:
+            unit = f"{self.unit}/({coordinate.velocity_unit})"
+            emf = f"{self.back_emf:.{digits}g} {unit} times {coordinate.velocity}"
+            control = f"what {emf} leaves of the control"
+        said = f"{self.gain_text(coordinate, digits)} times {control}"
+        if self.reach != sympy.oo:
+            reach = written(self.reach.xreplace(self.along(coordinate)), coordinate)
+            said += (
+                f", forwards at most {reach} {coordinate.force_unit}, backwards as much at "
+                f"-{coordinate.velocity}"
+            )
+        if self.efficiency != 1:
+            said += (
+                f", of which a gear of efficiency {self.efficiency:g} takes its share, by the "
+                "direction of the power"
+            )
+        return said
+
+    def check_on(self, coordinate: Coordinate, signals: Iterable[Signal]) -> None:
+        """Refuse figures that do not fit the axis, and a reach that is no force."""
+        check_gear(coordinate, *self.figures)
+        if self.reach != sympy.oo:
+            units = unit_table(coordinate, signals)
+            units[VELOCITY] = units[coordinate.velocity]
+            del units[coordinate.symbol], units[coordinate.acceleration]
+            check_formula(self.reach, "reach", units, coordinate.force_unit)
+
+    @property
+    def remark(self) -> str:
+        """Where a back-EMF is that is not the drive's."""
+        if not self.unknown_back_emf:
+            return ""
+        return (
+            "the drive is without the motor's back-EMF: its braking, kt ke ratio^2/R times the "
+            "velocity, is in the equation of motion, where no motion tells it from viscous friction"
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
