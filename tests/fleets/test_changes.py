@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from axisid.fleets.changes import Change, change_in
+from axisid.fleets.robust_statistics import Change, change_in
 from axisid.support.arrays import Array
 
 CHECK_LEVEL = 0.05

@@ -33,10 +33,10 @@ from axisid import (
 )
 from axisid.estimation.monte_carlo import twin_of
 from axisid.fleets import Fleet, gather_items, read_ledger
-from axisid.fleets.gathering import last_results
 from axisid.fleets.ledger import LEDGER, FleetRow, write_rows
 from axisid.fleets.one_log import Settings, log_digest, result_file, row_for
 from axisid.fleets.result import columns_of
+from axisid.fleets.trend import last_results
 from axisid.modeling.declaration import back_and_forth
 from axisid.twins import TwinMachines, write_twins
 from tests.fleets.logs import CENTRE, identify_or_harm, row_of

@@ -10,8 +10,8 @@ from scipy.stats import binom
 
 from axisid.estimation.thresholds import FLEET_LEVEL
 from axisid.fleets import Fleet, FleetRow
-from axisid.fleets.outliers import groups_of
-from axisid.fleets.robust_centre import robust_scatter
+from axisid.fleets.result import groups_of
+from axisid.fleets.robust_statistics import robust_scatter
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
 from tests.fleets.logs import BETWEEN, CENTRE, WITHIN, row_of, rows_of

@@ -26,8 +26,8 @@ from axisid import (
 )
 from axisid.estimation.monte_carlo import twin_of
 from axisid.fleets import FleetRow, Trend
-from axisid.fleets.gathering import place_of
 from axisid.fleets.ledger import write_rows
+from axisid.fleets.trend import place_of
 from axisid.modeling.declaration import back_and_forth
 from axisid.support.errors import Missing
 from tests.refusals import refuses

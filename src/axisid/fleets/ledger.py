@@ -18,7 +18,7 @@ from axisid.support.errors import DataError, UsageError, first_of
 from axisid.support.files import read_regular, write_file
 from axisid.support.output_kind import kinds_of
 
-from .robust_centre import LARGEST
+from .robust_statistics import LARGEST
 
 _IN_RESULT = "see the result of the log"
 

@@ -12,9 +12,8 @@ from axisid.support.arrays import Array, Exact
 from axisid.support.errors import Missing, first_of
 from axisid.support.mappings import grouped
 
-from .changes import Drift, Step, change_in
 from .ledger import FleetRow
-from .robust_centre import detect_outliers, prediction_limit
+from .robust_statistics import Drift, Step, change_in, detect_outliers, prediction_limit
 
 _MIN_SERIES = 5  # results; with fewer a limit is some ten deviations wide
 

@@ -24,7 +24,7 @@ from axisid.support.errors import Missing, first_of, range_text
 from axisid.support.mappings import grouped
 from axisid.support.version import __version__
 
-from .robust_centre import LARGEST
+from .robust_statistics import LARGEST
 from .series import Chart, Series, notable_first
 
 _MOST_SHOWN = 20  # series without a change, which say little, and results in a sentence
