@@ -1,7 +1,7 @@
 """Programs in each language.
 
 In: `Program`. Out: text. Knows nothing of axes and compilers. Printers of whole files are named by
-the rows of `axisid.exports.targets`.
+the rows of `axisid.export_targets`.
 """
 
 from .c import (

@@ -15,7 +15,7 @@ from .estimation.output_error import fit as fit
 from .estimation.records import Record as Record, read_record as read_record
 from .estimation.signals import Prefilter as Prefilter
 from .estimation.simulation import simulate as simulate, twin_record as twin_record
-from .exports.export import export as export
+from .exports import export as export
 from .fleets import FleetItem as FleetItem, fleet as fleet, trend as trend
 from .modeling.declaration import (
     Axis as Axis,

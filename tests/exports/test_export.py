@@ -25,8 +25,8 @@ from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.commands.new_and_show import scaffold
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.estimates.value import Value
-from axisid.exports.export import scaled
-from axisid.exports.targets import TARGETS
+from axisid.export_targets import TARGETS
+from axisid.exports import scaled
 from tests.command_line import Refused, Run
 from tests.estimation.methods.test_partially_linear import stribeck_axis
 from tests.files import text_file
@@ -233,8 +233,8 @@ def test_physical_parameters_from_known_values_are_exported(tmp_path: Path) -> N
 #: Puts the recipe's file beside the other printers, and its row below theirs.
 _ADDED = """
 from axisid.codegen import printers
-from axisid.exports import targets
-from axisid.exports.targets import _PRINTERS, ExportTarget
+from axisid import export_targets as targets
+from axisid.export_targets import _PRINTERS, ExportTarget
 
 printers.__path__.append({folder!r})
 targets.TARGETS += ({row},)

@@ -20,7 +20,7 @@ from axisid.commands.options import (
     write_output,
 )
 from axisid.estimation.choices import method_names
-from axisid.exports.targets import TARGETS
+from axisid.export_targets import TARGETS
 from axisid.support.errors import UsageError
 
 _NAMES = tuple(target.name for target in TARGETS)

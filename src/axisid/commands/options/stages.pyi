@@ -44,7 +44,7 @@ from axisid.estimation.records import (
 )
 from axisid.estimation.signals import FilteredRecord as FilteredRecord, Prefilter as Prefilter
 from axisid.estimation.simulation import twin_record as twin_record
-from axisid.exports.export import export as export
+from axisid.exports import export as export
 from axisid.fleets import (
     Trend as Trend,
     fleet as fleet,

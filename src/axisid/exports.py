@@ -1,5 +1,8 @@
 """Results for use elsewhere: feed-forward functions, and tables as JSON, TOML, CSV, LaTeX.
 
+In: an identification or a file of one. Out: text. Knows nothing of records, and of how its text is
+run or shown.
+
 Of tables ``sd_hac`` is consistent with autocorrelated residuals, ``sd_iid`` is for independent
 ones; intervals are of the covariance that was chosen, ``interval_covariance``.
 """
@@ -12,14 +15,13 @@ from pathlib import Path
 from axisid.codegen.lowering import FeedForward, feed_forward
 from axisid.estimation.estimates import CORRECTED, COVARIANCES, Value
 from axisid.estimation.identification import Identification
+from axisid.export_targets import TARGETS
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.documents import decimals, symbol_latex, unit_latex
 from axisid.presentation.result_files import FittedAxis, SavedIdentification, fitted_axis
 from axisid.support.errors import UsageError, is_among, is_real, quoted, range_text
 from axisid.support.files import csv_text, json_text
-
-from .targets import TARGETS
 
 _HEADER = (
     "axis method parameter unit value sd_hac lower_95 upper_95 sd_iid sd_gain filter_bias "

@@ -1,7 +1,7 @@
 """What an identified axis is exported as: a row for each target.
 
-The command line reads this table for its help, which needs none of what the writers import: rows
-name their writers, which are imported when they write.
+In: what is to be written. Out: text. Knows nothing of what writers import: the command line reads
+the table for its help, and rows name their writers, which are imported when they write.
 """
 
 from collections.abc import Callable
@@ -38,7 +38,7 @@ class ExportTarget:
         return written(*source)
 
 
-_PRINTERS, _TABLES = "axisid.codegen.printers", "axisid.exports.export"
+_PRINTERS, _TABLES = "axisid.codegen.printers", "axisid.exports"
 #: In the order of help and messages.
 TARGETS = (
     ExportTarget(name="c", language="C99", writer=f"{_PRINTERS}.c:print_c99"),
