@@ -17,9 +17,12 @@ from axisid.estimation.diagnostics import (
     SECOND_OPINION,
     forms_check,
     method_check,
+)
+from axisid.estimation.diagnostics.estimator_choice import (
+    InstrumentTests,
+    instrument_tests,
     tests_of_instruments as strength_of,
 )
-from axisid.estimation.diagnostics.estimator_choice import InstrumentTests, instrument_tests
 from axisid.estimation.estimates import Estimate, HausmanTest
 from benchmarks.machines import Machine, records, white
 from tests.refusals import refuses
