@@ -28,7 +28,7 @@ from axisid.estimation.signals import RowTimes
 from axisid.estimation.thresholds import LIGHT_ROW
 from axisid.modeling.parsing import FunctionLike, parameter_function
 from axisid.support.arrays import Array, Deferred, Exact
-from axisid.support.errors import Missing, UsageError, is_among, is_whole, quoted
+from axisid.support.errors import Missing, UsageError, is_among, is_whole, quoted, refuse
 from axisid.support.presentable import Presentable
 
 from .value import NamedValues, SamplingDistribution, Value
@@ -435,16 +435,19 @@ class Estimate(EstimateFacts, Presentable, Exact):
             As in `derive`; or there are too few or too many draws, no such covariance or seed.
         """
         covariance = self.chosen if covariance is None else covariance
-        if not is_among(covariance, self.covariances):
-            raise UsageError(
+        refuse(
+            UsageError,
+            (
+                not is_among(covariance, self.covariances),
                 f"there is no covariance {quoted(covariance)}; choose from "
-                f"{', '.join(self.covariances)}.",
-                code="result",
-            )
-        if not (is_whole(seed) and seed >= 0):
-            raise UsageError(
-                f"the seed is {quoted(seed)}; give a whole number of 0 or more.", code="result"
-            )
+                f"{', '.join(self.covariances)}",
+            ),
+            (
+                not (is_whole(seed) and seed >= 0),
+                f"the seed is {quoted(seed)}; give a whole number of 0 or more",
+            ),
+            code="result",
+        )
         read = parameter_function(function, {q.name: q.unit for q in self.quantities})
         freedom = (self.inference.ddm_freedom or self.freedom)[covariance]
         drawn, lost = draw_parameters(

@@ -41,7 +41,14 @@ from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.modeling.declaration import HIDDEN_FROM, Axis, leave_out
 from axisid.modeling.quantities import Parameter
-from axisid.support.errors import AxisidError, EstimationError, Missing, ModelError, UsageError
+from axisid.support.errors import (
+    AxisidError,
+    EstimationError,
+    Missing,
+    ModelError,
+    UsageError,
+    refuse,
+)
 
 from .result import DriveTime, Identification
 from .shared import shared_records
@@ -497,15 +504,17 @@ def check_time(declared: Axis, record: Record, name: str, *, by_law: bool = True
     """
     law = declared.control
     unsampled = by_law and (law is None or law.continuous)
-    if unsampled or record.force is not None or record.control is None:
-        raise UsageError(
+    refuse(
+        UsageError,
+        (
+            unsampled or record.force is not None or record.control is None,
             f"axis {declared.name!r}: the drive's {name} is told by a recorded control"
-            f"{' of a sampled law' * by_law}, and by no force that was measured.",
-            code="drive-time",
-        )
-    if declared.drive.logged in HIDDEN_FROM[name]:
-        raise UsageError(
+            f"{' of a sampled law' * by_law}, and by no force that was measured",
+        ),
+        (
+            declared.drive.logged in HIDDEN_FROM[name],
             f"axis {declared.name!r}: the control was recorded behind the drive's {name} "
-            f"(logged={declared.drive.logged!r}), so that the motion does not show it.",
-            code="drive-time",
-        )
+            f"(logged={declared.drive.logged!r}), so that the motion does not show it",
+        ),
+        code="drive-time",
+    )

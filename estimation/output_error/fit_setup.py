@@ -37,7 +37,7 @@ from axisid.estimation.regression import InverseForm
 from axisid.modeling.declaration import HIDDEN_FROM
 from axisid.modeling.quantities import Parameter, State
 from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError, UsageError, is_among, is_real, quoted
+from axisid.support.errors import AxisidError, UsageError, is_among, is_real, quoted, refuse
 
 _PART_OF_FORCE = 1e-3  # that a parameter of its least size makes
 _GAIN = "gain"  # as it is asked for, beside its own name
@@ -282,18 +282,17 @@ def checked_outputs(given: object) -> tuple[str, ...]:
     names = listed(given)
     check_among(*(("output", name, OUTPUTS) for name in names))
     found = tuple(dict.fromkeys(map(str, names)))
-    if not found:
-        raise UsageError(
-            f"there is no output to follow; choose from {', '.join(OUTPUTS)}.",
-            code="fit",
-        )
-    if OPEN_LOOP in found and len(found) > 1:
-        raise UsageError(
+    refuse(
+        UsageError,
+        (not found, f"there is no output to follow; choose from {', '.join(OUTPUTS)}"),
+        (
+            OPEN_LOOP in found and len(found) > 1,
             f"{', '.join(found)} cannot be followed together: an open loop has the recorded "
             "control, and the others are of a loop with its law. Leave open-loop out, or fit it "
-            "by itself.",
-            code="fit",
-        )
+            "by itself",
+        ),
+        code="fit",
+    )
     return found
 
 

@@ -15,7 +15,7 @@ from axisid.estimation.records.columns import RoleColumns, role_columns
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_UNEVEN_STEP
 from axisid.modeling.declaration import ROLES, Axis, Column, column_texts
 from axisid.support.arrays import runs
-from axisid.support.errors import DataError, UsageError, quoted
+from axisid.support.errors import DataError, UsageError, quoted, refuse
 from axisid.support.memory import Room, room_for
 
 from .clipping import clipped
@@ -100,18 +100,21 @@ def read_record(
     if sample_period is not None:
         check_sample_period(sample_period)
     declared = as_declared(axis)
-    if columns is not None and not isinstance(columns, Mapping):
-        raise UsageError(
+    refuse(
+        UsageError,
+        (
+            columns is not None and not isinstance(columns, Mapping),
             f"the columns are {quoted(columns)}; give names by role, such as "
-            f"{{'position': 'q:mm'}}.",
-            code="columns",
-        )
-    if repairs is not None and not isinstance(repairs, Repairs):
-        raise UsageError(
+            f"{{'position': 'q:mm'}}",
+            "columns",
+        ),
+        (
+            repairs is not None and not isinstance(repairs, Repairs),
             f"the repairs are {quoted(repairs)}; give axisid.estimation.Repairs(gaps='split') or "
-            "the like.",
-            code="repairs",
-        )
+            "the like",
+            "repairs",
+        ),
+    )
     if is_run_file(log):
         file, arguments = read_run(
             Path(str(log)),

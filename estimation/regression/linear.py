@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from axisid.estimation.signals import RowTimes
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError
+from axisid.support.errors import EstimationError, refuse
 
 # of unit columns, smallest by largest: measured, filtering leaves rounding of up to 1e-12 in
 # columns that are dependent
@@ -167,18 +167,21 @@ def checked_columns(
         rows.
     """
     n, k = columns.shape
-    if n <= k:
-        raise EstimationError(
+    refuse(
+        EstimationError,
+        (
+            n <= k,
             f"{n} rows are left for {k} parameters; fit the simulated loop (axisid fit, in Python "
             "fit(axis, record)), which has no filter and takes all samples, or record longer, or "
-            "decimate or drop less.",
-            code="too-short",
-        )
-    if not np.all(np.isfinite(columns)):
-        raise EstimationError(
-            f"the regressor of {what} is not finite; check the signals' size.",
-            code="not-finite",
-        )
+            "decimate or drop less",
+            "too-short",
+        ),
+        (
+            not np.all(np.isfinite(columns)),
+            f"the regressor of {what} is not finite; check the signals' size",
+            "not-finite",
+        ),
+    )
     with np.errstate(over="ignore"):
         scale = np.linalg.norm(columns, axis=0)
     if not np.all(np.isfinite(scale)):

@@ -48,7 +48,7 @@ from axisid.estimation.simulation import (
 )
 from axisid.estimation.thresholds import MIN_STEP_DIFFERENCES
 from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError, DataError, ModelError
+from axisid.support.errors import AxisidError, DataError, ModelError, refuse
 
 from .inverse_and_direct import Equations, Form
 
@@ -341,10 +341,14 @@ def _answer_to_noise(data: FilteredRecord) -> Array:
     if law is None:
         raise no_control_law(data.axis.axis.name)
     ratio = evaluations_per_sample(law, data.record.period, clock_of(data.record))
-    if law.continuous or ratio != 1.0:
-        raise DataError("no sampled law is known that a simulated loop would follow by.")
-    if data.record.integrated:
-        raise DataError("no position was recorded that a simulated loop would follow.")
+    refuse(
+        DataError,
+        (
+            law.continuous or ratio != 1.0,
+            "no sampled law is known that a simulated loop would follow by",
+        ),
+        (data.record.integrated, "no position was recorded that a simulated loop would follow"),
+    )
     smooth = data.motion[0]
     return _answer(data, smooth, data.record.position) - _answer(data, smooth, smooth)
 

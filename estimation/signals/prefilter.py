@@ -22,7 +22,7 @@ from axisid.codegen.runtime import column_filter
 from axisid.estimation.choices import check_among
 from axisid.estimation.records import check_sample_period
 from axisid.support.arrays import Array, frozen
-from axisid.support.errors import DataError, UsageError, is_real, is_whole, quoted
+from axisid.support.errors import DataError, UsageError, is_real, is_whole, quoted, refuse
 
 # ratio of two cut-offs that are one, or of two periods for which counts of samples stay
 SAME_FILTER_FREQUENCY = 1.01
@@ -272,18 +272,21 @@ class SampledFilter:
         """
         nyquist, cutoff = 0.5 / self.period, self.settings.cutoff
         lowest = _MIN_CUTOFF * nyquist
-        if cutoff < lowest:
-            raise UsageError(
+        refuse(
+            UsageError,
+            (
+                cutoff < lowest,
                 f"the cutoff {cutoff:g} Hz is too low for a record sampled at {2 * nyquist:g} "
-                f"Hz; give {lowest:g} Hz or more, and check that time is in seconds."
-            )
-        if cutoff >= nyquist:
-            raise UsageError(
+                f"Hz; give {lowest:g} Hz or more, and check that time is in seconds",
+            ),
+            (
+                cutoff >= nyquist,
                 f"the cutoff {cutoff:g} Hz is not below {nyquist:g} Hz, half the sampling "
                 f"frequency of the record; choose a lower one (about 3 to 10 times the bandwidth "
-                "of the position loop), and check that time is in seconds.",
-                code="filter",
-            )
+                "of the position loop), and check that time is in seconds",
+                "filter",
+            ),
+        )
         if samples < self.needed:
             start, end = self.dropped
             raise DataError(

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from axisid.estimation.raw_tables import PeriodSource, Repair, Samples, Table
 from axisid.modeling.declaration import ROLES, Axis
-from axisid.support.errors import DataError, UsageError, quoted
+from axisid.support.errors import DataError, UsageError, quoted, refuse
 
 from .units import assumed_units_text, check_no_counts, to_si
 
@@ -181,16 +181,18 @@ def _choose(
     """The columns by role, and what is said of those that are missing."""
     roles = ROLES if axis is None else axis.roles
     for role, wanted in requested.items():
-        if role not in roles:
-            raise UsageError(
-                f"{role!r} is no role of a column; the roles are {', '.join(roles)}.",
-                code="columns",
-            )
-        if not isinstance(wanted, str):
-            raise UsageError(
-                f"the column for the {role} is {quoted(wanted)}; give its name, or a Column.",
-                code="columns",
-            )
+        refuse(
+            UsageError,
+            (
+                role not in roles,
+                f"{role!r} is no role of a column; the roles are {', '.join(roles)}",
+            ),
+            (
+                not isinstance(wanted, str),
+                f"the column for the {role} is {quoted(wanted)}; give its name, or a Column",
+            ),
+            code="columns",
+        )
     asked = {**({} if axis is None else axis.columns), **requested}
     chosen: dict[str, _Chosen] = {}
     missing: dict[str, str] = {}
@@ -222,18 +224,21 @@ def _check_chosen(table: Table, chosen: Mapping[str, _Chosen]) -> None:
     """Refuse columns without numbers, and one for two roles."""
     roles: dict[str, str] = {}
     for role, (name, _) in chosen.items():
-        if holds := table.columns[name].holds:
-            raise DataError(
+        holds = table.columns[name].holds
+        refuse(
+            DataError,
+            (
+                holds,
                 f"{table.source}: the column {name!r} for the {role} holds {holds}; give one of "
-                f"real numbers, or of time stamps, with {_to_name([role])}.",
-                code="columns",
-            )
-        if roles.setdefault(name, role) != role:
-            raise DataError(
+                f"real numbers, or of time stamps, with {_to_name([role])}",
+            ),
+            (
+                roles.setdefault(name, role) != role,
                 f"{table.source}: the column {name!r} is taken for the {roles[name]} and for the "
-                f"{role}; name another for one of them, with {_to_name([role])}.",
-                code="columns",
-            )
+                f"{role}; name another for one of them, with {_to_name([role])}",
+            ),
+            code="columns",
+        )
 
 
 def _without(
