@@ -322,7 +322,7 @@ def strength_check(tests: InstrumentTests, judged: Estimate) -> Check:
 
 
 def tests_of_instruments(estimate: Estimate | None) -> InstrumentTests | Missing:
-    """`instrument_tests` of an estimate's rows, as they are weighted in the fit, if that can be."""
+    """`instrument_tests` of an estimate's rows, weighted by their records, where they tell it."""
     if estimate is None or estimate.Z is None:
         return Missing("no method with instruments gave an estimate")
     X, Z = (estimate.weights[:, None] * each for each in (estimate.X, estimate.Z))

@@ -42,7 +42,7 @@ from axisid.estimation.thresholds import (
     MIN_SWEPT_CUTOFFS,
 )
 from axisid.modeling.declaration import Axis
-from axisid.support.arrays import Array, Exact
+from axisid.support.arrays import Exact
 from axisid.support.errors import (
     DataError,
     EstimationError,
@@ -118,8 +118,8 @@ def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
     cutoff = result.prefilter.cutoff
     moving = ", ".join(
         f"{name} by {100 * share:.2g} %"
-        for (name, value), share in zip(estimate.parameters.items(), steps[chosen], strict=True)
-        if value.relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
+        for name, share in steps[chosen].items()
+        if estimate.parameters[name].relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
         and share > _MAX_SWEEP_STEP
     )
     if moving:
@@ -142,11 +142,16 @@ def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
     )
 
 
-def _steps(estimates: Sequence[Estimate]) -> Array:
-    """Of each estimate, how far the farther one of its neighbours is from it, by its size."""
-    values = np.array([[v.corrected for v in e.parameters.values()] for e in estimates])
+def _steps(estimates: Sequence[Estimate]) -> list[dict[str, float]]:
+    """Of each estimate, how far the farther one of its neighbours is from it, by its size.
+
+    Of the parameters that all have: a short record is set aside at low cut-offs.
+    """
+    names = [n for n in estimates[0].parameters if all(n in e.parameters for e in estimates)]
+    values = np.array([[each.parameters[name].corrected for name in names] for each in estimates])
     apart = np.pad(np.abs(np.diff(values, axis=0)), ((1, 1), (0, 0)))
-    return np.asarray(np.maximum(apart[:-1], apart[1:]) / np.abs(values))
+    steps = np.maximum(apart[:-1], apart[1:]) / np.abs(values)
+    return [dict(zip(names, each.tolist(), strict=True)) for each in steps]
 
 
 def _has_rows(estimate: Estimate) -> bool:
@@ -164,18 +169,19 @@ def _is_free_of_noise(result: Identification) -> bool:
     return judged.Z is not None and (strong or judged.by_output_error) and _has_rows(judged)
 
 
-def _vagueness(estimate: Estimate, steps: Array | float = 0.0) -> float:
-    """Geometric mean of relative errors: of deviation, known bias, and steps to others, (p,).
+def _vagueness(estimate: Estimate, steps: Mapping[str, float]) -> float:
+    """Geometric mean of relative errors: of deviation, known bias, and steps to others by name.
 
     A geometric one, since a parameter about zero must not decide for all.
     """
+    values = [estimate.parameters[name] for name in steps]
     errors = [
         math.hypot(each.deviation, each.filter_bias or 0.0) / abs(each.value)
         if each.value
         else math.inf
-        for each in estimate.parameters.values()
+        for each in values
     ]
-    return float(np.mean(np.log(np.maximum(np.hypot(errors, steps), _LEAST))))
+    return float(np.mean(np.log(np.maximum(np.hypot(errors, [*steps.values()]), _LEAST))))
 
 
 def motion_errors(results: Sequence[tuple[Identification, Estimate]]) -> list[float]:

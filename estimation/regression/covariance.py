@@ -202,15 +202,15 @@ class Hac(Covariance):
             plain = score_products(scores, neighbours, int(self.lags))
             return plain, np.zeros(plain.shape[1])
         # The plug-in rule looks at so many lags.
-        most, looked_at = most_lags(rows), int(min(np.ceil(4 * (rows / 100) ** (2 / 9)), rows - 1))
-        placed = neighbours.on_grid(scores, max(most, looked_at) + 2)
-        raw = lagged_products(placed, range(looked_at + 2))
+        looked_at = int(min(np.ceil(4 * (rows / 100) ** (2 / 9)), rows - 1))
+        raw = score_products(scores, neighbours, looked_at + 1)
         colour = _autoregression(raw)
         white = _whitened(raw, colour)
         # Each parameter's scores by themselves, so that neither units nor signs enter.
         sums = np.diagonal(white, axis1=1, axis2=2) / rows
-        lags = min(max(lags_of(list(of_one), rows) for of_one in sums.T), most)
+        lags = min(max(lags_of(list(of_one), rows) for of_one in sums.T), most_lags(rows))
         if lags > looked_at:
+            placed = neighbours.on_grid(scores, lags + 2)
             further = lagged_products(placed, range(looked_at + 2, lags + 2))
             white = _whitened(np.concatenate([raw, further]), colour)
         return white[: lags + 1], colour

@@ -14,6 +14,7 @@ from typing import TypeAlias
 import sympy
 from sympy import QQ
 from sympy.polys.domains import PolynomialRing
+from sympy.polys.fields import FracElement
 from sympy.polys.matrices import DomainMatrix
 from sympy.polys.rings import PolyElement
 
@@ -101,7 +102,10 @@ def _kernel(
     field = ring.get_field()
     table = [[field.convert_from(slope, ring) for slope in row] for row in rows]
     basis = DomainMatrix(table, (len(table), len(symbols)), field).to_sparse().nullspace()
-    for vector in basis.to_dod().values():  # of those that change, few of many
+    vectors: dict[int, dict[int, FracElement]] = {}  # of what changes, few of many
+    for (place, j), weight in basis.to_dok().items():
+        vectors.setdefault(place, {})[j] = weight
+    for _, vector in sorted(vectors.items()):
         shared = reduce(ring.lcm, (weight.denom for weight in vector.values()))
         whole = {j: w.numer * shared.exquo(w.denom) for j, w in sorted(vector.items())}
         common = reduce(ring.gcd, whole.values())

@@ -227,17 +227,18 @@ def _moved_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iter
 def _changed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
     """The record as it would be without a common mistake in its columns."""
     reference, position, changed = record.reference, record.position, {}
+    if is_moving := bool(np.ptp(np.asarray(reference))):
+        swapped = replace(record, position=reference, reference=position)  # type: ignore[arg-type]
+        changed["position and reference exchanged: check which column is which"] = swapped
     if record.injected is not None:
         there = "reference" if record.injected_at == "control" else "control"
         changed[f"the test signal added to the {there}"] = replace(record, injected_at=there)
         changed["the test signal times -1: check its sign"] = replace(
             record, injected=-record.injected
         )
-    if np.ptp(np.asarray(reference)):  # else a test signal alone moves the axis
-        swapped = replace(record, position=reference, reference=position)  # type: ignore[arg-type]
-        changed["position and reference exchanged: check which column is which"] = swapped
-        alone = replace(record, injected=None)
-        changed["no test signal: check which column it is"] = alone
+        if is_moving:
+            alone = replace(record, injected=None)
+            changed["no test signal: check which column it is"] = alone
     for said, other in changed.items():
         yield f"it is with {said}", axis, law, other
 
@@ -251,7 +252,7 @@ def _scaled_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Ite
     columns = record.channels()
     ways = np.cov(columns["position"], columns["reference"])
     alike = {}
-    if ways[0, 1]:  # else a test signal alone moves the axis
+    if np.ptp(columns["reference"]):  # else a test signal alone moves the axis
         alike = {"position": ways[0, 1] / ways[0, 0], "reference": ways[0, 1] / ways[1, 1]}
     for role in ("position", "reference", *sorted(map(str, law.signals))):
 

@@ -144,7 +144,7 @@ def fleet(
 
 def _written(folder: str) -> dict[Path, int]:
     """The results and the ledger of a folder, and when each was written."""
-    return {file: file.stat().st_mtime_ns for file in Path(folder).glob("*.json*")}
+    return {file: file.lstat().st_mtime_ns for file in Path(folder).glob("*.json*")}
 
 
 @click.command(

@@ -198,3 +198,15 @@ def test_nothing_is_told_of_a_position_that_was_not_measured(
     found = sweep(axis, alone, (25.0, 40.0, 60.0), methods=["idm-ls"])
     assert all(map(math.isnan, motion_errors([(r, r["idm-ls"]) for r in found.results])))
     assert "predict" not in found.reason
+
+
+def test_cutoffs_are_compared_by_what_all_of_them_identify(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    """A record that is too short for a low cut-off is set aside there, with what is its own."""
+    records = [twin, twin, twin.windowed((2.0, 2.6))]
+    swept = sweep(
+        emps2015, records, (4.0, 20.0, 60.0), methods=["idm-iv"], local="M", skip_bad=True
+    )
+    assert len({len(each.preferred.parameters) for each in swept.results}) > 1
+    assert swept.recommended in swept.cutoffs

@@ -130,12 +130,13 @@ def test_faults_of_the_record_are_recognised(
     assert message in check.sentence
 
 
+@pytest.mark.parametrize("place", [0.0, 0.1])
 def test_a_law_that_is_wrong_about_a_reference_at_rest_is_told(
-    emps2015: GeneratedAxis, rng: np.random.Generator
+    place: float, emps2015: GeneratedAxis, rng: np.random.Generator
 ) -> None:
     """As a test signal alone may move the axis."""
     record = twin_record(emps2015)
-    signal, rest = rng.normal(size=len(record)), np.zeros(len(record))
+    signal, rest = rng.normal(size=len(record)), np.full(len(record), place)
     moved = replace(record, reference=rest, injected=signal, injected_at="control")
     assert not law_agreement(emps2015, moved).passed
 
