@@ -266,10 +266,16 @@ def _scaled_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Ite
             continue
         name, (unit,) = record.provenance.columns.get(role, "NAME"), expected_units(role, axis.axis)
         remedy = scale_remedy(role, name, unit, 1 / times, MAX_SCALE_ERROR.value) or (
-            f"check its {'sign' if times < 0 else 'unit and scale'} "
-            f"(columns {role}={name}:UNIT*{times:.4g})"
+            f"columns {role}={name}:UNIT*{times:.4g}"
         )
-        yield f"it is with the {role} times {times:.4g}: {remedy}", axis, law, scaled(times)
+        # What the column was scaled by already is not in the record.
+        yield (
+            f"it is with the {role} times {times:.4g}: correct its unit, scaling or sign (where "
+            f"none is said of it, {remedy})",
+            axis,
+            law,
+            scaled(times),
+        )
 
 
 def _asked_for(

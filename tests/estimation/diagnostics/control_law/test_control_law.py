@@ -101,19 +101,19 @@ FAULTS: dict[str, tuple[Callable[[Record], Record], str]] = {
     "small scaling": (lambda r: replace(r, control=1.05 * r.control), "check its unit and scaling"),  # type: ignore[operator]
     "unit of the position": (
         lambda r: replace(r, position=1e3 * r.position),
-        "with the position times 0.001: it is in columns position=qm:mm",
+        "it is in columns position=qm:mm",
     ),
     "scale of the position": (
         lambda r: replace(r, position=50 * r.position),
-        "with the position times 0.02: check its unit and scale",
+        "with the position times 0.02: correct its unit, scaling or sign",
     ),
     "unit of the reference": (
         lambda r: replace(r, reference=r.reference / 1e3),  # type: ignore[operator]
-        "with the reference times 1000: check its unit and scale",
+        "with the reference times 1000: correct its unit, scaling or sign",
     ),
     "sign of the position": (
         lambda r: replace(r, position=-r.position),
-        "with the position times -1: check its sign",
+        "with the position times -1: correct its unit, scaling or sign",
     ),
     "constant": (lambda r: replace(r, control=r.control + 0.1), "with a constant of 0.1 V off"),  # type: ignore[operator]
 }
