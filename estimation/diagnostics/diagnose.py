@@ -35,7 +35,7 @@ from axisid.estimation.thresholds import (
 )
 from axisid.support.errors import Missing, unless_missing
 
-from .alignment import alignment_check, declared_lateness
+from .alignment import declared_lateness
 from .column_comparison import derivative_check, force_check, limit_check
 from .diagnosis import Case, Diagnosis, RecordDiagnosis
 from .estimator_choice import forms_check, method_check
@@ -109,23 +109,9 @@ def _outliers(case: Case) -> Check | Missing:
     )
 
 
-def _alignment(case: Case) -> Check | Missing:
-    return alignment_check(
-        case.alignment, case.data, late=_delay(case.lacking, case), law=case.law, timing=case.timing
-    )
-
-
-@unless_missing
-def _delay(lacking: Sequence[Misspecification], case: Case) -> Misspecification | Missing | None:
-    """The delay that the model lacks, which twins tell from noise."""
-    if isinstance(case.scores, Missing) or not case.scores.twins:
-        return Missing("there are no twins")
-    return next((lack for lack in lacking if lack.kind == "delay"), None)
-
-
 @unless_missing
 def _missing_terms(lacking: Sequence[Misspecification], case: Case) -> Check | Missing:
-    aligned = _alignment(case)  # which says how late, where it fails
+    aligned = case.aligned  # which says how late, where it fails
     terms = [lack for lack in lacking if not (lack.kind == "delay" and _fails(aligned))]
     found = lacks_check(terms, "missing terms", case.data.axis, case.data.record, case.levels)
     if isinstance(found, Missing) or found.status != "fail":
@@ -255,7 +241,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
             by_record=True,
         ),
         Diagnostic(name="outliers", check=_outliers, by_record=True),
-        Diagnostic(name="alignment", check=_alignment, by_record=True),
+        Diagnostic(name="alignment", check=lambda case: case.aligned, by_record=True),
         Diagnostic(
             name="fixed values",
             check=lambda case: (

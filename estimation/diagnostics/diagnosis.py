@@ -45,7 +45,14 @@ from axisid.support.arrays import Array, Exact
 from axisid.support.errors import Missing
 from axisid.support.presentable import Presentable
 
-from .alignment import Alignment, ForceTiming, alignment_of, force_timing, law_in_time
+from .alignment import (
+    Alignment,
+    ForceTiming,
+    alignment_check,
+    alignment_of,
+    force_timing,
+    law_in_time,
+)
 from .column_comparison import ColumnComparison, compared_motion
 from .estimator_choice import (
     DDM_LESS_IDM,
@@ -296,6 +303,19 @@ class Case:
         half_widths = np.ptp([v.interval for v in self.preferred.parameters.values()], axis=1) / 2
         records = len((self.whole or self).problem.data)
         return find_misspecification(self.scores, half_widths, records, self.levels)
+
+    @cached_property
+    def aligned(self) -> Check | Missing:
+        """Whether the force is in time with the motion, or why that cannot be told."""
+        late: Misspecification | Missing | None = Missing("there are no twins")
+        if isinstance(self.lacking, Missing):
+            late = self.lacking
+        elif not isinstance(self.scores, Missing) and self.scores.twins:
+            # The delay that the model lacks, which twins tell from noise.
+            late = next((lack for lack in self.lacking if lack.kind == "delay"), None)
+        return alignment_check(
+            self.alignment, self.data, late=late, law=self.law, timing=self.timing
+        )
 
     @cached_property
     def steps(self) -> Mapping[str, float]:

@@ -249,19 +249,19 @@ def _scaled_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Ite
     Position and reference follow each other, so that the law is asked where they are about alike:
     far away it may be at a limit of its own.
     """
-    columns = record.channels()
-    ways = np.cov(columns["position"], columns["reference"])
-    alike = {}
+    columns, pair = record.channels(), ("position", "reference")
+    covariance = np.cov([columns[role] for role in pair])
+    near = {}
     if np.ptp(columns["reference"]):  # else a test signal alone moves the axis
-        alike = {"position": ways[0, 1] / ways[0, 0], "reference": ways[0, 1] / ways[1, 1]}
-    for role in ("position", "reference", *sorted(map(str, law.signals))):
+        near = {r: covariance[0, 1] / covariance[i, i] for i, r in enumerate(pair)}
+    for role in (*pair, *sorted(map(str, law.signals))):
 
         def scaled(times: float, role: str = role) -> Record:
             return record.with_channels({**columns, role: times * columns[role]})
 
-        near = float(alike.get(role, 1.0))
-        steps, _ = _asked_for(axis, law, scaled(near), scaled((1 + _STEP) * near))
-        times = near * (1 + _STEP * steps)
+        start = float(near.get(role, 1.0))
+        steps, _ = _asked_for(axis, law, scaled(start), scaled((1 + _STEP) * start))
+        times = start * (1 + _STEP * steps)
         if not np.isfinite(times):
             continue
         name, (unit,) = record.provenance.columns.get(role, "NAME"), expected_units(role, axis.axis)
