@@ -5,12 +5,13 @@ squares and leaves instruments steady. The decimation follows the cut-off, so th
 are always low-passed alike.
 
 An estimate by a simulated loop, by instruments or by output error, has no noise in its regressor:
-the judged one is taken where it is surest. Without a loop nothing tells where noise begins to bias.
-What a cut-off does shows in its neighbours: what rounding or noise moves at one, it moves otherwise
-at the next. An estimate's error is taken to be its deviation, the bias that is known of it (of the
-filter, and of noise where loops follow the record) and the step to its neighbours together: of many
-deviations the least is too small by chance. Without a loop cut-offs whose parameters predict the
-motion worse than elsewhere are left out.
+the judged one is taken where it is surest; without a loop, least squares. What a cut-off does shows
+in its neighbours: what rounding or noise moves at one, it moves otherwise at the next. An
+estimate's error is taken to be its deviation, the bias that is known of it (of the filter, and of
+noise where loops follow the record) and the step to its neighbours together. Of many deviations the
+least is too small by chance, so that each counts with those of its neighbours; a cut-off at an end
+has but one, and is not recommended. Without a loop nothing tells where noise begins to bias, and
+cut-offs whose parameters predict the motion worse than elsewhere are left out.
 
 An equation's error says nothing between cut-offs, each of which filters what it is held against:
 noise that biases the parameters makes the rows no harder to explain. The position is the same for
@@ -42,7 +43,7 @@ from axisid.estimation.thresholds import (
     MIN_SWEPT_CUTOFFS,
 )
 from axisid.modeling.declaration import Axis
-from axisid.support.arrays import Exact
+from axisid.support.arrays import Array, Exact
 from axisid.support.errors import (
     DataError,
     EstimationError,
@@ -66,6 +67,8 @@ _MAX_MOTION_ERROR = 2.0
 _HORIZON = 0.5  # s, of a window
 _LEAST = 1e-8  # relative error: one parameter that is about exact must not decide for all
 
+_WHERE = "where deviations, known bias and the steps to neighbouring cut-offs are smallest together"
+
 
 def recommend(results: Sequence[Identification]) -> tuple[float | None, str]:
     """A cut-off, Hz, and why that one; None where none can be named.
@@ -75,20 +78,13 @@ def recommend(results: Sequence[Identification]) -> tuple[float | None, str]:
     results : sequence of Identification
         By cut-off, ascending.
     """
-    free = [result for result in results if _is_free_of_noise(result)]
-    if free:
-        judged = [result.preferred for result in free]
-        errors = map(_vagueness, judged, _steps(judged))
-        # A bias that is not known may be large.
-        _, _, best = min(
-            (each.filter_bias is None, error, i)
-            for i, (each, error) in enumerate(zip(judged, errors, strict=True))
-        )
-        return free[best].prefilter.cutoff, (
-            "where deviations, known bias and the steps to the neighbouring cut-offs are smallest "
-            f"together, of the method that is judged ({free[best].case.method})"
-        )
-    return _steadiest(results)
+    judged = [(each, each.preferred) for each in results if _is_free_of_noise(each)]
+    # A bias that is not known may be large.
+    judged = [each for each in judged if each[1].filter_bias is not None] or judged
+    if not judged:
+        return _steadiest(results)
+    best, _ = judged[int(np.argmin(_vagueness([estimate for _, estimate in judged])))]
+    return best.prefilter.cutoff, f"{_WHERE}, of the method that is judged ({best.case.method})"
 
 
 def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
@@ -109,16 +105,15 @@ def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
             f"none: {why}, and {len(judged)} cut-off{'s' * (len(judged) != 1)} cannot show where "
             f"noise or rounding begins; give {MIN_SWEPT_CUTOFFS.value:g} or more"
         )
-    steps = _steps([estimate for _, estimate in judged])
-    errors = [_vagueness(each, step) for (_, each), step in zip(judged, steps, strict=True)]
     motion = np.array(motion_errors(judged))
-    strays = motion > _MAX_MOTION_ERROR * np.min(motion)
+    strays = motion > _MAX_MOTION_ERROR * np.min(motion[1:-1])
+    errors = _vagueness([estimate for _, estimate in judged])
     chosen = int(np.argmin(np.where(strays, np.inf, errors)))
     result, estimate = judged[chosen]
     cutoff = result.prefilter.cutoff
     moving = ", ".join(
         f"{name} by {100 * share:.2g} %"
-        for name, share in steps[chosen].items()
+        for name, share in _steps([estimate for _, estimate in judged])[chosen].items()
         if estimate.parameters[name].relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
         and share > _MAX_SWEEP_STEP
     )
@@ -135,11 +130,7 @@ def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
             f" (half a second ahead they predict the position to {motion[chosen]:.2g} "
             f"{result.axis.axis.coordinate.unit}{f'; {left}' * bool(strays.any())})"
         )
-    at_end = "; it is at the end of the range, so sweep further"
-    return cutoff, (
-        "where deviations, the bias that is known and the steps to the neighbouring cut-offs are "
-        f"smallest together{predicted}, since {why}{at_end * (chosen in (0, len(judged) - 1))}"
-    )
+    return cutoff, f"{_WHERE}{predicted}, since {why}"
 
 
 def _steps(estimates: Sequence[Estimate]) -> list[dict[str, float]]:
@@ -169,19 +160,27 @@ def _is_free_of_noise(result: Identification) -> bool:
     return judged.Z is not None and (strong or judged.by_output_error) and _has_rows(judged)
 
 
-def _vagueness(estimate: Estimate, steps: Mapping[str, float]) -> float:
-    """Geometric mean of relative errors: of deviation, known bias, and steps to others by name.
+def _vagueness(estimates: Sequence[Estimate]) -> Array:
+    """Of each estimate, log of the geometric mean of its parameters' relative errors, (n,).
 
-    A geometric one, since a parameter about zero must not decide for all.
+    Of deviation and known bias, in the geometric mean of an estimate and its neighbours, and of the
+    steps to these; infinite at the ends, which have but one, of more than two. A geometric mean,
+    since a parameter about zero must not decide for all.
     """
-    values = [estimate.parameters[name] for name in steps]
+    steps = _steps(estimates)
     errors = [
-        math.hypot(each.deviation, each.filter_bias or 0.0) / abs(each.value)
-        if each.value
-        else math.inf
-        for each in values
+        [
+            math.hypot(value.deviation, value.filter_bias or 0.0) / (abs(value.value) or _LEAST)
+            for value in map(each.parameters.__getitem__, steps[0])
+        ]
+        for each in estimates
     ]
-    return float(np.mean(np.log(np.maximum(np.hypot(errors, [*steps.values()]), _LEAST))))
+    logs = np.pad(np.log(np.maximum(errors, _LEAST)), ((1, 1), (0, 0)), "edge")
+    around = np.exp((logs[:-2] + logs[1:-1] + logs[2:]) / 3)
+    vagueness = np.log(np.hypot(around, [[*each.values()] for each in steps])).mean(axis=1)
+    if len(estimates) > 2:
+        vagueness[[0, -1]] = np.inf
+    return np.asarray(vagueness)
 
 
 def motion_errors(results: Sequence[tuple[Identification, Estimate]]) -> list[float]:

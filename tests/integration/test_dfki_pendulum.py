@@ -217,9 +217,9 @@ def slow(records: Any) -> dict[str, Any]:
 def test_sweep_recommends_what_the_document_says(study: ModuleType, data: Any) -> None:
     base = Prefilter(hold="raw", reversals="keep")
     by_default = sweep(study.axis, data.run, prefilter=base)
-    assert by_default.recommended == pytest.approx(17.8)
+    assert by_default.recommended == pytest.approx(13.6)
     chosen = next(r for r in by_default.results if r.prefilter.cutoff == by_default.recommended)
-    assert chosen["idm-iv"].physical[:2] == pytest.approx([0.139, 0.273], abs=1e-3)
+    assert chosen["idm-iv"].physical[:2] == pytest.approx([0.145, 0.285], abs=1e-3)
     assert sweep(study.axis, data.run, study.CUTOFFS, base).recommended == 10.0
     highest = by_default.results[-1]
     assert study.check_of(highest, "instrument strength").status == "fail"
