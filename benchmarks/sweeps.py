@@ -40,6 +40,7 @@ from axisid.modeling import LIBRARY
 _MACHINES = (
     "PD, 2 um, dwells, force of 20 ms",
     "PD, white position noise of 5 um, dwells",
+    "PID, 20 um, joystick",
     "P-PI, 10 um, rounded currents, multisine",
 )
 

@@ -11,6 +11,7 @@ from axisid.estimation.bootstrap import Chain, Twins, bootstrap_correction, meas
 from axisid.estimation.choices import ROW_LOSSES
 from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.regression import Form, Hac, LoopDataError, recorded_loops
+from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.simulation import Simulation
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError
@@ -80,7 +81,7 @@ class Bootstrap:
         chains: tuple[Chain, ...] = ()
         for number in range(_ROUNDS):
             if number < _MEASURED:
-                records = zip(self.problem.data, self.problem.by_record(loops), strict=True)
+                records = zip(self._noisy, self.problem.by_record(loops), strict=True)
                 chains = tuple(
                     measured_chain(data, form.own(at, i), of_one)
                     for i, (data, of_one) in enumerate(records)
@@ -105,6 +106,23 @@ class Bootstrap:
                 return twins
             loops = _at(self.problem, form, at)
         return "the parameters of their loops do not settle"
+
+    @cached_property
+    def _noisy(self) -> list[FilteredRecord]:
+        """The records under filters that leave their noise: their own, or those by default.
+
+        Noise is a record's own, whatever its rows are made by, and below a low cut-off all rows are
+        near a turn.
+        """
+        noisy = []
+        for data in self.problem.data:
+            default = Prefilter(hold=data.prefilter.hold).at_rate_of(data.period)
+            if data.prefilter.cutoff < default.cutoff:
+                bound = FilteredRecord.bind(data.axis, data.record, default, data.fastest)
+                noisy.append(bound.with_mean_control(data.between))
+            else:
+                noisy.append(data)
+        return noisy
 
     def _leave_as_much(self, twins: Twins, fit: Fit) -> bool:
         """Whether the loop leaves as much of twins' force as of the records'."""

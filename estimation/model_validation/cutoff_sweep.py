@@ -8,9 +8,9 @@ An estimate by a simulated loop, by instruments or by output error, has no noise
 the judged one is taken where it is surest; without a loop, least squares. What a cut-off does shows
 in its neighbours: what rounding or noise moves at one, it moves otherwise at the next. An
 estimate's error is taken to be its deviation, the bias that is known of it (of the filter, and of
-noise where loops follow the record) and the step to its neighbours together. Of many deviations the
-least is too small by chance, so that each counts with those of its neighbours; a cut-off at an end
-has but one, and is not recommended. Without a loop nothing tells where noise begins to bias, and
+noise where loops follow the record) and the step to its neighbours together. Of many such the least
+is too small by chance, so that each counts with those of its neighbours; a cut-off at an end has
+but one, and is not recommended. Without a loop nothing tells where noise begins to bias, and
 cut-offs whose parameters predict the motion worse than elsewhere are left out.
 
 An equation's error says nothing between cut-offs, each of which filters what it is held against:
@@ -163,9 +163,9 @@ def _is_free_of_noise(result: Identification) -> bool:
 def _vagueness(estimates: Sequence[Estimate]) -> Array:
     """Of each estimate, log of the geometric mean of its parameters' relative errors, (n,).
 
-    Of deviation and known bias, in the geometric mean of an estimate and its neighbours, and of the
-    steps to these; infinite at the ends, which have but one, of more than two. A geometric mean,
-    since a parameter about zero must not decide for all.
+    Of deviation, known bias and step to the farther neighbour, in the mean over an estimate and its
+    neighbours; infinite at the ends, which have but one, of more than two. A geometric mean, since
+    a parameter about zero must not decide for all.
     """
     steps = _steps(estimates)
     errors = [
@@ -175,12 +175,12 @@ def _vagueness(estimates: Sequence[Estimate]) -> Array:
         ]
         for each in estimates
     ]
-    logs = np.pad(np.log(np.maximum(errors, _LEAST)), ((1, 1), (0, 0)), "edge")
-    around = np.exp((logs[:-2] + logs[1:-1] + logs[2:]) / 3)
-    vagueness = np.log(np.hypot(around, [[*each.values()] for each in steps])).mean(axis=1)
+    both = np.hypot(errors, [[*each.values()] for each in steps])
+    own = np.pad(np.log(np.maximum(both, _LEAST)).mean(axis=1), 1, "edge")
+    around = (own[:-2] + own[1:-1] + own[2:]) / 3
     if len(estimates) > 2:
-        vagueness[[0, -1]] = np.inf
-    return np.asarray(vagueness)
+        around[[0, -1]] = np.inf
+    return np.asarray(around)
 
 
 def motion_errors(results: Sequence[tuple[Identification, Estimate]]) -> list[float]:

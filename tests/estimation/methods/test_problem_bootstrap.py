@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from axisid import Record, build, identify, load_axis, twin_record
+from axisid import Prefilter, Record, build, identify, load_axis, twin_record
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
+from axisid.estimation.signals import matching_decimation
 from benchmarks.machines import Machine, white
 from tests.refusals import refuses
 
@@ -137,3 +138,15 @@ def test_no_disturbance_is_simulated_that_is_not_there(emps2015: GeneratedAxis) 
         (chain,) = identify(emps2015, record, methods="idm-iv").preferred.inference.chains
         assert not chain.likeliest.disturbances
         assert chain.likeliest.position == pytest.approx(3e-5, rel=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("cutoff", [5.25, 6.9, 11.9])
+def test_below_a_low_cutoff_noise_is_that_of_the_record(cutoff: float) -> None:
+    """There all rows are near a turn, where steps alone look like a force beside the control."""
+    machine = next(each for name, each in field.drawn(71, 6).items() if "joystick" in name)
+    record = next(machine.records(1, 71))
+    prefilter = Prefilter(cutoff=cutoff, decimate=matching_decimation(cutoff, record.period))
+    estimate = identify(machine.axis, record, prefilter)["didim"]
+    values = estimate.parameters.items()
+    assert max(abs(v.corrected - machine.truth[n]) / v.deviation for n, v in values) < 5

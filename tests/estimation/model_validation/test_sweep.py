@@ -37,15 +37,16 @@ def test_least_squares_drifts_and_instruments_hold(swept: Sweep) -> None:
 
 
 def test_recommended_cutoff_is_one_where_the_judged_method_is_surest(swept: Sweep) -> None:
-    """Of the steps to both neighbours and, beside these, of deviation and known bias."""
+    """Of deviation, known bias and the farther neighbour, with those of both neighbours."""
     judged = [[*result.preferred.parameters.values()] for result in swept.results]
     found = np.array([[v.corrected for v in values] for values in judged])
-    off = [[math.hypot(v.deviation, v.filter_bias) / v.value for v in each] for each in judged]
-    around = np.cbrt([np.prod(off[i - 1 : i + 2], axis=0) for i in range(1, len(off) - 1)])
-    far = np.abs(np.diff(found, axis=0))
-    step = np.maximum(far[1:], far[:-1]) / [[v.value for v in each] for each in judged[1:-1]]
-    sizes = np.prod(np.hypot(around, step), axis=1)
-    assert swept.recommended == swept.cutoffs[1 + int(np.argmin(sizes))]
+    far = np.abs(np.diff(found, axis=0, prepend=found[:1], append=found[-1:]))
+    sizes = [
+        math.prod(math.hypot(v.deviation, v.filter_bias, step) / v.value for v, step in each)
+        for each in map(zip, judged, np.maximum(far[1:], far[:-1]))
+    ]
+    around = np.convolve(np.log(sizes), np.ones(3), "valid")
+    assert swept.recommended == swept.cutoffs[1 + int(np.argmin(around))]
     assert "(didim)" in swept.reason
     chosen = swept.results[swept.cutoffs.index(swept.recommended)]
     assert (swept.belief, swept.checks) == ("believed", chosen.checks)
