@@ -17,7 +17,7 @@ from axisid.estimation.thresholds import LARGEST_VALUE, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
 from axisid.modeling.quantities import settle
 from axisid.support.arrays import Array, Exact, frozen, mask_of, runs
-from axisid.support.errors import DataError, UsageError, quoted, real_array
+from axisid.support.errors import DataError, UsageError, quoted, real_array, refuse
 from axisid.support.files import write_file
 from axisid.support.mappings import FrozenMapping
 from axisid.support.presentable import Presentable
@@ -369,23 +369,25 @@ class Record(Presentable, Exact):
             raise DataError(
                 f"{self._name()}: there is no time; a record needs one.", code="missing-column"
             )
-        if not isinstance(self.signals, Mapping):
-            raise UsageError(
-                f"{self._name()}: the signals are {quoted(self.signals)}; give arrays by name, "
-                "such as {'pressure': values}.",
-                code="record",
-            )
-        if taken := [name for name in self.signals if name in ROLES]:
-            raise UsageError(
-                f"{self._name()}: {taken[0]!r} is a column of its own, and no signal's name.",
-                code="record",
-            )
-        if self.injected is not None and self.injected_at not in INJECTION_POINTS:
-            raise UsageError(
-                f"{self._name()}: the injected signal is added to {self.injected_at!r}; give "
-                'injected_at = "control" or injected_at = "reference" in run.toml.',
-                code="test-signal",
-            )
+        named = isinstance(self.signals, Mapping)
+        taken = next((name for name in self.signals if name in ROLES), None) if named else None
+        refuse(
+            UsageError,
+            (
+                not named,
+                f"the signals are {quoted(self.signals)}; give arrays by name, such as "
+                "{'pressure': values}",
+                "record",
+            ),
+            (taken, f"{taken!r} is a column of its own, and no signal's name", "record"),
+            (
+                self.injected is not None and self.injected_at not in INJECTION_POINTS,
+                f"the injected signal is added to {self.injected_at!r}; give "
+                'injected_at = "control" or injected_at = "reference" in run.toml',
+                "test-signal",
+            ),
+            before=f"{self._name()}: ",
+        )
         if self.position is None or not np.size(self.position):
             if self.velocity is None:
                 raise DataError(

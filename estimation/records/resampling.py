@@ -11,7 +11,7 @@ from axisid.estimation.raw_tables import PeriodSource, Repair, Samples
 from axisid.estimation.records.columns import RoleColumns, motion_role
 from axisid.estimation.thresholds import MAX_UNEVEN_STEP
 from axisid.support.arrays import Array
-from axisid.support.errors import DataError, UsageError
+from axisid.support.errors import DataError, UsageError, refuse
 
 from .clocks import check_increases, check_stated, long_steps
 from .segments import adjoining, gaps_repair
@@ -56,7 +56,14 @@ def resample(
         the columns do not overlap.
     """
     source, samples = columns.source, columns.samples
-    clocks = {role: _clock(source, role, s) for role, s in samples.items()}
+    for role, s in samples.items():
+        if len(s.values) < _FEWEST:
+            raise DataError(
+                f"{source}: the {role} has too few rows, or no times, to be resampled.",
+                code="too-short",
+            )
+        check_increases(source, f"the time of the {role}", s.times)
+    clocks = {role: s.times for role, s in samples.items()}
     period, uncertainty = own_period(clocks[motion_role(samples)])
     if stated is not None:
         check_stated(source, period, stated, uncertainty)
@@ -124,31 +131,22 @@ def resample(
 def _check_rate(source: str, chosen: float, recorded: float, clocks: Mapping[str, Array]) -> None:
     """Refuse a rate, Hz, that folds the motion's noise, or makes too much of the log."""
     moving = motion_role(clocks)
-    if chosen < 0.9 * recorded:
-        raise UsageError(
-            f"{source}: the {moving} is sampled at {recorded:.6g} Hz; resampled at {chosen:g} Hz "
-            f"its noise would fold. Resample at {recorded:.6g} Hz or more; decimate keeps fewer "
-            "rows.",
-            code="resampling",
-        )
-    duration = max(float(clock[-1] - clock[0]) for clock in clocks.values())
-    if duration * chosen > 1e8:
-        raise UsageError(
-            f"{source}: resampled at {chosen:g} Hz it would have {duration * chosen:.2g} rows; "
-            f"give a lower rate (the {moving} is sampled at {recorded:.6g} Hz).",
-            code="resampling",
-        )
-
-
-def _clock(source: str, role: str, samples: Samples) -> Array:
-    clock = samples.clock
-    if clock is None or len(clock) < _FEWEST:
-        raise DataError(
-            f"{source}: the {role} has too few rows, or no times, to be resampled.",
-            code="too-short",
-        )
-    check_increases(source, f"the time of the {role}", clock)
-    return clock
+    rows = chosen * max(float(clock[-1] - clock[0]) for clock in clocks.values())
+    refuse(
+        UsageError,
+        (
+            chosen < 0.9 * recorded,
+            f"the {moving} is sampled at {recorded:.6g} Hz; resampled at {chosen:g} Hz its noise "
+            f"would fold. Resample at {recorded:.6g} Hz or more; decimate keeps fewer rows",
+        ),
+        (
+            rows > 1e8,
+            f"resampled at {chosen:g} Hz it would have {rows:.2g} rows; give a lower rate (the "
+            f"{moving} is sampled at {recorded:.6g} Hz)",
+        ),
+        before=f"{source}: ",
+        code="resampling",
+    )
 
 
 def _pieces(clock: Array, edges: Sequence[float] | Array) -> list[tuple[float, float]]:

@@ -92,30 +92,27 @@ class Prefilter:
     def __post_init__(self) -> None:
         drop = (0, 0) if self.drop is None else self.drop
         pair = isinstance(drop, (tuple, list)) and len(drop) == 2
-        settings = (
+        refuse(
+            UsageError,
             (
-                "cutoff",
-                self.cutoff,
-                is_real(self.cutoff) and 0 < self.cutoff < math.inf,
-                "a positive number of hertz",
-            ),
-            ("order", self.order, _is_among(self.order, 1, 10), "a whole number from 1 to 10"),
-            (
-                "decimation",
-                self.decimate,
-                _is_among(self.decimate, 1),
-                "1 (keep every row) or more",
+                not (is_real(self.cutoff) and 0 < self.cutoff < math.inf),
+                f"the cutoff is {quoted(self.cutoff)}; give a positive number of hertz",
             ),
             (
-                "number of samples to drop",
-                self.drop,
-                pair and all(_is_among(end, 0) for end in drop),
-                "two whole numbers, 0 or more at each end",
+                not _is_among(self.order, 1, 10),
+                f"the order is {quoted(self.order)}; give a whole number from 1 to 10",
             ),
+            (
+                not _is_among(self.decimate, 1),
+                f"the decimation is {quoted(self.decimate)}; give 1 (keep every row) or more",
+            ),
+            (
+                not (pair and all(_is_among(end, 0) for end in drop)),
+                f"the number of samples to drop is {quoted(self.drop)}; give two whole numbers, 0 "
+                "or more at each end",
+            ),
+            code="filter",
         )
-        for what, given, serves, wanted in settings:
-            if not serves:
-                raise UsageError(f"the {what} is {quoted(given)}; give {wanted}.", code="filter")
         choices = (
             ("row alignment", self.decimation or "none", ("matlab", "scipy")),
             ("hold", self.hold, ("raw", "zoh")),

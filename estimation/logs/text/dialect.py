@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from axisid.estimation.raw_tables import is_unit, split_labels
-from axisid.support.errors import DataError
+from axisid.support.errors import DataError, refuse
 
 from .time_stamps import is_stamp
 
@@ -114,24 +114,54 @@ def sniff(source: str, lines: list[Line]) -> Dialect:
         There is no table, or it can be read in two ways.
     """
     sample = [(i, line) for i, (_, line) in enumerate(lines[:_SAMPLE]) if not is_comment(line)]
-    if len(sample) < 2:
-        raise DataError(
-            f"{source}: a header row and samples are expected; it has {len(sample)} filled lines.",
-            code="log-text",
-        )
-    _check_width(source, sample)
+    longest = max((line for _, line in sample), key=len, default="")
+    width = max(len(longest.split(separator)) for separator in _SEPARATORS)
+    refuse(
+        DataError,
+        (
+            len(sample) < 2,
+            f"{source}: a header row and samples are expected; it has {len(sample)} filled lines",
+        ),
+        (
+            width > _MOST_COLUMNS,  # which takes minutes to look at, and is no sample
+            f"{source}: a line has {width} cells; a log has at most {_MOST_COLUMNS} columns, one "
+            "sample in a row. Transpose it if it has one column for each sample",
+        ),
+        code="log-text",
+    )
     separator, comma, width, first, *_ = _best(source, sample)
     header, units, note = _header(
         source, lines, [i for i, _ in sample if i < first], first, separator, width
     )
     split = split_labels(header)
     names = [name for name, _ in split]
-    _check_names(source, lines[max(first - 1, 0)][0], names)
     body = [line for i, line in sample if i >= first]
     if not comma and separator != ",":
         body = _until_decided(lines, body, separator)
         comma = not _marked(body, separator, ".") and bool(_marked(body, separator, ","))
-    _check_thousands(source, body, separator, comma=comma)
+    stamp = next(filter(is_stamp, names), None)
+    marked = _marked(body, separator, ",") if comma else []
+    refuse(
+        DataError,
+        (
+            stamp,
+            f"{source}, line {lines[max(first - 1, 0)][0]}: the time stamp {stamp!r} stands where "
+            "the names of the columns are expected, right above the first row of numbers; fill the "
+            "row in, or remove it",
+            "log-text",
+        ),
+        (
+            all(is_number(name) for name in names),
+            f"{source}: the first row holds numbers ({', '.join(names[:4])}); write the names of "
+            "the columns above it",
+        ),
+        (
+            marked and all(_THOUSANDS.fullmatch(cell) for cell in marked),
+            f"{source}: {next(iter(marked), '')!r} may be read with a decimal comma or with a "
+            "comma between thousands; export the log with a decimal point",
+            "log-text",
+        ),
+    )
     return Dialect(
         separator=separator,
         comma=comma,
@@ -267,34 +297,6 @@ def _is_unit_row(cells: list[str]) -> bool:
     return any(cells) and 2 * units >= len(filled)
 
 
-def _check_width(source: str, sample: list[tuple[int, str]]) -> None:
-    """Refuse lines of very many cells, which take minutes to look at and are no samples."""
-    longest = max((line for _, line in sample), key=len)
-    cells = max(len(longest.split(separator)) for separator in _SEPARATORS)
-    if cells > _MOST_COLUMNS:
-        raise DataError(
-            f"{source}: a line has {cells} cells; a log has at most {_MOST_COLUMNS} columns, one "
-            "sample in a row. Transpose it if it has one column for each sample.",
-            code="log-text",
-        )
-
-
-def _check_names(source: str, line: int, names: list[str]) -> None:
-    stamps = [name for name in names if is_stamp(name)]
-    if stamps:
-        raise DataError(
-            f"{source}, line {line}: the time stamp {stamps[0]!r} stands where the names of the "
-            "columns are expected, right above the first row of numbers; fill the row in, or "
-            "remove it.",
-            code="log-text",
-        )
-    if all(is_number(name) for name in names):
-        raise DataError(
-            f"{source}: the first row holds numbers ({', '.join(names[:4])}); write the names of "
-            "the columns above it."
-        )
-
-
 def _until_decided(lines: list[Line], body: list[str], separator: str | None) -> list[str]:
     """Rows of the sample, with later ones where no number of it has a decimal mark.
 
@@ -312,14 +314,3 @@ def _marked(body: list[str], separator: str | None, mark: str) -> list[str]:
     marked = (line.replace('"', "") for line in body if mark in line)
     cells = (cell.strip() for line in marked for cell in line.split(separator))
     return [c for c in cells if mark in c and is_number(c, comma=mark == ",")]
-
-
-def _check_thousands(source: str, body: list[str], separator: str | None, *, comma: bool) -> None:
-    """Refuse commas that may as well group thousands as begin decimals."""
-    marked = _marked(body, separator, ",") if comma else []
-    if marked and all(_THOUSANDS.fullmatch(cell) for cell in marked):
-        raise DataError(
-            f"{source}: {marked[0]!r} may be read with a decimal comma or with a comma between "
-            "thousands; export the log with a decimal point.",
-            code="log-text",
-        )
