@@ -185,32 +185,27 @@ _UNFOLDED, _UNFOLDED_RECORDS = 12, 28
 _DEEPEST = 8  # names below one another
 
 
-def read_json(file: Path, content: bytes, room: Room) -> Table:
-    """Read a log that is one JSON document.
+def read_json(file: Path, content: bytes, room: Room, *, lines: bool = False) -> Table:
+    """Read a log that is one JSON document, or has one record or row of it in each line.
 
     Raises
     ------
     DataError
-        It is no JSON, holds no columns, or there is no room for it.
+        It is no JSON, or a line is none: which; it holds no columns, or there is no room for it.
     """
-    records = content.count(b"{") > 1 + content.count(b"[")
+    records = lines or content.count(b"{") > 1 + content.count(b"[")
     room.take((_UNFOLDED_RECORDS if records else _UNFOLDED) * len(content))
-    return _table(file, _decoded(file, content), room)
-
-
-def read_json_lines(file: Path, content: bytes, room: Room) -> Table:
-    """Read a log of one JSON record or row in each line.
-
-    Raises
-    ------
-    DataError
-        A line is no JSON: which; or as `read_json`.
-    """
-    room.take(_UNFOLDED_RECORDS * len(content))
-    return _table(
-        file,
-        [_decoded(file, line, n) for n, line in enumerate(content.splitlines(), 1) if line.strip()],
-        room,
+    rows = enumerate(content.splitlines() if lines else (), 1)
+    document = [_decoded(file, line, n) for n, line in rows if line.strip()]
+    columns = dict(_columns(document if lines else _decoded(file, content)))
+    builder = TableBuilder(room=room)
+    for label, (name, written) in zip(columns, split_labels([*columns]), strict=True):
+        cells, unit = columns[label]
+        values, note = _values(cells)
+        unit, note = ("s", f"{name}: {note}") if note else (unit or written, "")
+        builder.add(name, values, unit=unit, label=label, note=note)
+    return builder.table(
+        str(file), advice="give arrays by name, or a list of records with a name for each number"
     )
 
 
@@ -275,18 +270,6 @@ def _of_lists(lists: Sequence[Any]) -> Iterable[tuple[str, _Cells]]:
     body = lists[1:] if named else lists
     if all(isinstance(row, list) and len(row) == len(names) for row in body):
         yield from ((name, ([row[k] for row in body], "")) for k, name in enumerate(names))
-
-
-def _table(file: Path, document: Any, room: Room) -> Table:
-    builder, columns = TableBuilder(room=room), dict(_columns(document))
-    for label, (name, written) in zip(columns, split_labels([*columns]), strict=True):
-        cells, unit = columns[label]
-        values, note = _values(cells)
-        unit, note = ("s", f"{name}: {note}") if note else (unit or written, "")
-        builder.add(name, values, unit=unit, label=label, note=note)
-    return builder.table(
-        str(file), advice="give arrays by name, or a list of records with a name for each number"
-    )
 
 
 def _values(cells: Sequence[Any]) -> tuple[np.ndarray[Any, Any], str]:

@@ -12,6 +12,7 @@ import stat
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,7 +22,7 @@ from axisid.support.errors import DataError
 from axisid.support.files import digest_of, unchanged
 from axisid.support.memory import SHORTER_FILES, Room, room_for
 
-from .columnar import read_frame, read_json, read_json_lines, read_npz, read_parquet
+from .columnar import read_frame, read_json, read_npz, read_parquet
 from .matlab import read_matlab
 from .measurement import bag_of, is_bag, read_bag, read_mdf, read_tdms
 
@@ -172,7 +173,7 @@ FORMATS = (
         extra="parquet",
     ),
     Format(name="JSON", endings=(".json",), read=read_json),
-    Format(name="JSON lines", endings=(".jsonl", ".ndjson"), read=read_json_lines),
+    Format(name="JSON lines", endings=(".jsonl", ".ndjson"), read=partial(read_json, lines=True)),
     Format(
         name="NumPy",
         endings=(".npz",),

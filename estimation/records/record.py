@@ -449,15 +449,19 @@ def checked_column(source: str, role: str, values: ArrayLike) -> Array:
 def check_lengths(source: str, channels: Mapping[str, Array]) -> None:
     """Refuse columns of several lengths, or of less than a record has."""
     lengths = {role: len(values) for role, values in channels.items()}
-    if len(set(lengths.values())) > 1:
-        listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
-        raise DataError(
-            f"{source}: the columns differ in length: {listed}; give a value of each at each time.",
-            code="record",
-        )
+    listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
     fewest = MIN_RECORD_SAMPLES.value
-    if lengths["time"] < fewest:
-        raise DataError(
-            f"{source}: a record needs {fewest} rows or more, not {lengths['time']}.",
-            code="too-short",
-        )
+    refuse(
+        DataError,
+        (
+            len({*lengths.values()}) > 1,
+            f"the columns differ in length: {listed}; give a value of each at each time",
+            "record",
+        ),
+        (
+            lengths["time"] < fewest,
+            f"a record needs {fewest} rows or more, not {lengths['time']}",
+            "too-short",
+        ),
+        before=f"{source}: ",
+    )

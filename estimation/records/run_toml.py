@@ -219,11 +219,9 @@ def _checked(
     if isinstance(value, Mapping):
         table.table(key).only(*roles)
 
-    def check() -> Any:
-        _ = _CHECKS[key](value) if key in _CHECKS else Repairs(**{key: value}).moduli(axis)
-        return value
-
-    return table.attempt(key, check)
+    check = _CHECKS.get(key, lambda repair: Repairs(**{key: repair}).moduli(axis))
+    table.attempt(key, partial(check, value))
+    return value
 
 
 _CHECKS: Mapping[str, Callable[[Any], object]] = {

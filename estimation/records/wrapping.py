@@ -14,7 +14,7 @@ from axisid.estimation.raw_tables import Repair, Samples
 from axisid.estimation.records.columns import RoleColumns
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
-from axisid.support.errors import DataError
+from axisid.support.errors import DataError, refuse
 
 from .clocks import long_steps
 from .shifts import Rows
@@ -217,18 +217,23 @@ def _remaining_jumps(
     times = f" ({len(places)} such jumps)" if len(places) > 1 else ""
     unit = axis.coordinate.unit if axis is not None else "(m or rad)"
     jumps = f"the position jumps by {size:.4g} {unit} before data row {places[0] + 2}{times}"
-    if modulus is not None:
-        raise DataError(
-            f"{columns.source}: {jumps}, which the modulus {modulus} does not undo; give the one "
-            f"it is wrapped by, with its unit, as in {_IN_DEGREES}.",
-            code="wrap",
-        )
     turns = axis is None or axis.coordinate.unit == "rad"
-    for turn, more in ((2 * math.pi, ""), (360.0, "columns position=NAME:deg and ")):
-        if turns and abs(size / turn - 1) < 0.05:  # the axis moves on during a jump
-            raise DataError(
-                f"{columns.source}: {jumps}, as one that starts again after a turn does; it looks "
-                f"wrapped: add {more}{_IN_DEGREES}.",
-                code="wrap",
+    refuse(
+        DataError,
+        (
+            modulus is not None,
+            f"which the modulus {modulus} does not undo; give the one it is wrapped by, with its "
+            f"unit, as in {_IN_DEGREES}",
+        ),
+        *(
+            (
+                turns and abs(size / turn - 1) < 0.05,  # the axis moves on during a jump
+                "as one that starts again after a turn does; it looks wrapped: add "
+                f"{more}{_IN_DEGREES}",
             )
+            for turn, more in ((2 * math.pi, ""), (360.0, "columns position=NAME:deg and "))
+        ),
+        before=f"{columns.source}: {jumps}, ",
+        code="wrap",
+    )
     return [f"{jumps}: if it starts again there, give what it is wrapped by (wrap in run.toml)"]

@@ -129,14 +129,12 @@ class Prefilter:
         UsageError
             It is none.
         """
-        if prefilter is None:
-            return cls()
-        if not isinstance(prefilter, Prefilter):
+        if not isinstance(prefilter, Prefilter | None):
             raise UsageError(
                 f"the prefilter is {quoted(prefilter)}; give a Prefilter, or leave it out.",
                 code="filter",
             )
-        return prefilter
+        return prefilter or cls()
 
     @classmethod
     def suited(cls, period: float, **settings: Any) -> "Prefilter":

@@ -118,7 +118,15 @@ def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, 
     text = {k for k, c in enumerate(first) if c and not is_number(c, comma=dialect.comma)}
     numeric = [k for k in range(len(dialect.names)) if first and k not in text]
     values = _parse([line for _, line in lines], dialect, numeric)
-    rows = _rows(source, lines, dialect) if values is None else []
+    rows = [dialect.cells(line) for _, line in lines] if values is None else []
+    for (number, _), cells in zip(lines, rows, strict=False):
+        if len(cells) != len(dialect.names):
+            raise DataError(
+                f"{source}, line {number}: {len(cells)} cells where the header names "
+                f"{len(dialect.names)} columns ({', '.join(dialect.names)}). Remove or mend the "
+                f"line{_DROP_TAIL}.",
+                code="log-text",
+            )
     columns = {}
     for k, name in enumerate(dialect.names):
         if values is not None and k in numeric:
@@ -160,19 +168,6 @@ def _parse(lines: list[str], dialect: Dialect, numeric: list[int]) -> Array | No
     except ValueError:
         return None
     return values if values.shape[1] == len(numeric) else None
-
-
-def _rows(source: str, lines: list[Line], dialect: Dialect) -> list[list[str]]:
-    rows = [dialect.cells(line) for _, line in lines]
-    for (number, _), cells in zip(lines, rows, strict=True):
-        if len(cells) != len(dialect.names):
-            raise DataError(
-                f"{source}, line {number}: {len(cells)} cells where the header names "
-                f"{len(dialect.names)} columns ({', '.join(dialect.names)}). Remove or mend the "
-                f"line{_DROP_TAIL}.",
-                code="log-text",
-            )
-    return rows
 
 
 def _of_cells(
