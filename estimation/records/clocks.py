@@ -14,7 +14,7 @@ from axisid.estimation.raw_tables import Repair, Table
 from axisid.estimation.records.columns import RoleColumns
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_MEAN_STEP_DEVIATION
 from axisid.support.arrays import Array
-from axisid.support.errors import DataError, UsageError, is_real, quoted
+from axisid.support.errors import DataError, UsageError, is_real, quoted, refuse
 
 from .shifts import SELDOM_ROLES, advised_interpolation
 
@@ -144,11 +144,14 @@ def filled(table: Table, columns: RoleColumns, *, uneven: bool) -> RoleColumns:
         for role, s in columns.samples.items()
     }
     lost = {role: len(columns.samples[role].values) - len(s.values) for role, s in kept.items()}
-    for role, s in kept.items():
-        if not len(s.values):
-            raise DataError(
-                f"{columns.source}: the {role} has no row with a number and a time.", code="time"
-            )
+    refuse(
+        DataError,
+        *(
+            (not len(s.values), f"{columns.source}: the {role} has no row with a number and a time")
+            for role, s in kept.items()
+        ),
+        code="time",
+    )
     if not any(lost.values()):
         return columns
     listed = ", ".join(f"{role} {count}" for role, count in lost.items() if count)

@@ -24,7 +24,7 @@ from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
 from axisid.modeling.parsing import TomlTable, nearest, read_columns, read_toml, toml_document
 from axisid.modeling.quantities import settle
 from axisid.support.arrays import Array
-from axisid.support.errors import DataError, RunFileError, UsageError, is_real, quoted
+from axisid.support.errors import DataError, RunFileError, UsageError, is_real, quoted, refuse
 from axisid.support.mappings import FrozenMapping
 from axisid.support.memory import room_for
 
@@ -109,21 +109,24 @@ class Repairs:
 
 
 def _modulus(role: str, text: str, axis: Axis | None) -> Modulus:
-    if role in ("time", "reference"):
-        raise UsageError(
-            f"no modulus is taken out of the {role} alone; the reference follows the position, and "
-            "a time that begins again is cut (gaps).",
-            code="wrap",
-        )
     number, _, unit = text.partition(":")
     size = math.nan
     with suppress(ValueError):
         size = float(number)
-    if not 0 < size < math.inf:
-        raise UsageError(
+    refuse(
+        UsageError,
+        (
+            role in ("time", "reference"),
+            f"no modulus is taken out of the {role} alone; the reference follows the position, and "
+            "a time that begins again is cut (gaps)",
+            "wrap",
+        ),
+        (
+            not 0 < size < math.inf,
             f"the modulus is {text!r}; give a positive number, with a unit where it is not SI, as "
-            "in 360:deg or 1:rev."
-        )
+            "in 360:deg or 1:rev",
+        ),
+    )
     usual, si = " or ".join(expected_units(role, axis)), np.array([size])
     if unit:
         si, _ = to_si(role, si, unit, axis, requested=True, source="the modulus")

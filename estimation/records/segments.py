@@ -13,7 +13,7 @@ from axisid.estimation.raw_tables import PeriodSource, Repair, Samples
 from axisid.estimation.records.columns import RoleColumns
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MIN_RECORD_SAMPLES
 from axisid.support.arrays import Array, mask_of
-from axisid.support.errors import DataError, UsageError, quoted
+from axisid.support.errors import DataError, UsageError, quoted, refuse
 
 from .clocks import long_steps, period_uncertainty
 
@@ -37,13 +37,18 @@ def checked_windows(windows: Iterable[object]) -> tuple[Window, ...]:
     if isinstance(listed, bytes) or not isinstance(listed, Iterable):
         raise UsageError(f"the windows are {quoted(windows)}; {_GIVE}.", code="window")
     ordered = sorted(_checked(each) for each in listed)
-    for one, other in pairwise(ordered):
-        if other[0] < one[1]:
-            raise UsageError(
+    refuse(
+        UsageError,
+        *(
+            (
+                other[0] < one[1],
                 f"the windows {windows_text([one])} and {windows_text([other])} overlap; give them "
-                "as one.",
-                code="window",
+                "as one",
             )
+            for one, other in pairwise(ordered)
+        ),
+        code="window",
+    )
     return tuple(ordered)
 
 

@@ -17,7 +17,7 @@ from axisid.estimation.choices import check_among
 from axisid.estimation.raw_tables import Repair, Samples, exact_unit
 from axisid.estimation.records.columns import RoleColumns
 from axisid.support.arrays import Array
-from axisid.support.errors import DataError, UsageError, is_real, quoted
+from axisid.support.errors import DataError, UsageError, is_real, quoted, refuse
 
 _MIN_SELDOM_CHANGES = 20  # values of a column; fewer come at even distances by chance
 
@@ -238,13 +238,18 @@ def _shift(role: str, amount: object) -> Shift:
 
 def check_movable(source: str, columns: Collection[str], shifts: Iterable[str]) -> None:
     """Refuse to move a column that there is not."""
-    for role in shifts:
-        if role not in columns:
-            raise DataError(
+    refuse(
+        DataError,
+        *(
+            (
+                role not in columns,
                 f"{source}: the {role} is to be shifted, and there is no such column; name it "
-                f"with columns {role}=NAME.",
-                code="shift",
+                f"with columns {role}=NAME",
             )
+            for role in shifts
+        ),
+        code="shift",
+    )
 
 
 def shifted(columns: RoleColumns, shifts: Mapping[str, Shift], *, uneven: bool) -> RoleColumns:

@@ -47,24 +47,19 @@ def through_path(path: CommandPath, commands: Array, period: float) -> Array:
     period : float
         For which each is held, s.
     """
-    acting = commands
-    if path.is_limited and len(commands):
-        acting = _limited(commands, path.rate_limit * period)
-    if path.quantisation:
-        acting = np.floor(acting * (1 / path.quantisation) + 0.5) * path.quantisation
-    if path.deadband:
-        acting = acting - np.clip(acting, -path.deadband, path.deadband)
-    return acting
-
-
-def _limited(commands: Array, most: float) -> Array:
-    """Values that follow commands by so much a sample at most, (N,)."""
+    acting, most = commands, path.rate_limit * period
 
     def follow(now: float, command: float) -> float:
         step = command - now
         return command if abs(step) <= most else now + math.copysign(most, step)
 
-    return np.array([*accumulate(commands.tolist(), follow)])
+    if path.is_limited and len(commands):
+        acting = np.array([*accumulate(commands.tolist(), follow)])
+    if path.quantisation:
+        acting = np.floor(acting * (1 / path.quantisation) + 0.5) * path.quantisation
+    if path.deadband:
+        acting = acting - np.clip(acting, -path.deadband, path.deadband)
+    return acting
 
 
 def acting_control(
