@@ -317,10 +317,8 @@ def _described(table: Table, name: str) -> str:
 
 
 def _values(table: Table, name: str) -> Array:
-    try:
-        return np.asarray(table.columns[name].read().values, dtype=np.float64)
-    except DataError:
-        return np.empty(0)
+    samples = table.columns[name].samples
+    return np.empty(0) if isinstance(samples, DataError) else samples.values
 
 
 def _comment(said: str) -> list[str]:
