@@ -40,13 +40,11 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
     for before, arg in zip(["", *args], args, strict=False):
         if before == option and arg.startswith("-"):
             raise click.BadOptionUsage(option, f"{option} names no axis before {arg}.")
-        further = listing and before != option
         if arg.startswith("-"):
             listing = arg == option
-        elif further and is_log(arg):
-            listing = False
-        elif further:
-            yield option
+        elif listing and before != option:
+            listing = not is_log(arg)
+            yield from [option] * listing
         yield arg
 
 
@@ -173,8 +171,7 @@ def compare_results(first: str, second: str, json_file: str | None, force: bool)
     Parameters with their difference in combined deviations, and the settings and checks that
     differ.
     """
-    targets = [Target("--json", json_file, "compare-results")]
-    check_targets(targets, (first, second), force=force)
+    check_targets([Target("--json", json_file, "compare-results")], (first, second), force=force)
     put_result(stages.compare_results(first, second), json_file)
 
 

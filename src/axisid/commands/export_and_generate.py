@@ -159,8 +159,11 @@ def generate(axes: tuple[str, ...], check: bool, output: str, force: bool) -> No
 def _write(files: dict[Path, str], output: Path, axes: tuple[str, ...], *, force: bool) -> None:
     # A folder with a manifest was generated, whatever has become of its other files.
     places = [output / path for path in files]
-    manifests = [file for file in places if file.name == stages.MANIFEST and file.is_file()]
-    own = {file.parent for file in manifests if is_earlier(file, "generate")}
+    own = {
+        file.parent
+        for file in places
+        if file.name == stages.MANIFEST and file.is_file() and is_earlier(file, "generate")
+    }
     for earlier in (True, False):
         chosen = {file: "generate" for file in places if (file.parent in own) == earlier}
         check_replaced(chosen, "--output", axes, force=force or earlier)

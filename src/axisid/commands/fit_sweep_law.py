@@ -76,8 +76,11 @@ def fit(
     its position) is the recorded one as nearly as the model allows. Noise of the encoder biases
     nothing; the control law must be the drive's, which is checked.
     """
-    targets = [Target("--json", json_file, "fit"), Target("--report", report, "report")]
-    check_targets(targets, (*record, axis), force=force)
+    check_targets(
+        [Target("--json", json_file, "fit"), Target("--report", report, "report")],
+        (*record, axis),
+        force=force,
+    )
     inputs = axis_and_records(axis, record, reading, sharing, fixed=fix, left_out=left_out)
     inputs.say_set_aside()
 
@@ -90,8 +93,11 @@ def fit(
             **asked.arguments(),
             **inputs.shared,
         )
-    page = (report, lambda file: write_page(file, stages.fit_report_html, result))
-    put_result(result, json_file, page)
+    put_result(
+        result,
+        json_file,
+        (report, lambda file: write_page(file, stages.fit_report_html, result)),
+    )
 
 
 @click.command(
@@ -131,11 +137,14 @@ def sweep(
     Least squares drifts where noise begins to bias it; instruments stay. The decimation follows the
     cut-off.
     """
-    targets = [
-        Target("--json", json_file, "sweep"),
-        Target("--figure", figure, "figure", (".png", ".svg", ".pdf")),
-    ]
-    check_targets(targets, (*record, axis), force=force)
+    check_targets(
+        [
+            Target("--json", json_file, "sweep"),
+            Target("--figure", figure, "figure", (".png", ".svg", ".pdf")),
+        ],
+        (*record, axis),
+        force=force,
+    )
     if figure is not None:
         import axisid.presentation.matplotlib  # noqa: F401 - refused before anything is computed
 

@@ -128,8 +128,9 @@ def fleet(
             )
     except KeyboardInterrupt:
         if _written(output) != before:
-            done = f"what is done is in {output}; --resume goes on from there"
-            click.echo(f"axisid: {done}", err=True)
+            click.echo(
+                f"axisid: what is done is in {output}; --resume goes on from there", err=True
+            )
         raise
     print_result(result)
     click.echo(f"wrote {result.write()}")
@@ -189,12 +190,15 @@ def trend(
     Results of one axis and serial number are a series: control limits are from the results'
     deviations and the scatter between them; results beyond the limits and steps are told.
     """
-    targets = (
-        Target("--csv", table, "trend-table", (".csv",)),
-        Target("--report", report, "report", (".html",)),
-        Target("--json", json_file, "trend"),
+    check_targets(
+        [
+            Target("--csv", table, "trend-table", (".csv",)),
+            Target("--report", report, "report", (".html",)),
+            Target("--json", json_file, "trend"),
+        ],
+        results,
+        force=force,
     )
-    check_targets(targets, results, force=force)
 
     with ProgressLine("reading results"):
         result = stages.trend(results, by=by, method=method, count_failing=count_failing)

@@ -128,9 +128,12 @@ def identify(
     filtered, weighted and checked by itself.
     """
     filtering.prefilter()  # refused before anything is read
-    targets = [Target("--json", json_file, "identify"), Target("--report", report, "report")]
-    check_targets(targets, (*record, axis, *validating.further), force=force)
-    check_needed(("--validate-like",), ("--validate",))
+    check_targets(
+        [Target("--json", json_file, "identify"), Target("--report", report, "report")],
+        (*record, axis, *validating.further),
+        force=force,
+    )
+    check_needed((("--validate-like",), ("--validate",)))
     if json_file == "-":
         check_idle("--full", "is of what is printed, and --json - has all of it in place of that")
     if figures is not None:
@@ -162,8 +165,10 @@ def identify(
     like = None if validating.like is None else _place(inputs, result.records, validating.like)
     with ProgressLine("judging the estimates"):
         validations = [stages.validate(result, other, like=like) for other in others]
-        names = [each.record.provenance.source for each in validations]
-        check = stages.joined([each.check for each in validations], names)
+        check = stages.joined(
+            [each.check for each in validations],
+            [each.record.provenance.source for each in validations],
+        )
         result = replace(result, further=() if check is None else (check,))
 
     def show() -> None:
@@ -222,8 +227,8 @@ def _document(
     with ProgressLine("judging the estimates"):
         written = result.to_dict()
     checked = [validation.to_dict() for validation in validations]
-    written |= {"validation": checked[0]} if checked else {}
-    return written | ({"validations": checked} if len(checked) > 1 else {})
+    several = {"validations": checked} if len(checked) > 1 else {}
+    return {**written, **({"validation": checked[0]} if checked else {}), **several}
 
 
 def _say(line: str) -> None:

@@ -120,8 +120,11 @@ def _exit_code() -> Any:
     except Exception as error:
         if asks_for_tracebacks():
             raise
-        fault = f"internal fault: {type(error).__name__}: {error}"
-        return _fail(f"{fault}. Set AXISID_DEBUG=1 for the traceback and report it.", 1)
+        return _fail(
+            f"internal fault: {type(error).__name__}: {error}. Set AXISID_DEBUG=1 for the "
+            "traceback and report it.",
+            1,
+        )
 
 
 def _fill_closed() -> None:

@@ -188,11 +188,13 @@ def twin(
     manifest, which fleet takes, has the true values of every machine.
     """
     folder = count is not None or days is not None
-    check_needed(_MOTION, ("--speed",))
-    check_needed(("--speed",), ("--acceleration",))
-    check_needed(("--correlation-time",), ("--control-noise", "--disturbance"))
-    check_needed(("--scatter", "--format"), ("--count", "--days"))
-    check_needed(("--drift",), ("--days",))
+    check_needed(
+        (_MOTION, ("--speed",)),
+        (("--speed",), ("--acceleration",)),
+        (("--correlation-time",), ("--control-noise", "--disturbance")),
+        (("--scatter", "--format"), ("--count", "--days")),
+        (("--drift",), ("--days",)),
+    )
     if not folder:
         check_targets([Target("--output", output, "twin")], [axis], force=force)
     if folder == output.endswith((".csv", ".parquet")):
@@ -324,13 +326,16 @@ def study(
     regressions = tuple(method for method in methods if not fitted_output(method))
     for option in () if regressions else ("--loss", "--bootstrap", *Filtering.names().values()):
         check_idle(option, f"is of identify, which --method {' and '.join(methods)} does without")
-    check_needed(("--correlation-time",), ("--control-noise", "--disturbance"))
-    targets = [
-        Target("--output", output, "study-runs"),
-        Target("--json", json_file, "study"),
-        Target("--report", report, "report"),
-    ]
-    check_targets(targets, (axis, twin), force=force)
+    check_needed((("--correlation-time",), ("--control-noise", "--disturbance")))
+    check_targets(
+        [
+            Target("--output", output, "study-runs"),
+            Target("--json", json_file, "study"),
+            Target("--report", report, "report"),
+        ],
+        (axis, twin),
+        force=force,
+    )
     if output is not None:
         stages.check_output(Path(output))
     drawn = {f"{name}.pdf": "figure" for name in stages.PLOTS}
@@ -414,7 +419,7 @@ def paper(output: str | None, runs: int | None, jobs: int, force: bool) -> None:
 
     Prints the tables of Brunot et al. (SYSID 2015) beside the twin's, and draws figures 3 and 4.
     """
-    check_needed(("--jobs",), ("--runs",))
+    check_needed((("--jobs",), ("--runs",)))
     if output is not None:
         import axisid.presentation.matplotlib  # noqa: F401 - refused before anything is computed
 

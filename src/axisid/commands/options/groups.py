@@ -145,8 +145,12 @@ class Command(click.Command):
 
     def _typed(self, sentence: str) -> str:
         """A sentence with the settings that this command has as options."""
-        options = [name for parameter in self.params for name in parameter.opts]
-        names = [name[2:].replace("-", "_") for name in options if name.startswith("--")]
+        names = [
+            name.removeprefix("--").replace("-", "_")
+            for parameter in self.params
+            for name in parameter.opts
+            if name.startswith("--")
+        ]
 
         def typed(found: re.Match[str]) -> str:
             return f"--{found[1].replace('_', '-')} {found[2] or found[3] or found[4]}"
@@ -205,8 +209,7 @@ def _times_said(
     if option.multiple:
         form = str(option.metavar)  # [NAME=]VALUE may be without a name
         named = [v for v in values if "=" in form and ("=" in v or form.startswith("["))]
-        pairs = [text.rpartition("=") for text in named]
-        return Counter(f"{names} {name.strip()}".strip() for name, *_ in pairs)
+        return Counter(f"{names} {text.rpartition('=')[0].strip()}".strip() for text in named)
     return Counter(
         {names: 1 if option.is_flag and not option.secondary_opts else order.count(option)}
     )
@@ -224,16 +227,22 @@ def given_options() -> list[str]:
     ]
 
 
-def check_needed(options: Sequence[str], needed: Sequence[str]) -> None:
-    """Refuse options that say something of what others ask for, where none of these is given."""
+def check_needed(*rows: tuple[Sequence[str], Sequence[str]]) -> None:
+    """Refuse options that say something of what others ask for, where none of these is given.
+
+    Parameters
+    ----------
+    *rows : (sequence of str, sequence of str)
+        Options, and those of which one is needed for them to say anything.
+    """
     given = given_options()
-    idle = [option for option in options if option in given]
-    if idle and not any(option in given for option in needed):
-        verb = "says" if len(idle) == 1 else "say"
-        raise click.UsageError(
-            f"{' and '.join(idle)} {verb} nothing without {' or '.join(needed)}; add that, or "
-            "leave it out."
-        )
+    for options, needed in rows:
+        idle = [option for option in options if option in given]
+        if idle and not any(option in given for option in needed):
+            raise click.UsageError(
+                f"{' and '.join(idle)} {'says' if len(idle) == 1 else 'say'} nothing without "
+                f"{' or '.join(needed)}; add that, or leave it out."
+            )
 
 
 def check_idle(option: str, why: str) -> None:

@@ -169,8 +169,7 @@ def axis_and_records(
     AxisidError
         What cannot be read; of several logs it is named with the others that cannot.
     """
-    named = f"the twin of {axis}" if not logs else " and ".join(logs)
-    with ProgressLine(f"reading {named}"):
+    with ProgressLine(f"reading {' and '.join(logs) or f'the twin of {axis}'}"):
         if is_log(axis):
             raise UsageError(f"{axis} is a log; the axis comes first: AXIS RECORD.")
         whole = stages.fix(stages.load_axis(axis), **stages.read_fixed(fixed))
@@ -188,8 +187,10 @@ def axis_and_records(
         if not logs:
             given = [name for name in reading.names().values() if name in given_options()]
             if given and not further:
-                verb = "describes" if len(given) == 1 else "describe"
-                raise UsageError(f"{' and '.join(given)} {verb} a record; name its file.")
+                raise UsageError(
+                    f"{' and '.join(given)} {'describes' if len(given) == 1 else 'describe'} a "
+                    "record; name its file."
+                )
             # The twin has every term, as an axis does whatever is identified of it.
             found[0] = stages.twin_record(stages.build(whole) if left_out else generated)
     stages.known_of(sharing.known, max(len(logs), 1))

@@ -113,9 +113,8 @@ def check_replaced(
     taken = _read_by(inputs)
     for file, kind in files.items():
         problem = taken.get(os.path.realpath(file), "") or _foreign(str(file), kind, force=force)
-        if not problem and file.is_dir():
-            problem = "it is a folder; take it away, or name another place"
-        _refuse(str(file), problem, option)
+        folder = "it is a folder; take it away, or name another place" * file.is_dir()
+        _refuse(str(file), problem or folder, option)
 
 
 def _read_by(inputs: Sequence[str | None]) -> dict[str, str]:
@@ -211,8 +210,7 @@ def check_folder(
     existing = next(each for each in (place, *place.parents) if os.path.lexists(each))
     if not folder or not existing.is_dir():
         _refuse(folder, "it is no folder, nor a new one in a folder; name one", option)
-    probe = existing / next(iter(files), "new")
-    _refuse(folder, _unwritable(str(probe)), option)
+    _refuse(folder, _unwritable(str(existing / next(iter(files), "new"))), option)
     inside = {Path(folder, name): kind for name, kind in files.items()}
     check_replaced(inside, option, (), force=force)
 
