@@ -79,9 +79,8 @@ NOT_EVALUATED = "not evaluated: "
 
 def written_diagnosis(diagnosis: Diagnosis) -> dict[str, Any]:
     """Everything that was measured of a result, by member."""
-    names = [each.name for each in diagnosis.excitation]
-    members = diagnosis_members(diagnosis, names)
-    return {name: each for name, each in members.items() if each is not UNSET}
+    members = diagnosis_members(diagnosis, [e.name for e in diagnosis.excitation]).items()
+    return {name: each for name, each in members if each is not UNSET}
 
 
 def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, Any]:

@@ -434,8 +434,9 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
         RuntimeWarning
             The function bends within the uncertainty, so that the delta method is not enough.
         """
-        advice = "identify again and draw: propagate()"
-        return self.distribution.derived(function, advice, self._curvature)
+        return self.distribution.derived(
+            function, "identify again and draw: propagate()", self._curvature
+        )
 
     def propagate(self, function: str, *, draws: int | None = None) -> DrawSummary:
         """A parameter over draws, as the file has it.

@@ -272,8 +272,7 @@ def _as_identified(saved: SavedIdentification, axis: Axis) -> Axis:
         axis = replace(axis, drive=axis.drive.with_time(found.name, found.value))
     left = leave_out(axis, **(saved.document.left_out or {}))
     free = {p.name for p in left.parameters if p.known is None}
-    fixed = {n: (v.value, v.sd) for n, v in _fixed(saved).items() if n in free}
-    return fix(left, **fixed)
+    return fix(left, **{n: (v.value, v.sd) for n, v in _fixed(saved).items() if n in free})
 
 
 def _fixed(saved: SavedIdentification) -> Mapping[str, WrittenKnown]:

@@ -286,18 +286,16 @@ def _member(of_one: RecordResult, diagnosis: RecordDiagnosis) -> WrittenMember:
         record=written_record(of_one.record),
         prefilter=written_prefilter(of_one.sampling),
         known={name: WrittenKnown(value=v, sd=sd) for name, (v, sd) in of_one.known.items()},
-        apart=None if isinstance(apart, Missing) else _apart(apart),
+        apart=None
+        if isinstance(apart, Missing)
+        else written_as(
+            WrittenApart,
+            apart,
+            own=by_name(apart.names, apart.own),
+            common=by_name(apart.names, apart.others),
+            deviations=by_name(apart.names, apart.deviations),
+        ),
         **record_members(diagnosis, ()),
-    )
-
-
-def _apart(apart: RecordDifference) -> WrittenApart:
-    return written_as(
-        WrittenApart,
-        apart,
-        own=by_name(apart.names, apart.own),
-        common=by_name(apart.names, apart.others),
-        deviations=by_name(apart.names, apart.deviations),
     )
 
 
@@ -524,8 +522,7 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
     @property
     def combined(self) -> tuple[Parameter, ...]:
         """Base parameters that are no declared ones."""
-        every = (p for physical in self.physical.values() for p in physical.combined)
-        return tuple({p.name: p for p in every}.values())
+        return tuple({p.name: p for own in self.physical.values() for p in own.combined}.values())
 
     @property
     def preferred(self) -> SavedEstimate:
@@ -557,8 +554,13 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
         if not (self.local_names or one.known):
             return own
         told = {name: [each.known[name] for each in records] for name in one.known}
-        known, count = known_of(told, len(records)), len(records)
-        joint = layout_of(self.axis, count, known, self.local_names, commanded=gain is not None)
+        joint = layout_of(
+            self.axis,
+            len(records),
+            known_of(told, len(records)),
+            self.local_names,
+            commanded=gain is not None,
+        )
         axis = joint.members[place].axis
         estimates = {method: e.part(joint, place) for method, e in self.estimates.items()}
         physical = {

@@ -199,5 +199,4 @@ def written_prefilter(sampling: Sampling) -> WrittenPrefilter:
 
 def written_drive(written: WrittenResponse) -> Drive:
     """A drive of a gain of 1 that follows its commands as a file says; its times are numbers."""
-    declared = {name: value for name, value in plain(written).items() if name != "estimated"}
-    return Drive(gain=1.0, **declared)
+    return Drive(gain=1.0, **{n: each for n, each in plain(written).items() if n != "estimated"})

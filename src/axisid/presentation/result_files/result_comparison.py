@@ -132,8 +132,11 @@ def _table(results: ResultComparison, method: str) -> TableBlock:
         cells = [or_dash(x, ".4g") for x in pair]
         apart = "" if None in pair else f"{pair[1] - pair[0]:+.3g}"  # type: ignore[operator]
         rows.append((kind, "%", *cells, "", "", apart, ""))
-    heads = (method.upper(), "unit", "A", "B", "sd A", "sd B", "B - A", "in deviations [1]")
-    return text_table(heads, rows, labels=2)
+    return text_table(
+        (method.upper(), "unit", "A", "B", "sd A", "sd B", "B - A", "in deviations [1]"),
+        rows,
+        labels=2,
+    )
 
 
 def _settings_blocks(settings: Mapping[str, tuple[Any, Any]]) -> list[Block]:

@@ -77,8 +77,11 @@ def _worded(part: Any) -> Any:
                 made["properties"][name]["description"] = " ".join(said.split())
     if "properties" in part and isinstance(part.get("title"), str):
         del made["title"]
-        defaults = {name for name, each in made["properties"].items() if "default" in each}
-        made["required"] = [n for n in made["properties"] if n in {*made["required"], *defaults}]
+        made["required"] = [
+            name
+            for name, each in made["properties"].items()
+            if name in made["required"] or "default" in each
+        ]
         if "schema" in made["properties"]:
             made["properties"]["digest"] = _DIGEST
         made["additionalProperties"] = False

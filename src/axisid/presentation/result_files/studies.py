@@ -301,8 +301,7 @@ class SavedMonteCarlo(
     failures: tuple[FailedRun, ...]
 
     def __repr__(self) -> str:
-        methods = ", ".join(self.methods)
-        return f"Monte-Carlo study of {self.name}: {len(self)} twins by {methods}"
+        return f"Monte-Carlo study of {self.name}: {len(self)} twins by {', '.join(self.methods)}"
 
     def __len__(self) -> int:
         return self.done

@@ -52,7 +52,6 @@ _OF_NONLINEAR = MappingProxyType(
 
 def comparison_document(c: Comparison) -> Document:
     """Heading, estimates, errors, tests, the recommendation and notes."""
-    text = f"{c.recommended or 'none'}; {c.reason}."
     return (
         _heading(c),
         *(
@@ -86,7 +85,9 @@ def comparison_document(c: Comparison) -> Document:
                 *_remarks(c),
             )
         ),
-        paragraph(Sentence(lead="recommended: ", text=text, hang=4)),
+        paragraph(
+            Sentence(lead="recommended: ", text=f"{c.recommended or 'none'}; {c.reason}.", hang=4)
+        ),
         Notes(tuple(_notes(c))),
     )
 
@@ -259,8 +260,7 @@ def _faults(c: Comparison) -> list[Sentence]:
         if isinstance(check, Check) and check.status == "fail"
     ]
     if not isinstance(c.law, Missing) and not c.law.passed:
-        fault = f"Believe nothing before this is mended: {c.law.sentence}."
-        faults.append(Sentence(text=fault))
+        faults.append(Sentence(text=f"Believe nothing before this is mended: {c.law.sentence}."))
     return faults
 
 

@@ -335,9 +335,12 @@ def _motions(found: Mapping[str, ColumnComparison | Missing]) -> Document:
         for role, m in found.items()
         if not isinstance(m, Missing)
     ]
-    heads = ["", "factor", "samples late", "constant, SI", "left, %"]
-    title = "Measured motion beside what is differentiated"
-    return (text_table(heads, rows, title=title),) if rows else ()
+    table = text_table(
+        ["", "factor", "samples late", "constant, SI", "left, %"],
+        rows,
+        title="Measured motion beside what is differentiated",
+    )
+    return (table,) if rows else ()
 
 
 def checks_table(checks: Sequence[Check], *, sources: bool = False) -> TableBlock:

@@ -122,9 +122,8 @@ def _errors(fit: SavedOutputFit) -> TableBlock:
 def _remarks(fit: SavedOutputFit) -> Iterator[str]:
     written = fit.document
     yield from local_notes(fit.local)
-    # Instruments and least squares may be refused for one reason.
-    said = dict.fromkeys(written.remarks)
-    yield from (f"It starts from {written.started} values: {each}" for each in said)
+    for said in dict.fromkeys(written.remarks):  # two methods may be refused for one reason
+        yield f"It starts from {written.started} values: {said}"
     yield f"sd {_COVARIANCES[written.chosen_covariance]}."
 
 
@@ -262,8 +261,10 @@ def fit_validation_document(validation: FitValidation) -> Document:
     """What a frozen fit leaves of a record, and whether it holds."""
     record, unit = validation.record, validation.unit
     left = f"{validation.error:.4g} {unit}".rstrip() + f", {validation.percent:.3g} % of it"
-    heading = Heading(
-        facts=((validation.output, f"leaves {left}"),),
-        title=f"Frozen fit on {record.provenance.source}, {len(record)} samples:",
+    return (
+        Heading(
+            facts=((validation.output, f"leaves {left}"),),
+            title=f"Frozen fit on {record.provenance.source}, {len(record)} samples:",
+        ),
+        verdict_block(validation.checks),
     )
-    return heading, verdict_block(validation.checks)

@@ -172,9 +172,10 @@ def judged_table(result: SavedIdentification) -> TableBlock:
         for digits in [decimals(value.deviation)]
     )
     heads = [judged.method.upper(), "sd", "95 % interval", *(["IDM-LS"] if beside else [])]
-    last = TableColumn("remark", align="left")
     return TableBlock(
-        columns=(*text_columns(["", "unit", *heads]), last), rows=tuple(rows), labels=2
+        columns=(*text_columns(["", "unit", *heads]), TableColumn("remark", align="left")),
+        rows=tuple(rows),
+        labels=2,
     )
 
 
@@ -189,8 +190,12 @@ def rows_of(result: SavedIdentification) -> str:
     )
     samplings = [of_one.sampling for of_one in result.of_records] or [result.sampling]
     records = [of_one.record for of_one in result.of_records] or [result.record]
-    motions = [record.motion or ("position",) for record in records]
-    return rows_text(samplings, first.document.rows, force, motions)
+    return rows_text(
+        samplings,
+        first.document.rows,
+        force,
+        [record.motion or ("position",) for record in records],
+    )
 
 
 def _heading(result: SavedIdentification) -> Heading:
@@ -234,9 +239,10 @@ def _estimates_table(
         truth,
         [diagnosis.bands.get(method, {}) for method in methods],
     )
-    direct = {e.method: e.ddm_parameters for e in estimates}
-    rows += _value_rows(direct, _labels(first.ddm_quantities), truth)
     rows += [
+        *_value_rows(
+            {e.method: e.ddm_parameters for e in estimates}, _labels(first.ddm_quantities), truth
+        ),
         # Of rows of the measured motion; that of the loop's rows is the simulation error.
         (
             *("equation error", "%"),
@@ -274,9 +280,11 @@ def _physical_tables(result: SavedIdentification) -> list[TableBlock]:
 
 def _columns(what: str, methods: Iterable[str]) -> tuple[TableColumn, ...]:
     parts = ("sd [1]", "rel. sd", "i.i.d. [2]")  # told where a table has room
-    of_methods = (TableColumn(method.upper(), parts=parts, kind="method") for method in methods)
-    drawn = TableColumn("intervals", align="left", kind="intervals")
-    return (*text_columns([what, "unit"]), *of_methods, drawn)
+    return (
+        *text_columns([what, "unit"]),
+        *(TableColumn(method.upper(), parts=parts, kind="method") for method in methods),
+        TableColumn("intervals", align="left", kind="intervals"),
+    )
 
 
 def _labels(quantities: Iterable[Quantity]) -> dict[str, str]:
@@ -293,12 +301,13 @@ def _value_rows(
     rows: list[Row] = []
     for name, label in labels.items():
         beside = [column[name] for column in columns.values()]
-        drawn = (
+        drawn = tuple(
             Interval(v.interval[0], v.corrected, v.interval[1], method.rsplit("-", 1)[-1])
             for method, v in zip(columns, beside, strict=True)
         )
-        intervals = Intervals(tuple(drawn), truth.get(name))
-        rows.append((label, beside[0].unit, *map(quantity, beside), intervals))
+        rows.append(
+            (label, beside[0].unit, *map(quantity, beside), Intervals(drawn, truth.get(name)))
+        )
         if any(v.is_shifted for v in beside):  # the interval's centre is not the value above it
             texts = (
                 "-" if v.filter_bias is None else f"{v.corrected:.{places(v)}f}" for v in beside
@@ -317,8 +326,7 @@ def draws_table(estimates: Mapping[str, SavedEstimate], draws: int) -> TableBloc
         for name, value in estimate.parameters.items()
     ]
     lost, seed = max(summary.lost for *_, summary in drawn), drawn[-1][-1].seed
-    said = f"{draws} draws from each estimate's distribution (seed {seed}), mapped exactly"
-    said += f"; up to {lost} gave no positive inertia and are left out" * bool(lost)
+    left_out = f"; up to {lost} gave no positive inertia and are left out" * bool(lost)
     return text_table(
         ("", "unit", "median", "drawn 2.5 %", "97.5 %", "delta 2.5 %", "97.5 %"),
         (
@@ -333,7 +341,10 @@ def draws_table(estimates: Mapping[str, SavedEstimate], draws: int) -> TableBloc
             for label, value, summary in drawn
         ),
         labels=2,
-        said=(f"{said}.",),
+        said=(
+            f"{draws} draws from each estimate's distribution (seed {seed}), mapped exactly"
+            f"{left_out}.",
+        ),
     )
 
 
@@ -403,8 +414,9 @@ def covariance_name(names: Mapping[str, str]) -> str:
     if len(set(tails)) == 1:
         return f"{head}; {tails[0]}" if tails[0] else head
     of_each = grouped((tail, name.upper()) for name, tail in zip(names, tails, strict=True))
-    said = (f"{tail} ({', '.join(methods)})" for tail, methods in of_each.items() if tail)
-    return "; ".join([head, *said])
+    return "; ".join(
+        [head, *(f"{tail} ({', '.join(own)})" for tail, own in of_each.items() if tail)]
+    )
 
 
 def shared_remarks(estimates: Iterable[SavedEstimate]) -> list[str]:

@@ -37,8 +37,9 @@ def rows_text(
     """
     masked = sum(sampling.masked_rows for sampling in samplings)
     quiet = sum(sampling.excluded_samples for sampling in samplings)
-    lost = f", {masked} left out that masked samples reach" * bool(masked)
-    lost += f", {quiet} samples near reversals and rests left out before" * bool(quiet)
+    lost = f", {masked} left out that masked samples reach" * bool(
+        masked
+    ) + f", {quiet} samples near reversals and rests left out before" * bool(quiet)
     taken, *said = force
     filters = dict.fromkeys(
         f"{_measured_text(motion)} low-passed by Butterworth {f.cutoff:g} Hz, order {f.order}, "
@@ -63,8 +64,7 @@ def _dropped(samplings: Sequence[Sampling]) -> str:
         of = of if used == there else f"{used} of {of} (the others are too short)"
         pieces, each = (f" in {of}", " of each") if there else ("", "")
         return f"{pieces}: {start} dropped at the start, {end} at the end{each}, then {kept[0]}"
-    same = len({*kept}) == 1
-    which = kept[0] if same else f"of the records in their order {', '.join(kept)}"
+    which = kept[0] if len({*kept}) == 1 else f"of the records in their order {', '.join(kept)}"
     return (
         f" in {len(samplings)} records: the filter's transients dropped at both ends of each, then "
         f"{which}"
