@@ -18,8 +18,7 @@ from axisid.estimation.logs import log_endings
 from axisid.estimation.raw_tables import library
 from axisid.estimation.records import log_of
 from axisid.support.errors import DataError, UsageError, quoted, refuse
-from axisid.support.files import opened_regular, read_regular
-from axisid.support.output_kind import kinds_of
+from axisid.support.files import kinds_of, opened_regular, read_regular
 
 Condition = str | float
 _LOG, _OWN = "log", ("log", "axis", "serial", "columns")
@@ -68,10 +67,11 @@ def with_names(items: Sequence[FleetItem]) -> list[FleetItem]:
     The name of a run.toml says nothing, and gives way to its log's. The mark is of a log, its axis
     and its columns, the same in every run.
     """
-    names = []
-    for item in items:
-        stem = Path(item.log).name.partition(".")[0]
-        names.append((log_of(item.log).name.partition(".")[0] if stem == "run" else stem) or _LOG)
+    stems = [Path(item.log).name.partition(".")[0] for item in items]
+    names = [
+        (log_of(item.log).name.partition(".")[0] if stem == "run" else stem) or _LOG
+        for item, stem in zip(items, stems, strict=True)
+    ]
     times = Counter(name.lower() for name in names)  # some file systems know no case
     for i, item in enumerate(items):
         if times[names[i].lower()] > 1:
@@ -221,8 +221,10 @@ def gather_items(
                     code="manifest",
                 )
     if not found:
-        said = " and ".join(map(str, places))
-        raise UsageError(f"there is no log in {said or 'nothing'}; name some.", code="fleet")
+        raise UsageError(
+            f"there is no log in {' and '.join(map(str, places)) or 'nothing'}; name some.",
+            code="fleet",
+        )
     return with_names([item for item, _ in found.values()])
 
 

@@ -15,8 +15,7 @@ from axisid.estimation.identification import Identification
 from axisid.presentation.result_files import JsonObject, about
 from axisid.support.arrays import MaybeNan, from_json
 from axisid.support.errors import DataError, UsageError, first_of
-from axisid.support.files import read_regular, write_file
-from axisid.support.output_kind import kinds_of
+from axisid.support.files import kinds_of, read_regular, write_file
 
 from .robust_statistics import LARGEST
 

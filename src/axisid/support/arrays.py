@@ -97,8 +97,11 @@ def same(a: Any, b: Any) -> bool:
     if dataclasses.is_dataclass(a) and (
         a.__dataclass_params__.eq or type(a).__eq__ in (object.__eq__, Exact.__eq__)  # type: ignore[union-attr]
     ):
-        names = [field.name for field in dataclasses.fields(a) if field.compare]
-        return all(same(getattr(a, name), getattr(b, name)) for name in names)
+        return all(
+            same(getattr(a, field.name), getattr(b, field.name))
+            for field in dataclasses.fields(a)
+            if field.compare
+        )
     if isinstance(a, Mapping):
         return list(a) == list(b) and all(same(a[key], b[key]) for key in a)
     if isinstance(a, (tuple, list)):

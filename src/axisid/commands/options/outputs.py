@@ -16,8 +16,7 @@ from typing import Any, TypeAlias
 import click
 
 from axisid.support.errors import AxisidError
-from axisid.support.files import axis_file, json_text, write_file
-from axisid.support.output_kind import kinds_of
+from axisid.support.files import axis_file, json_text, kinds_of, write_file
 from axisid.support.presentable import Presentable, Shown
 
 from . import stages
