@@ -193,8 +193,11 @@ def _notes(folder: Path, names: Container[str], broken: str) -> Iterator[str]:
 
 def written_files(items: Sequence[FleetItem]) -> dict[str, str]:
     """What a fleet of items writes into its folder, and which kind of file each is."""
-    results = {f"{item.name}.json": "identify" for item in items}
-    return {LEDGER: "fleet", **dict.fromkeys(TABLES, "fleet-table"), **results}
+    return {
+        LEDGER: "fleet",
+        **dict.fromkeys(TABLES, "fleet-table"),
+        **{f"{item.name}.json": "identify" for item in items},
+    }
 
 
 def _work(
@@ -235,8 +238,12 @@ def _work(
 def _row_of(item: FleetItem, made: FleetRow | Failure) -> FleetRow:
     if not isinstance(made, Failure):
         return made
-    code = "internal" if made.kind == "error" else made.kind
-    return row_for(item, status="failed", reason=f"{made.reason}.", code=code)
+    return row_for(
+        item,
+        status="failed",
+        reason=f"{made.reason}.",
+        code="internal" if made.kind == "error" else made.kind,
+    )
 
 
 def _finished(

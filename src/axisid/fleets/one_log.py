@@ -112,8 +112,13 @@ class Settings:
                 code="fleet",
             )
         mark = _canonical(axis) if isinstance(axis, Axis) else _mark(axis)
-        fixed = tuple(sorted(self.fixed.items()))
-        return _built(_Same(axis, mark), fixed, self.left_out, self.drive_time, self.native)
+        return _built(
+            _Same(axis, mark),
+            tuple(sorted(self.fixed.items())),
+            self.left_out,
+            self.drive_time,
+            self.native,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,5 +241,9 @@ def result_of(settings: Settings, item: FleetItem) -> Identification:
         As `read_record` and `identify`.
     """
     generated, _ = settings.built(item)
-    record = read_record(item.log, generated, **settings.reading_of(item))
-    return identify(generated, record, settings.prefilter, **settings.identifying)
+    return identify(
+        generated,
+        read_record(item.log, generated, **settings.reading_of(item)),
+        settings.prefilter,
+        **settings.identifying,
+    )

@@ -22,9 +22,8 @@ from axisid.presentation.documents import (
     Block,
     Document,
     Heading,
-    TableBlock,
     paragraph,
-    text_columns,
+    text_table,
 )
 from axisid.presentation.result_files import schema_of
 from axisid.support.arrays import Array
@@ -197,57 +196,6 @@ _MOST_REASONS = 5  # logs of a verdict with what is wrong with each
 _BELIEFS: tuple[Belief, ...] = ("believed", "with care", "not believed")
 
 
-def fleet_document(
-    folder: str, rows: Sequence[FleetRow], groups: Sequence[AxisGroup], notes: Sequence[str] = ()
-) -> Document:
-    """What is believed, for each axis what is usual and what stands out, doubts, and failures."""
-    # "ok" says nothing yet of what a result is worth.
-    told = {"ok": "identified", "skipped": "done before", "failed": "without a result"}
-    spent = [row.seconds for row in rows if row.status == "ok"]
-    heading = Heading(
-        title=f"Fleet of {_logs(len(rows))}",
-        facts=(
-            ("logs", _counted((told[row.status] for row in rows), told.values())),
-            ("verdicts", _counted((row.verdict for row in rows), _BELIEFS)),
-            ("results", folder),
-            ("work", f"{np.mean(spent):.2g} s of CPU for each log" if spent else ""),
-        ),
-    )
-    blocks: list[Block] = [heading, *(block for group in groups for block in _group_blocks(group))]
-    if odd := [row.name for row in rows if row.has_result and not row.is_comparable]:
-        logs = "1 log has" if len(odd) == 1 else f"{len(odd)} logs have"
-        said = (
-            f"{logs} values or deviations that are not finite, or too large to compare, and no "
-            f"part in what is usual: {first_of(odd)}."
-        )
-        blocks.append(paragraph(said))
-    if failing := grouped((name, row.name) for row in rows for name in row.failing):
-        most = sorted(failing.items(), key=lambda each: -len(each[1]))
-        blocks.append(
-            TableBlock(
-                columns=text_columns(("check that fails", "logs", "which")),
-                rows=tuple((name, str(len(logs)), first_of(logs)) for name, logs in most),
-            )
-        )
-    for verdict in ("not believed", "with care"):
-        if doubted := [row for row in rows if row.verdict == verdict]:
-            lines = [f"{row.name}: {row.failing[0]}: {row.doubt}" for row in doubted]
-            ended = [
-                each if each.endswith(".") else f"{each.removesuffix(': ')}." for each in lines
-            ]
-            title = f"{verdict.capitalize()}: {_logs(len(doubted))}"
-            blocks.append(_listed(ended, title, _MOST_REASONS))
-    if failed := [row for row in rows if not row.has_result]:
-        lines = [
-            row.reason if row.reason.startswith(row.log) else f"{row.log}: {row.reason}"
-            for row in failed
-        ]
-        blocks.append(_listed(lines, f"Without a result: {_logs(len(failed))}", _MOST_SHOWN))
-    if notes:
-        blocks.append(paragraph(*notes))
-    return tuple(blocks)
-
-
 def _listed(lines: Sequence[str], title: str, most: int) -> Block:
     """The first of some lines, and how many more there are."""
     return paragraph(*lines[:most], *_more(len(lines), most), title=title)
@@ -282,17 +230,18 @@ def _group_blocks(group: AxisGroup) -> tuple[Block, ...]:
         title += f" of {group.machines} machines"
     if group.untold:
         title += f", {group.untold} without a serial number and so not compared"
-    heads = ("parameter", "unit", "centre", f"sd between {of}", "sd of an estimate")
-    table = TableBlock(columns=text_columns(heads), rows=rows, title=title)
+    table = text_table(
+        ("parameter", "unit", "centre", f"sd between {of}", "sd of an estimate"), rows, title=title
+    )
     if isinstance(group.usual, Missing):
         said = f"{group.axis}: {group.usual.reason}; so the sd between {of} is not told."
         return table, paragraph(said)
     if not group.outliers:
         return table, paragraph(f"No log of {group.axis} stands out.")
     serials, count = {row.name: row.serial for row in group.rows}, len(group.outliers)
-    return table, TableBlock(
-        columns=text_columns(("log", "serial", "distance", "p", "furthest, in deviations")),
-        rows=tuple(
+    return table, text_table(
+        ("log", "serial", "distance", "p", "furthest, in deviations"),
+        (
             (
                 each.name,
                 serials[each.name],
@@ -383,8 +332,52 @@ class Fleet(Checked, Shown):
         )
 
     def document(self) -> Document:
-        """What there is to say, in blocks."""
-        return fleet_document(self.folder, self.rows, self.groups, self.notes)
+        """What is believed, for each axis what is usual and what stands out, doubts, failures."""
+        # "ok" says nothing yet of what a result is worth.
+        told = {"ok": "identified", "skipped": "done before", "failed": "without a result"}
+        spent = [row.seconds for row in self if row.status == "ok"]
+        heading = Heading(
+            title=f"Fleet of {_logs(len(self))}",
+            facts=(
+                ("logs", _counted((told[row.status] for row in self), told.values())),
+                ("verdicts", _counted((row.verdict for row in self), _BELIEFS)),
+                ("results", self.folder),
+                ("work", f"{np.mean(spent):.2g} s of CPU for each log" if spent else ""),
+            ),
+        )
+        blocks: list[Block] = [heading, *(b for group in self.groups for b in _group_blocks(group))]
+        if odd := [row.name for row in self if row.has_result and not row.is_comparable]:
+            logs = "1 log has" if len(odd) == 1 else f"{len(odd)} logs have"
+            said = (
+                f"{logs} values or deviations that are not finite, or too large to compare, and no "
+                f"part in what is usual: {first_of(odd)}."
+            )
+            blocks.append(paragraph(said))
+        if failing := grouped((name, row.name) for row in self for name in row.failing):
+            most = sorted(failing.items(), key=lambda each: -len(each[1]))
+            blocks.append(
+                text_table(
+                    ("check that fails", "logs", "which"),
+                    ((name, str(len(logs)), first_of(logs)) for name, logs in most),
+                )
+            )
+        for verdict in ("not believed", "with care"):
+            if doubted := [row for row in self if row.verdict == verdict]:
+                lines = [f"{row.name}: {row.failing[0]}: {row.doubt}" for row in doubted]
+                ended = [
+                    each if each.endswith(".") else f"{each.removesuffix(': ')}." for each in lines
+                ]
+                title = f"{verdict.capitalize()}: {_logs(len(doubted))}"
+                blocks.append(_listed(ended, title, _MOST_REASONS))
+        if self.failed:
+            lines = [
+                row.reason if row.reason.startswith(row.log) else f"{row.log}: {row.reason}"
+                for row in self.failed
+            ]
+            blocks.append(_listed(lines, f"Without a result: {_logs(len(lines))}", _MOST_SHOWN))
+        if self.notes:
+            blocks.append(paragraph(*self.notes))
+        return tuple(blocks)
 
     def write(self, file: str | Path | None = None) -> Path:
         """Write the table of all logs, a row for each.

@@ -80,8 +80,7 @@ def _orders(count: int) -> NDArray[np.intp]:
 
 def _total_variances(values: Array, variances: Array) -> Array:
     """Variance of each value about one level: its own and what is between them."""
-    between = max(float(np.var(values, ddof=1) - np.mean(variances)), 0.0)
-    return variances + between
+    return variances + max(float(np.var(values, ddof=1) - np.mean(variances)), 0.0)
 
 
 def _largest(values: Array, weights: Array) -> tuple[Array, NDArray[np.intp]]:
@@ -124,8 +123,12 @@ def _step(
         float(np.average(values[part], weights=each))
         for part, each in zip(parts, weights, strict=True)
     )
-    deviation = float(np.sqrt(sum(1 / np.sum(each) for each in weights)))
-    return Step(place=place, difference=after - before, deviation=deviation, p_value=p_value)
+    return Step(
+        place=place,
+        difference=after - before,
+        deviation=float(np.sqrt(sum(1 / np.sum(each) for each in weights))),
+        p_value=p_value,
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -186,8 +189,7 @@ def change_in(values: Array, variances: Array, places: Array, level: float) -> C
     chance = len(looks) * min(looks)
     if chance > level:
         return Change()
-    step = (largest[0], min(largest[1], chance))
-    changes = sorted(_places(values, variances, level, 0, step))
+    changes = sorted(_places(values, variances, level, 0, (largest[0], min(largest[1], chance))))
     bounds = [0, *(place for place, _ in changes), len(values)]
     steps = tuple(
         _step(values, variances, first, place, last, p_value)
@@ -466,8 +468,11 @@ def _random_effects(centre: Array, scatter: Array, covariances: Array) -> Random
     excess = np.linalg.solve(root, np.linalg.solve(root, scatter - within).T)
     sizes, axes = np.linalg.eigh((excess + excess.T) / 2)
     turned = root @ axes
-    between = turned * np.maximum(sizes, 0.0) @ turned.T
-    return RandomEffects(centre=centre, between=between, count=len(covariances))
+    return RandomEffects(
+        centre=centre,
+        between=turned * np.maximum(sizes, 0.0) @ turned.T,
+        count=len(covariances),
+    )
 
 
 def prediction_p_value(distance: Any, count: int, size: int) -> Any:

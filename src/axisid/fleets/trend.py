@@ -217,10 +217,11 @@ def _csv(series: Sequence[Series]) -> str:
         for chart in each.charts:
             steps = {step.place: step.difference for step in chart.steps}
             drift = "" if chart.drift is None else chart.drift.slope
-            figures = [chart.values, chart.deviations, chart.low, chart.high]
-            if not isinstance(chart.limits, Missing):
-                figures += [chart.limits.centre, chart.limits.lower, chart.limits.upper]
-            unknown = [""] * (3 * isinstance(chart.limits, Missing))
+            limits, unknown = chart.limits, [""] * (3 * isinstance(chart.limits, Missing))
+            known = (
+                () if isinstance(limits, Missing) else (limits.centre, limits.lower, limits.upper)
+            )
+            figures = (chart.values, chart.deviations, chart.low, chart.high, *known)
             name = (chart.parameter, chart.unit)
             rows += (
                 (
@@ -381,8 +382,11 @@ def trend(
     """
     points, notes = points_of(results, method)
     found = grouped(((each.axis, each.serial, tuple(each.parameters)), each) for each in points)
-    series = [_series(each, by, count_failing=count_failing) for each in found.values()]
-    return Trend(series=tuple(series), by=by or "", notes=tuple(notes))
+    return Trend(
+        series=tuple(_series(each, by, count_failing=count_failing) for each in found.values()),
+        by=by or "",
+        notes=tuple(notes),
+    )
 
 
 def _series(points: list[FleetRow], by: str | None, *, count_failing: bool) -> Series:

@@ -13,10 +13,9 @@ from axisid.presentation.documents import (
     Cell,
     Document,
     Heading,
-    TableBlock,
     blocks_html,
     paragraph,
-    text_columns,
+    text_table,
 )
 from axisid.presentation.plots import Panel, Plot, PlotSeries, Tone, labelled
 from axisid.support.arrays import Array
@@ -79,7 +78,6 @@ def trend_document(series: Sequence[Series], by: str, notes: Sequence[str] = ())
     left = len(listed) - len(shown)
     more = (f"and {left} more series without a change.",) if left > 0 else ()
     said = (paragraph(*more, *notes),) if more or notes else ()
-    heads = ("series", "results", "steps", "drifts", "beyond the limits", "verdict fails")
     rows = []
     for each in shown:
         steps = (chart.parameter for chart in each.charts if chart.steps)
@@ -88,7 +86,9 @@ def trend_document(series: Sequence[Series], by: str, notes: Sequence[str] = ())
         told = [", ".join(names) for names in (steps, drifts, far)]
         failing = sum(bool(point.failing) for point in each.points)
         rows.append((each.title, str(len(each.points)), *told, str(failing or "")))
-    overview = TableBlock(columns=text_columns(heads), rows=tuple(rows))
+    overview = text_table(
+        ("series", "results", "steps", "drifts", "beyond the limits", "verdict fails"), rows
+    )
     return heading, *([overview] if len(shown) > 1 else []), *blocks, *said
 
 
@@ -119,15 +119,17 @@ def _series_blocks(series: Series, by: str) -> tuple[Block, ...]:
             said.append(f"{name} is beyond its limits in {beyond}.")
     methods = dict.fromkeys(point.method.upper() for point in points)
     results = "1 result" if len(points) == 1 else f"{len(points)} results"
-    heads = ("parameter", "unit", "centre", "sd between", "sd of the last", "limits of the last")
-    table = TableBlock(
-        columns=text_columns(heads),
-        rows=tuple(map(_row, series.charts)),
+    table = text_table(
+        ("parameter", "unit", "centre", "sd between", "sd of the last", "limits of the last"),
+        map(_row, series.charts),
         title=f"{series.title}, {results} by {' and '.join(methods)}",
     )
     failing = [f"{p.name} ({', '.join(p.failing)})" for p in points if p.failing]
-    aside = any(points[i].failing for i in series.set_aside)
-    what = "set no limits and tell no change" if aside else "count like the others"
+    what = (
+        "set no limits and tell no change"
+        if any(points[i].failing for i in series.set_aside)
+        else "count like the others"
+    )
     odd = [point.name for point in points if not point.is_comparable]
     doubts = (
         (
@@ -173,9 +175,7 @@ def trend_plot(series: Series, by: str) -> Plot:
     """Values with their intervals over the results, the limits as a band, steps as marks."""
     steps = {step.place for chart in series.charts for step in chart.steps}
     origin = series.origin(by)
-    places = np.array(series.places)
-    if origin:
-        places = places - places[0]
+    places = np.array(series.places) - (series.places[0] if origin else 0.0)
     whole = all(_drawn(chart).all() for chart in series.charts)
     caption = "Whiskers are 95 % intervals; a band is where results stay that are alike."
     left = " Values that are not finite, or too large to compare, are not drawn."
@@ -192,8 +192,7 @@ def trend_plot(series: Series, by: str) -> Plot:
 
 def _drawn(chart: Chart) -> NDArray[np.bool_]:
     """Which values an axis of a figure can hold."""
-    ends = np.abs([chart.values, chart.low, chart.high])
-    return np.asarray(np.all(ends < LARGEST, axis=0))
+    return np.asarray(np.all(np.abs([chart.values, chart.low, chart.high]) < LARGEST, axis=0))
 
 
 def _panel(chart: Chart, places: Array) -> Panel:
@@ -201,8 +200,11 @@ def _panel(chart: Chart, places: Array) -> Panel:
     curves = []
     if not isinstance(chart.limits, Missing):
         centre, low, high = chart.limits.centre, chart.limits.lower, chart.limits.upper
-        label = "centre and limits"
-        curves.append(PlotSeries(label=label, x=places, y=centre, low=low, high=high, tone="other"))
+        curves.append(
+            PlotSeries(
+                label="centre and limits", x=places, y=centre, low=low, high=high, tone="other"
+            )
+        )
     kinds: tuple[tuple[str, NDArray[np.bool_], Tone], ...] = (
         ("results", drawn & ~beyond, "model"),
         ("beyond the limits", drawn & beyond, "error"),
