@@ -20,7 +20,7 @@ from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.documents import decimals, symbol_latex, unit_latex
 from axisid.presentation.result_files import FittedAxis, SavedIdentification, fitted_axis
-from axisid.support.errors import UsageError, is_among, is_real, quoted, range_text
+from axisid.support.errors import UsageError, is_among, is_real, quoted, range_text, refuse
 from axisid.support.files import csv_text, json_text
 
 _HEADER = (
@@ -61,12 +61,15 @@ def parameters_json(fitted: FittedAxis, methods: Sequence[str]) -> str:
 
 def parameters_csv(fitted: FittedAxis, methods: Sequence[str]) -> str:
     """One row for each method and parameter."""
-    rows: list[Sequence[object]] = [_HEADER]
-    for method in methods:
-        for name, v in fitted.values(method).items():
-            numbers = (v.value, v.sd_hac, *v.interval, v.sd, v.sd_gain, v.filter_bias)
-            rows.append([fitted.model.axis.name, method, name, v.unit, *numbers, v.chosen])
-    return csv_text(rows)
+    rows = (
+        (
+            *(fitted.model.axis.name, method, name, v.unit, v.value, v.sd_hac, *v.interval),
+            *(v.sd, v.sd_gain, v.filter_bias, v.chosen),
+        )
+        for method in methods
+        for name, v in fitted.values(method).items()
+    )
+    return csv_text([_HEADER, *rows])
 
 
 def parameters_toml(fitted: FittedAxis, methods: Sequence[str]) -> str:
@@ -133,8 +136,7 @@ def parameters_latex(fitted: FittedAxis, methods: Sequence[str]) -> str:
     """A ``tabular`` of value and deviation, which needs no package."""
     estimates = [fitted.values(method) for method in methods]
     header = ["", "unit", *(method.upper() for method in methods)]
-    values = [value for estimate in estimates for value in estimate.values()]
-    chosen = dict.fromkeys(COVARIANCES[value.chosen].label for value in values)
+    chosen = dict.fromkeys(COVARIANCES[v.chosen].label for e in estimates for v in e.values())
     lines = [
         f"% {fitted.model.axis.name}: value and standard deviation ({', '.join(chosen)})",
         rf"\begin{{tabular}}{{ll{'r' * len(methods)}}}",
@@ -218,14 +220,19 @@ def export(
             f"there is no target {quoted(to)}; choose from {', '.join(t.name for t in TARGETS)}.",
             code="export",
         )
-    if not is_real(dead_zone):
-        raise UsageError(
-            f"the dead zone is {quoted(dead_zone)}; give a speed of 0 or more.",
-            code="export",
-        )
-    if dead_zone and not target.language:
-        languages = ", ".join(each.name for each in TARGETS if each.language)
-        raise UsageError(f"a dead zone is part of {languages}, not of {to}.")
+    languages = ", ".join(each.name for each in TARGETS if each.language)
+    refuse(
+        UsageError,
+        (
+            not is_real(dead_zone),
+            f"the dead zone is {quoted(dead_zone)}; give a speed of 0 or more",
+            "export",
+        ),
+        (
+            is_real(dead_zone) and dead_zone and not target.language,
+            f"a dead zone is part of {languages}, not of {to}",
+        ),
+    )
     fitted = fitted_axis(result, axis, record)
     chosen = (fitted.result.preferred if method is None else fitted.result[method]).method
     if target.language:

@@ -12,6 +12,7 @@ and coverage stand with their Monte-Carlo errors.
 import tomllib
 from collections.abc import Mapping
 from importlib import resources
+from itertools import chain, zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -134,8 +135,10 @@ def _estimates(study: Mapping[str, Identification], table: dict[str, Any]) -> Ta
     ]
     rows: list[tuple[Cell, ...]] = []
     for i, (name, first) in enumerate(values[0]):
-        of_methods = zip(values, published, strict=True)
-        cells = (_beside(column[i][1], *paper[i]) for column, paper in of_methods)
+        cells = (
+            _beside(column[i][1], *paper[i])
+            for column, paper in zip(values, published, strict=True)
+        )
         rows.append((name, first.unit, *cells))
     if errors := table["errors"]:
         # What the published ones can mean: simulated for IV, of the equation for LS.
@@ -143,8 +146,10 @@ def _estimates(study: Mapping[str, Identification], table: dict[str, Any]) -> Ta
             each.simulation_error_percent if each.iterates else each.equation_error_percent
             for each in estimates
         )
-        both = zip(own, errors, strict=True)
-        cells = (QuantityCell(f"{error:.1f}", "", (f"{paper:g}",)) for error, paper in both)
+        cells = (
+            QuantityCell(f"{error:.1f}", "", (f"{paper:g}",))
+            for error, paper in zip(own, errors, strict=True)
+        )
         rows.append(("error", "%", *cells))
     parts = ("rel. sd", "paper", "rel. sd")[: 1 + len(published[0][0])]
     return TableBlock(
@@ -161,8 +166,9 @@ def _estimates(study: Mapping[str, Identification], table: dict[str, Any]) -> Ta
 def _beside(value: Value, paper: float, paper_sd: float | None = None) -> QuantityCell:
     """A value with its relative deviation, and the published ones."""
     published = [f"{paper:g}", *([] if paper_sd is None else [f"{paper_sd:g} %"])]
-    relative = f"{value.relative_sd_percent:.1f} %"
-    return QuantityCell(_significant(value.value), relative, tuple(published))
+    return QuantityCell(
+        _significant(value.value), f"{value.relative_sd_percent:.1f} %", tuple(published)
+    )
 
 
 def _iterations(study: Mapping[str, Identification], table: dict[str, Any]) -> TableBlock:
@@ -172,22 +178,19 @@ def _iterations(study: Mapping[str, Identification], table: dict[str, Any]) -> T
         f"{q.name} [{q.unit}]"
         for q in estimate.ddm_quantities or study["appropriate"].axis.parameters
     ]
-    steps = range(max(len(estimate.iterates), len(published)))
-    columns = [
-        TableColumn(head, group=str(step)) for step in steps for head in (str(step), "paper")
-    ]
-    rows: list[tuple[Cell, ...]] = []
-    for i, label in enumerate([*labels, "error [%]"]):
-        row = [label]
-        for step in steps:
-            ours = estimate.iterates[step] if step < len(estimate.iterates) else None
-            values = [] if ours is None else [*ours.theta, ours.simulation_error_percent]
-            row.append(_significant(values[i]) if values else "")
-            row.append(f"{published[step][i]:g}" if step < len(published) else "")
-        rows.append(tuple(row))
+    lines = [*labels, "error [%]"]
+    ours = [[*map(_significant, (*i.theta, i.simulation_error_percent))] for i in estimate.iterates]
+    papers = [[f"{figure:g}" for figure in step] for step in published]
+    # Beside one another; where one has ended, nothing.
+    steps = [*zip_longest(ours, papers, fillvalue=[""] * len(lines))]
+    columns = (
+        TableColumn(head, group=str(step))
+        for step in range(len(steps))
+        for head in (str(step), "paper")
+    )
     return TableBlock(
         columns=(*text_columns(["iteration"]), *columns),
-        rows=tuple(rows),
+        rows=tuple(zip(lines, *chain(*steps), strict=True)),
         title=f"Table {table['number']}. {method.upper()} by iteration, appropriate filter",
     )
 
@@ -233,12 +236,16 @@ def run_distributions(
 
 def distributions_document(found: Mapping[str, MonteCarlo]) -> Document:
     """The estimates of every method and filter, and what stands out."""
-    blocks: Document = ()
     studies = {name: written_study(result) for name, result in found.items()}
-    for name, result in studies.items():
-        title = f"{len(result)} twins, {name} filter, {FILTERS[name].cutoff:g} Hz"
-        blocks = *blocks, *estimand_tables(result, title), findings(result)
-    return *blocks, *(legend(result) for result in [*studies.values()][:1])
+    return (
+        *(
+            block
+            for name, study in studies.items()
+            for title in [f"{len(study)} twins, {name} filter, {FILTERS[name].cutoff:g} Hz"]
+            for block in (*estimand_tables(study, title), findings(study))
+        ),
+        *(legend(study) for study in [*studies.values()][:1]),
+    )
 
 
 def write_distributions(found: Mapping[str, MonteCarlo], folder: Path) -> list[Path]:

@@ -73,17 +73,22 @@ class TwinMachines:
     sample_period: float | None = None
 
     def __post_init__(self) -> None:
-        for what, given, least, most in (
-            ("number of machines", self.count, 1, _MOST),
-            ("number of days", self.days, 1, _MOST_DAYS),
-            ("seed", self.seed, 0, math.inf),
-        ):
-            if not (is_whole(given) and least <= given <= most):
-                span = f"from {least} to {most}" if most < math.inf else f"of {least} or more"
-                raise UsageError(
-                    f"the {what} of twins is {quoted(given)}; give a whole number {span}.",
-                    code="twin",
+        counts = (
+            ("number of machines", self.count, 1, _MOST, f"from 1 to {_MOST}"),
+            ("number of days", self.days, 1, _MOST_DAYS, f"from 1 to {_MOST_DAYS}"),
+            ("seed", self.seed, 0, math.inf, "of 0 or more"),
+        )
+        refuse(
+            UsageError,
+            *(
+                (
+                    not (is_whole(given) and least <= given <= most),
+                    f"the {what} of twins is {quoted(given)}; give a whole number {span}",
                 )
+                for what, given, least, most, span in counts
+            ),
+            code="twin",
+        )
         true = self.true_values
         shares = [("scatter", *each, {"": 1.0, **true}) for each in self.scatter.items()]
         shares += [("drift", *each, true) for each in self.drift.items()]
@@ -167,10 +172,11 @@ def twin_content(record: Record, axis: Axis, file: Path) -> str | bytes:
         As `log_content`.
     """
     units = {parameter.name: parameter.unit for parameter in axis.parameters}
-    truth = {name: record.provenance.truth[name] for name in units}
-    told = ", ".join(f"{name} = {value:.9g} {units[name]}" for name, value in truth.items())
-    about = f"{record.provenance.source}; true values {told}"
-    return log_content(record.channels(), axis, MARK, about, file)
+    truth = record.provenance.truth
+    told = ", ".join(f"{name} = {truth[name]:.9g} {unit}" for name, unit in units.items())
+    return log_content(
+        record.channels(), axis, MARK, f"{record.provenance.source}; true values {told}", file
+    )
 
 
 def write_twin(machines: TwinMachines, file: str | Path) -> Path:
