@@ -24,7 +24,7 @@ from axisid.commands.options import (
     takes,
 )
 from axisid.estimation.choices import comparison_methods
-from axisid.support.errors import UsageError
+from axisid.support.errors import UsageError, refuse
 
 
 class _ListedAxes(Command):
@@ -130,16 +130,22 @@ def compare(
             raise UsageError(f"the axis {name} is given twice; give each one once.")
         candidates[label] = axis
     for name in left_out:
-        if not any(name in {p.name for p in axis.left_out} for axis in candidates.values()):
-            raise UsageError(
-                f"--leave-out {name}: none of the candidates has such a parameter; see axisid show."
-            )
-        for label, axis in candidates.items():
-            if name in {p.name for p in axis.parameters}:  # which a rung brings back
-                raise UsageError(
-                    f"--leave-out {name}: the ladder's rung {label!r} is with {name}, which is "
-                    "friction; leave out what all rungs share, or give the candidates by --axes."
+        refuse(
+            UsageError,
+            (
+                not any(name in {p.name for p in axis.left_out} for axis in candidates.values()),
+                "none of the candidates has such a parameter; see axisid show",
+            ),
+            *(
+                (
+                    name in {p.name for p in axis.parameters},  # which a rung brings back
+                    f"the ladder's rung {label!r} is with {name}, which is friction; leave out "
+                    "what all rungs share, or give the candidates by --axes",
                 )
+                for label, axis in candidates.items()
+            ),
+            before=f"--leave-out {name}: ",
+        )
     with ProgressLine("comparing") as line:
         built = {name: stages.build(axis) for name, axis in candidates.items()}
         result = stages.compare(

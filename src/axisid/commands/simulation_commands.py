@@ -427,8 +427,12 @@ def paper(output: str | None, runs: int | None, jobs: int, force: bool) -> None:
     check_folder(output, "--output", files, force=force)
 
     def put(made: Any, document: "stages.Document", write: Callable[[Any, Path], Any]) -> None:
-        ways = (output, lambda folder: write(made, Path(folder)))
-        put_out(None, dict, lambda: print_document(document), ways)
+        put_out(
+            None,
+            dict,
+            lambda: print_document(document),
+            (output, lambda folder: write(made, Path(folder))),
+        )
 
     with ProgressLine("the paper's study") as line:
         study = stages.run_study(line)

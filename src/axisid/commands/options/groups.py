@@ -55,8 +55,10 @@ def option(
     shown = (
         {"is_flag": True} if isinstance(default, bool) else {"show_default": default is not None}
     )
-    asked = {"help": said, "default": default, **shown, **how}
-    return field(default=default, metadata={"name": name, "option": asked})
+    return field(
+        default=default,
+        metadata={"name": name, "option": {"help": said, "default": default, **shown, **how}},
+    )
 
 
 def reading(read: Callable[[Any], Any]) -> Callable[[click.Context, click.Parameter, Any], Any]:

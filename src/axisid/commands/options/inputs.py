@@ -112,8 +112,10 @@ def names_in(text: str | None) -> tuple[str, ...]:
     names = tuple(map(str.strip, text.split(","))) if text else ()
     for name in names:
         if not name or names.count(name) > 1:
-            fault = f"{name!r} twice" if name else "an empty name"
-            raise click.BadParameter(f"{text!r} has {fault}; name each once, as in M,Fv.")
+            raise click.BadParameter(
+                f"{text!r} has {f'{name!r} twice' if name else 'an empty name'}; name each once, "
+                "as in M,Fv."
+            )
     return names
 
 
