@@ -310,9 +310,13 @@ def _plain(text: str) -> str:
 
 def _set_ticks(axis: Axis, *, log: bool = False, whole: bool = False) -> None:
     """Give an axis ticks for the range that it shows, whose limits are final."""
-    fewest = 1 if whole else _FEWEST
     axis.set_major_locator(
-        MaxNLocator("auto", steps=[1, 2, 2.5, 5, 10], integer=whole, min_n_ticks=fewest)
+        MaxNLocator(
+            "auto",
+            steps=[1, 2, 2.5, 5, 10],
+            integer=whole,
+            min_n_ticks=1 if whole else _FEWEST,
+        )
     )
     plain = ScalarFormatter(useOffset=False, useMathText=True)
     plain.set_powerlimits(_WRITTEN_OUT)

@@ -314,16 +314,15 @@ def _page(
     if records:
         names = [record.provenance.source for record in records]
         sources = names[0] if len(names) == 1 else f"{len(names)} records"
-        samples = sum(map(len, records))
-        subheading = f"{axis.axis.name}, {subheading} {sources}, {samples} samples"
+        subheading = f"{axis.axis.name}, {subheading} {sources}, {sum(map(len, records))} samples"
         if truth := records[0].provenance.truth:
             listed = ", ".join(f"{name} = {value:g}" for name, value in truth.items())
-            said = f"This record is not a measurement: it was computed with {escape(listed)}."
-            simulated = _SIMULATED.format(said)
+            simulated = _SIMULATED.format(
+                f"This record is not a measurement: it was computed with {escape(listed)}."
+            )
     several = len(plots) > 1
     style = _asset("page.css") + _asset("records.css") * several
     script = "".join(map(_asset, _SCRIPTS)) + _asset("records.js") * several
-    again = f"<p>The command that reproduces it:</p><pre>{unbroken(command)}</pre>"
     title = escape(heading or axis.axis.title or axis.axis.name)
     shown = tuple(block for block in document if not isinstance(block, (Heading, Checks)))
     drawn = (plot for of in plots.values() for plot in of.values() if isinstance(plot, Plot))
@@ -338,7 +337,7 @@ def _page(
         figures=figures_html(plots, [record.provenance.source for record in records]),
         model=model or _model_html(axis.axis),
         provenance=blocks_html((Heading(facts=tuple({**facts, **_made_by(axis)}.items())),))
-        + (again if command else ""),
+        + f"<p>The command that reproduces it:</p><pre>{unbroken(command)}</pre>" * bool(command),
         data=script_json(figures_data(drawn)),
         style=style,
         script=script,
@@ -444,19 +443,17 @@ def _asset(name: str) -> str:
 
 def _hash(text: str) -> str:
     """What the page's security policy knows its own script or style by."""
-    digest = hashlib.sha256(text.encode()).digest()
-    return f"sha256-{base64.b64encode(digest).decode()}"
+    return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
 
 
 def fit_plots(fit: OutputFit) -> Mapping[int, Mapping[str, Plot]]:
     """Figures by the number of the record, from 1, each by its name; of one record under 0."""
     if len(fit.records) == 1:
         return {0: {"output": output_plot(fit)}}
-    found = {
+    return {0: {}} | {
         i: {f"output-{i}": numbered(output_plot(fit, i - 1), i, record.provenance.source)}
         for i, record in enumerate(fit.records, 1)
     }
-    return {0: {}, **found}
 
 
 _PATIENCE = 1.0  # s

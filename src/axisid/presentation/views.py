@@ -244,9 +244,10 @@ def _no_figure(result: Presentable, what: str, there: Iterable[str]) -> UsageErr
             + (f", or choose from {listed}." if listed else "."),
             code="figure",
         )
-    choose = f"; choose from {listed}" if listed else ""
     return UsageError(
-        f"{type(result).__name__} has no figure {quoted(what)}{choose}.", code="figure"
+        f"{type(result).__name__} has no figure {quoted(what)}"
+        + (f"; choose from {listed}." if listed else "."),
+        code="figure",
     )
 
 

@@ -34,12 +34,13 @@ def axis_page(model: AxisModel, form: str = "text") -> str:
 
 def axis_document(model: AxisModel) -> Document:
     """Return the page of an axis in blocks."""
-    q = model.axis.coordinate
-    listings = (
-        Listing(title=section.title, lines=tuple(_lines(section, q)))
-        for section in _sections(model)
+    return (
+        paragraph(_title(model)),
+        *(
+            Listing(title=section.title, lines=tuple(_lines(section, model.axis.coordinate)))
+            for section in _sections(model)
+        ),
     )
-    return paragraph(_title(model)), *listings
 
 
 def _title(model: AxisModel) -> str:
@@ -73,10 +74,8 @@ def _motion(axis: Axis, *more: Formula) -> list[Section]:
         note=f"position {q.symbol} [{q.unit}], velocity {q.velocity}, acceleration "
         f"{q.acceleration}; {FORCE} is the drive's force on the load side",
     )
-    parameters = _listed(
-        [(p.name, p.unit, ", ".join(filter(None, _facts(p)))) for p in axis.parameters]
-    )
-    return [equation, Section(title="Parameters", lines=parameters)]
+    facts = [(p.name, p.unit, ", ".join(filter(None, _facts(p)))) for p in axis.parameters]
+    return [equation, Section(title="Parameters", lines=_listed(facts))]
 
 
 def _facts(p: Parameter) -> tuple[str, ...]:

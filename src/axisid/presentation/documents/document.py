@@ -235,9 +235,12 @@ def text_table(
     said: tuple[str, ...] = (),
 ) -> TableBlock:
     """A table whose columns are told by their heads, see `text_columns`."""
-    cells = tuple(map(tuple, rows))
     return TableBlock(
-        columns=text_columns(heads), rows=cells, labels=labels, title=title, said=said
+        columns=text_columns(heads),
+        rows=tuple(map(tuple, rows)),
+        labels=labels,
+        title=title,
+        said=said,
     )
 
 

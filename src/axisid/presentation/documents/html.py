@@ -53,9 +53,11 @@ def intervals_html(drawn: Intervals) -> str:
         for i, each in enumerate(drawn.intervals, 1)
         for y in [f"{_HEIGHT * i / (len(drawn.intervals) + 1):.1f}"]
     )
-    size = f'viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}"'
-    colours = 'stroke="currentColor" fill="currentColor" width="170"'  # of a page without its own
-    return f'<svg class="interval" {size} {colours} role="img">{marks}</svg>'
+    # With colours and a size for a page without its own.
+    return (
+        f'<svg class="interval" viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}" stroke="currentColor" '
+        f'fill="currentColor" width="170" role="img">{marks}</svg>'
+    )
 
 
 def prose_html(sentence: str) -> str:

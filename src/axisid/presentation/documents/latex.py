@@ -153,8 +153,7 @@ class _Printer(InReadingOrder, _House):
 
 def with_named_steps(value: sympy.Expr) -> sympy.Expr:
     """SymPy prints a step as a theta, which here is a parameter of the direct model."""
-    step = sympy.Function("step")
-    return value.replace(sympy.Heaviside, lambda inside, _: step(inside))
+    return value.replace(sympy.Heaviside, lambda inside, _: sympy.Function("step")(inside))
 
 
 def escaped_latex(text: str) -> str:

@@ -13,18 +13,13 @@ _NUMBER = re.compile(r"(?<![\w.^*/)+-])([+-]?)(\d+(?:\.\d+)?)(?:e([+-]?\d+))?(?!
 
 def readable_unit(unit: str) -> str:
     """A unit with its powers raised: ``m/s²``."""
-    return re.sub(r"(?:\^|\*\*)(-?\d+)", lambda m: raised(m[1]), unit)
+    return re.sub(r"(?:\^|\*\*)(-?\d+)", lambda m: m[1].translate(_RAISED), unit)
 
 
 def readable_text(text: str) -> str:
     """A sentence as it is printed: ``1.2e-06 kg m^2`` gets a true power of ten."""
     numbered = _NUMBER.sub(_number, text.replace(" +-", " ±"))
-    return re.sub(r"(?<=[^\W\d_])\^(-?\d+)(?![\w.])", lambda m: raised(m[1]), numbered)
-
-
-def raised(digits: str) -> str:
-    """An exponent."""
-    return digits.translate(_RAISED)
+    return re.sub(r"(?<=[^\W\d_])\^(-?\d+)(?![\w.])", lambda m: m[1].translate(_RAISED), numbered)
 
 
 def decimals(deviation: float, digits: int = 2, least: int = 0) -> int:
@@ -47,7 +42,7 @@ def _number(found: re.Match[str]) -> str:
         return sign + figures
     value = float(f"{figures}e{exponent}")
     if value and not _PLAIN[0] <= value < _PLAIN[1]:
-        return f"{sign}{figures} {_TIMES} 10{raised(str(int(exponent)))}"
+        return f"{sign}{figures} {_TIMES} 10{str(int(exponent)).translate(_RAISED)}"
     places = max(len(figures.partition(".")[2]) - int(exponent), 0)
     plain = f"{value:,.{places}f}" if value >= _GROUPED else f"{value:.{places}f}"
     return sign + plain.replace(",", _THIN)

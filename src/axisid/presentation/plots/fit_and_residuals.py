@@ -113,8 +113,11 @@ def autocorrelation_plot(estimate: Estimate | SavedEstimate) -> Plot:
 def spectrum_plot(estimate: Estimate) -> Plot | Missing:
     """Power density of the left side and of the residuals, by Welch's method."""
     left, unit = estimate.form.left, left_unit(estimate)
-    both = np.column_stack([estimate.y, estimate.residuals])
-    found = power_density(both, 1 / estimate.row_period, estimate.neighbours)
+    found = power_density(
+        np.column_stack([estimate.y, estimate.residuals]),
+        1 / estimate.row_period,
+        estimate.neighbours,
+    )
     if isinstance(found, Missing):
         return found
     frequency, power = found

@@ -194,8 +194,9 @@ def drawable(plot: Plot | Missing, name: str) -> Plot:
         There is none, and why.
     """
     if isinstance(plot, Missing):
-        stop = "" if str(plot).endswith(".") else "."
-        raise UsageError(f"there is no figure of the {name}: {plot}{stop}", code="figure")
+        raise UsageError(
+            f"there is no figure of the {name}: {str(plot).removesuffix('.')}.", code="figure"
+        )
     return plot
 
 

@@ -126,8 +126,9 @@ def record_plot(result: Identification) -> Plot:
     recorded = "integral of the velocity" if record.integrated else "position"
     position = [line(recorded, *drawn("position", record.position), "measured")]
     if record.reference is not None:
-        reference = line("reference", *drawn("reference", record.reference))
-        position.append(replace(reference, broad=True))
+        position.append(
+            replace(line("reference", *drawn("reference", record.reference)), broad=True)
+        )
     outside = _outside(record)
     lost = [place for place in _gaps(record) if not any(a <= place <= b for a, b in outside)]
     columns: tuple[tuple[str, str, Array | None, Tone], ...] = (
@@ -334,8 +335,9 @@ def plots_by_record(
     """
     if not result.of_records:
         return {0: result_plots(result, sweep)}
-    of_all = {"convergence": convergence_plot(result.preferred), **_over_cutoff(result, sweep)}
-    found: dict[int, dict[str, Plot | Missing]] = {0: of_all}
+    found: dict[int, dict[str, Plot | Missing]] = {
+        0: {"convergence": convergence_plot(result.preferred), **_over_cutoff(result, sweep)}
+    }
     for i, (part, name) in enumerate(zip(result.parts, result.record_names, strict=True), 1):
         found[i] = {
             f"{key}-{i}": plot if isinstance(plot, Missing) else numbered(plot, i, name)

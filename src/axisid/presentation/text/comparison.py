@@ -93,10 +93,6 @@ def comparison_document(c: Comparison) -> Document:
 
 
 def _heading(c: Comparison) -> Heading:
-    method = (
-        f"{c.method.upper()}; the same rows for all [7]; {c.blocks} blocks held out, a gap of "
-        f"{c.gap} rows on both sides"
-    )
     known = [{name: each[i] for name, each in c.known.items()} for i in range(len(c.records))]
     units = {p.name: p.unit for p in c.problem.axis.declared.parameters}
     facts = {
@@ -104,7 +100,8 @@ def _heading(c: Comparison) -> Heading:
         **records_facts(c.records, known, units),
         **set_aside_facts(c.set_aside),
         "columns": "",
-        "method": method,
+        "method": f"{c.method.upper()}; the same rows for all [7]; {c.blocks} blocks held out, a "
+        f"gap of {c.gap} rows on both sides",
     }
     return Heading(facts=tuple(facts.items()))
 

@@ -244,8 +244,8 @@ def validation_document(validation: Validation) -> Document:
     """What was repaired of the record, and the errors."""
     record = validation.record
     title = f"Frozen estimates on {record.provenance.source}, {len(record)} samples:"
-    facts = (("repaired", record_facts(record)["repaired"]),)
-    errors = text_table(
+    heading = Heading(facts=(("repaired", record_facts(record)["repaired"]),), title=title)
+    return heading, text_table(
         ["validation", "unit", *(v.method.upper() for v in validation)],
         (
             (*name, *("-" if x is None else f"{x:#.4g}".rstrip(".") for x in figures))
@@ -254,7 +254,6 @@ def validation_document(validation: Validation) -> Document:
         labels=2,
         said=validation.notes,
     )
-    return Heading(facts=facts, title=title), errors
 
 
 def fit_validation_document(validation: FitValidation) -> Document:

@@ -202,8 +202,10 @@ def legend(result: SavedMonteCarlo) -> Paragraph:
 def findings(result: SavedMonteCarlo) -> Paragraph:
     """What is beyond the Monte-Carlo error, and what came to nothing."""
     share, interval = share_texts(result.objected)
-    on = "on the right model" if result.twins.right else "on a wrong model"
-    objected = f"A check fails in {share} % ({interval} %) of {result.judged} verdicts {on}."
+    objected = (
+        f"A check fails in {share} % ({interval} %) of {result.judged} verdicts on "
+        f"{'the right' if result.twins.right else 'a wrong'} model."
+    )
     return paragraph(
         *(f"{check.meaning}." for check in result.checks if check.status != "not evaluated"),
         *([objected] if result.judged else []),

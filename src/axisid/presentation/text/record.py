@@ -75,8 +75,10 @@ def force_told(drive: Drive, remark: str, *, is_gain: bool, measured: bool) -> t
     """What is taken as the force, and what is said of how it acts."""
     if measured:
         return ("force column",)
-    force = "drive gain x control" if is_gain else "what the drive makes of the control"
-    return force, *filter(None, (drive.timing_text, remark))
+    return (
+        "drive gain x control" if is_gain else "what the drive makes of the control",
+        *filter(None, (drive.timing_text, remark)),
+    )
 
 
 def signals_text(signals: Sequence[Signal]) -> str:
