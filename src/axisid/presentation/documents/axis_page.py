@@ -1,7 +1,7 @@
 """An axis on one page: what was declared and what was derived, as text, LaTeX or Markdown."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import groupby
 
 from axisid.modeling.declaration import Axis, ControlLaw, Experiment, equation_of_motion, known_text
@@ -198,47 +198,48 @@ def _lines(section: Section, coordinate: Coordinate) -> Iterator[str]:
 
 
 def _latex(title: str, sections: Iterable[Section], coordinate: Coordinate) -> str:
-    lines = [
-        r"\documentclass{article}",
-        r"\usepackage{amsmath}",
-        r"\begin{document}",
+    body = _body(
+        sections,
+        lambda head: ("", rf"\subsection*{{{escaped_latex(head)}}}"),
+        lambda note: (escaped_latex(note),),
+        lambda sentences: (" \\\\\n".join(map(escaped_latex, sentences)),),
+        lambda lines: (r"\begin{align*}", aligned_latex(lines, coordinate), r"\end{align*}"),
+    )
+    begin = (
+        *(r"\documentclass{article}", r"\usepackage{amsmath}", r"\begin{document}"),
         rf"\section*{{{escaped_latex(title)}}}",
-    ]
-    for section in sections:
-        lines += ["", rf"\subsection*{{{escaped_latex(section.title)}}}"]
-        lines += [f"{escaped_latex(_sentence(section.note))}"] if section.note else []
-        for sentences, formulas in _blocks(section):
-            lines += [" \\\\\n".join(map(escaped_latex, sentences))] if sentences else []
-            if formulas:
-                body = aligned_latex(formulas, coordinate)
-                lines += [r"\begin{align*}", body, r"\end{align*}"]
-    return "\n".join([*lines, "", r"\end{document}"]) + "\n"
+    )
+    return "\n".join([*begin, *body, "", r"\end{document}"]) + "\n"
 
 
 def _markdown(title: str, sections: Iterable[Section], coordinate: Coordinate) -> str:
-    lines = [f"# {title.translate(_MARKDOWN)}"]
+    body = _body(
+        sections,
+        lambda head: ("", f"## {head.translate(_MARKDOWN)}", ""),
+        lambda note: (note.translate(_MARKDOWN), ""),
+        lambda said: [f"- {' '.join(s.split()).translate(_MARKDOWN)}" for s in said],
+        lambda lines: (
+            *("$$", r"\begin{aligned}", aligned_latex(lines, coordinate)),
+            *(r"\end{aligned}", "$$"),
+        ),
+    )
+    return "\n".join([f"# {title.translate(_MARKDOWN)}", *body]) + "\n"
+
+
+def _body(
+    sections: Iterable[Section],
+    head: Callable[[str], Iterable[str]],
+    note: Callable[[str], Iterable[str]],
+    listed: Callable[[list[str]], Iterable[str]],
+    aligned: Callable[[list[Formula]], Iterable[str]],
+) -> Iterator[str]:
+    """Lines of sections: what the head and the note, sentences and formulas that follow make."""
     for section in sections:
-        lines += ["", f"## {section.title.translate(_MARKDOWN)}", ""]
-        lines += [_sentence(section.note).translate(_MARKDOWN), ""] if section.note else []
-        for sentences, formulas in _blocks(section):
-            lines += [f"- {' '.join(s.split()).translate(_MARKDOWN)}" for s in sentences]
-            if formulas:
-                body = aligned_latex(formulas, coordinate)
-                lines += ["$$", r"\begin{aligned}", body, r"\end{aligned}", "$$"]
-    return "\n".join(lines) + "\n"
-
-
-def _blocks(section: Section) -> list[tuple[list[str], list[Formula]]]:
-    """Neighbouring sentences together, and neighbouring formulas."""
-    return [
-        (
-            [line for line in group if isinstance(line, str)],
-            [line for line in group if isinstance(line, Formula)],
-        )
-        for _, lines in groupby(section.lines, lambda line: isinstance(line, str))
-        for group in [list(lines)]
-    ]
-
-
-def _sentence(note: str) -> str:
-    return f"{note[:1].upper()}{note[1:]}."
+        yield from head(section.title)
+        yield from note(f"{section.note[:1].upper()}{section.note[1:]}.") if section.note else ()
+        for is_text, lines in groupby(section.lines, lambda line: isinstance(line, str)):
+            group = [*lines]
+            if is_text:
+                yield from listed([line for line in group if isinstance(line, str)])
+            else:
+                yield from aligned([line for line in group if isinstance(line, Formula)])

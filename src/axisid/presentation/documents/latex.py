@@ -219,9 +219,7 @@ def _line(formula: Formula, q: Coordinate) -> str:
 
 def _sum(value: sympy.Expr | None, q: Coordinate) -> str:
     """An expression, a long sum on several lines."""
-    if value is None:
-        return ""
-    return " \\\\\n&\\quad ".join(_rows(_terms(value, q)))
+    return "" if value is None else " \\\\\n&\\quad ".join(_rows(_terms(value, q)))
 
 
 def _rows(terms: Sequence[str]) -> list[str]:
