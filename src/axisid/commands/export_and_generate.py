@@ -147,11 +147,13 @@ def generate(axes: tuple[str, ...], check: bool, output: str, force: bool) -> No
         )
     if findings:
         place = [] if output == "generated" else [f"--output {output}"]
-        told = f"not as generated: {len(findings)} of {len(files)}; run: "
-        told += " ".join(["axisid generate", *axes, *place])
-        if any(finding.state == "orphan" for finding in findings):
-            told += "; remove the orphans, or name the axes that are meant"
-        click.echo(told, err=True)
+        orphans = any(finding.state == "orphan" for finding in findings)
+        click.echo(
+            f"not as generated: {len(findings)} of {len(files)}; run: "
+            + " ".join(["axisid generate", *axes, *place])
+            + "; remove the orphans, or name the axes that are meant" * orphans,
+            err=True,
+        )
         sys.exit(1)
     click.echo(f"{len(files)} files are current.")
 

@@ -377,9 +377,8 @@ def study(
         )
 
     def draw(folder: str) -> list[Path]:
-        found = stages.monte_carlo_plots(result).values()
-        plots = [plot for plot in found if isinstance(plot, stages.Plot)]
-        return stages.write_figures(plots, Path(folder), "pdf")
+        found = stages.monte_carlo_plots(result)
+        return stages.write_figures(found.values(), Path(folder), "pdf")
 
     put_result(
         result,

@@ -23,7 +23,7 @@ from axisid.presentation.plots import (
     row_times,
     sweep_plot,
 )
-from axisid.support.errors import UsageError
+from axisid.support.errors import Missing, UsageError
 from axisid.support.files import replace_file
 
 try:
@@ -385,12 +385,12 @@ def sweep_figure(result: Sweep, path: Path) -> None:
     _save(draw(sweep_plot(result), title), path)
 
 
-def write_figures(plots: Iterable[Plot], folder: Path, form: str) -> list[Path]:
-    """Write each plot into its own file, made for a page with a caption.
+def write_figures(plots: Iterable[Plot | Missing], folder: Path, form: str) -> list[Path]:
+    """Write each plot that there is into its own file, made for a page with a caption.
 
     Parameters
     ----------
-    plots : iterable of Plot
+    plots : iterable of Plot or Missing
     folder : Path
         Made if it is not there.
     form : {"pdf", "svg", "png"}
@@ -401,7 +401,7 @@ def write_figures(plots: Iterable[Plot], folder: Path, form: str) -> list[Path]:
         The files.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    written = {folder / f"{plot.name}.{form}": plot for plot in plots}
+    written = {folder / f"{p.name}.{form}": p for p in plots if isinstance(p, Plot)}
     for path, plot in written.items():
         _save(draw(plot), path)
     return [*written]

@@ -197,8 +197,8 @@ def axis_and_records(
             found[0] = stages.twin_record(stages.build(whole) if left_out else generated)
     stages.known_of(sharing.known, max(len(logs), 1))
     records, used = tuple(found.values()), tuple(found)
-    shared: dict[str, Any] = {"local": sharing.local, "known": sharing.known}
-    if bad:
-        shared["known"] = stages.known_without(used, sharing.known)
-        shared["local"] = sharing.local if len(used) > 1 else ()
+    shared: dict[str, Any] = {
+        "local": () if bad and len(used) == 1 else sharing.local,
+        "known": stages.known_without(used, sharing.known),
+    }
     return Inputs(axis=generated, records=records, used=used, set_aside=bad, shared=shared)
