@@ -128,9 +128,7 @@ def _machines(rows: Sequence[FleetRow]) -> list[list[FleetRow]]:
     """
     found = grouped((row.serial, row) for row in rows)
     told = [each for serial, each in found.items() if serial]
-    if len(told) > 1 and max(map(len, told)) > 1:
-        return told
-    return [[row] for row in rows]
+    return told if len(told) > 1 and max(map(len, told)) > 1 else [[row] for row in rows]
 
 
 def _judged(
@@ -225,13 +223,12 @@ def _group_blocks(group: AxisGroup) -> tuple[Block, ...]:
         for name, unit, (middle, told, sd) in zip(group.names, group.units, figures, strict=True)
     )
     of = "logs" if group.machines == len(group.rows) else "machines"
-    title = f"{group.axis}, {_logs(len(group.rows))}"
-    if of == "machines":
-        title += f" of {group.machines} machines"
-    if group.untold:
-        title += f", {group.untold} without a serial number and so not compared"
     table = text_table(
-        ("parameter", "unit", "centre", f"sd between {of}", "sd of an estimate"), rows, title=title
+        ("parameter", "unit", "centre", f"sd between {of}", "sd of an estimate"),
+        rows,
+        title=f"{group.axis}, {_logs(len(group.rows))}"
+        + f" of {group.machines} machines" * (of == "machines")
+        + f", {group.untold} without a serial number and so not compared" * bool(group.untold),
     )
     if isinstance(group.usual, Missing):
         said = f"{group.axis}: {group.usual.reason}; so the sd between {of} is not told."
