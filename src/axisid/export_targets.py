@@ -4,7 +4,6 @@ In: what is to be written. Out: text. Knows nothing of what writers import: the 
 the table for its help, and rows name their writers, which are imported when they write.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pkgutil import resolve_name
 from typing import Any
@@ -34,8 +33,7 @@ class ExportTarget:
 
     def write(self, *source: Any) -> str:
         """Return the text."""
-        written: Callable[..., str] = resolve_name(self.writer)
-        return written(*source)
+        return str(resolve_name(self.writer)(*source))
 
 
 _PRINTERS, _TABLES = "axisid.codegen.printers", "axisid.exports"

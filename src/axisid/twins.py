@@ -245,11 +245,16 @@ def write_twins(
                 machine, day = names[name]
                 record, file = machines.record(machine, day), Path(made, name)
                 replace_file(file, twin_content(record, declared, file))
-                own = {"axis": _from(place, axis), "serial": machines.serial(machine)}
-                dated = {"date": machines.date(day)} if machines.days > 1 else {}
-                true = machines.truth(machine, day).items()
-                told = {f"true {name} [{units[name]}]": value for name, value in true}
-                rows.append({"log": name, **own, **dated, **told})
+                true = machines.truth(machine, day)
+                rows.append(
+                    {
+                        "log": name,
+                        "axis": _from(place, axis),
+                        "serial": machines.serial(machine),
+                        **({"date": machines.date(day)} if machines.days > 1 else {}),
+                        **{f"true {n} [{units[n]}]": value for n, value in true.items()},
+                    }
+                )
             for name in names:
                 os.replace(Path(made, name), place / name)
         replace_file(place / MANIFEST, csv_text([rows[0], *(row.values() for row in rows)]))

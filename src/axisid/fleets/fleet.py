@@ -167,8 +167,7 @@ def fleet(
     rows = {
         name: msgspec.structs.replace(row, status="skipped") if row.has_result else row
         for name, row in done.items()
-    }
-    rows |= {row.name: row for row in made}
+    } | {row.name: row for row in made}
     return Fleet(
         folder=str(out),
         rows=tuple(rows[item.name] for item in items),

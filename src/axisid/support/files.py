@@ -171,8 +171,11 @@ def stamps(path: Path) -> dict[Path, Stamp]:
         It cannot be read.
     """
     files = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
-    found = {file: file.stat() for file in files}
-    return {f: (s.st_dev, s.st_ino, s.st_size, s.st_mtime_ns) for f, s in found.items()}
+    return {
+        file: (s.st_dev, s.st_ino, s.st_size, s.st_mtime_ns)
+        for file in files
+        for s in [file.stat()]
+    }
 
 
 def digest_of(files: list[Path]) -> str:
