@@ -511,7 +511,7 @@ def write_outputs(
             from .matplotlib import write_figures
 
             found = plots_by_record(result, cutoffs).values()
-            plots = [p for of_one in found for p in of_one.values() if isinstance(p, Plot)]
+            plots = (plot for of_one in found for plot in of_one.values())
             written += write_figures(plots, Path(figures), "pdf")
     except OSError as error:
         place = error.filename or report or figures

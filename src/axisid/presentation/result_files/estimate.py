@@ -288,8 +288,12 @@ def _further(
 
 def _written(kind: type[_Number], value: Value, **others: Any) -> _Number:
     """A number with unit, deviations and interval."""
-    deviations = {name: sd for name, sd in value.deviations.items() if name not in _NAMED}
-    return written_as(kind, value, deviations=deviations or UNSET, **others)
+    return written_as(
+        kind,
+        value,
+        deviations={n: sd for n, sd in value.deviations.items() if n not in _NAMED} or UNSET,
+        **others,
+    )
 
 
 def matrix(values: Array) -> Matrix:

@@ -127,11 +127,14 @@ def _table(results: ResultComparison, method: str) -> TableBlock:
         for d in results.differences
         if d.method == method
     ]
-    for kind in ("equation error", "simulation error"):
-        pair = results.errors.get(f"{method} {kind}", (None, None))
-        cells = [or_dash(x, ".4g") for x in pair]
-        apart = "" if None in pair else f"{pair[1] - pair[0]:+.3g}"  # type: ignore[operator]
-        rows.append((kind, "%", *cells, "", "", apart, ""))
+    rows += [
+        (
+            *(kind, "%", or_dash(first, ".4g"), or_dash(second, ".4g"), "", ""),
+            *("" if first is None or second is None else f"{second - first:+.3g}", ""),
+        )
+        for kind in ("equation error", "simulation error")
+        for first, second in [results.errors.get(f"{method} {kind}", (None, None))]
+    ]
     return text_table(
         (method.upper(), "unit", "A", "B", "sd A", "sd B", "B - A", "in deviations [1]"),
         rows,

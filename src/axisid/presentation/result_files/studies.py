@@ -315,10 +315,8 @@ class SavedMonteCarlo(
     def noise(self) -> Chain:
         """Of the twins."""
         twins = self.twins
-        if not isinstance(twins.chain, UnsetType):
-            return twins.chain
         experiment = Chain(position=twins.position_noise, position_step=twins.resolution)
-        return declared_chain(experiment, **cast(Any, twins.noise))
+        return twins.chain or declared_chain(experiment, **cast(Any, twins.noise))
 
 
 def written_study(result: MonteCarlo) -> SavedMonteCarlo:

@@ -219,13 +219,23 @@ def _why(check: ParameterSignificance, candidate: Candidate) -> str:
 
 
 def _remarks(c: Comparison) -> list[Sentence]:
-    """What kept a candidate or a figure out, and what disagrees."""
+    """Bounds and control laws that do not hold, what kept a candidate out, and what disagrees."""
     shared = grouped((e.reason, e.name) for e in c.candidates if e.reason)
     simulated = [(e.simulation.error_percent, e.name) for e in c.candidates if e.simulation]
     least = min(simulated)[1] if simulated else None
     first, *others = c.candidates
     return [
-        *_faults(c),
+        *(
+            Sentence(text=f"{each.name}: {check.meaning}.")
+            for each in c.candidates
+            for check in [within_bounds(each.estimate, None if each.name in c.tied else _LACKING)]
+            if isinstance(check, Check) and check.status == "fail"
+        ),
+        *(
+            []
+            if isinstance(c.law, Missing) or c.law.passed
+            else [Sentence(text=f"Believe nothing before this is mended: {c.law.sentence}.")]
+        ),
         *(Sentence(text=f"{name} is left out: {why}") for name, why in c.failures.items()),
         *(
             Sentence(text=f"{a} and {b} are the same model in different parameters, on these rows.")
@@ -246,19 +256,6 @@ def _remarks(c: Comparison) -> list[Sentence]:
             else [Sentence(text=f"The held-out simulation error is smallest for {least}.")]
         ),
     ]
-
-
-def _faults(c: Comparison) -> list[Sentence]:
-    """Parameters beyond their bounds, and a control law that is not the declared one."""
-    faults = [
-        Sentence(text=f"{each.name}: {check.meaning}.")
-        for each in c.candidates
-        for check in [within_bounds(each.estimate, None if each.name in c.tied else _LACKING)]
-        if isinstance(check, Check) and check.status == "fail"
-    ]
-    if not isinstance(c.law, Missing) and not c.law.passed:
-        faults.append(Sentence(text=f"Believe nothing before this is mended: {c.law.sentence}."))
-    return faults
 
 
 def _notes(c: Comparison) -> list[str]:
