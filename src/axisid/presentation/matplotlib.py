@@ -22,6 +22,7 @@ from axisid.presentation.plots import (
     force_plot,
     row_times,
     sweep_plot,
+    with_series,
 )
 from axisid.support.errors import Missing, UsageError
 from axisid.support.files import replace_file
@@ -354,18 +355,9 @@ def force_figure(estimate: Estimate, title: str, path: Path, *, seconds: float =
         How much of the record is shown, from its first row.
     """
     plot, end = force_plot(estimate), float(row_times(estimate)[0]) + seconds
-    shown = (
-        replace(
-            panel,
-            series=tuple(
-                replace(each, x=each.x[each.x <= end], y=each.y[each.x <= end])
-                for each in panel.series
-            ),
-        )
-        for panel in plot.panels
-    )
+    shown = with_series(plot, lambda s: replace(s, x=s.x[s.x <= end], y=s.y[s.x <= end]))
     title = f"{title}: equation error {estimate.equation_error_percent:.1f} %"
-    _save(draw(replace(plot, panels=tuple(shown)), title), path)
+    _save(draw(shown, title), path)
 
 
 def sweep_figure(result: Sweep, path: Path) -> None:

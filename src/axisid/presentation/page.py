@@ -49,6 +49,7 @@ from axisid.presentation.plots import (
     numbered,
     output_plot,
     plots_by_record,
+    with_series,
 )
 from axisid.presentation.result_files import identification_facts, written_study
 from axisid.presentation.text import (
@@ -98,10 +99,8 @@ def figures_data(plots: Iterable[Plot]) -> dict[str, Any]:
         content = base64.b64encode(values.astype("<f4").tobytes()).decode("ascii")
         return numbers.setdefault(content, len(numbers))
 
-    listed = []
-    for plot in plots:
-        panels = (replace(p, series=tuple(map(_thinned_series, p.series))) for p in plot.panels)
-        listed.append(msgspec.to_builtins(replace(plot, panels=tuple(panels)), enc_hook=put))
+    thin = (with_series(plot, _thinned_series) for plot in plots)
+    listed = [msgspec.to_builtins(plot, enc_hook=put) for plot in thin]
     return {"arrays": list(numbers), "plots": [{**plot, "shade": SHADED} for plot in listed]}
 
 

@@ -155,9 +155,12 @@ def _law(law: ControlLaw | None, unit: str) -> Section:
     )
     held = "evaluated all the time" if law.continuous else f"every {law.period:g} s, and held"
     late = f"; applied {law.delay} samples late" if law.delay else ""
-    if law.reference_between:
-        late += f"; at a clock of its own, the reference {law.reference_between} between samples"
-    return Section(title="Control law", lines=lines, note=f"{law.name}; {held}{late}")
+    clock = f"; at a clock of its own, the reference {law.reference_between} between samples"
+    return Section(
+        title="Control law",
+        lines=lines,
+        note=f"{law.name}; {held}{late}" + clock * bool(law.reference_between),
+    )
 
 
 def _experiment(axis: Axis, experiment: Experiment) -> Section:

@@ -29,6 +29,7 @@ from .plot import (
     drawable as drawable,
     labelled as labelled,
     paired as paired,
+    with_series as with_series,
 )
 from .result import (
     numbered as numbered,

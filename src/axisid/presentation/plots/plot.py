@@ -3,7 +3,7 @@
 One description serves matplotlib (`axisid.presentation.matplotlib`) and the report's page.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Literal, TypeAlias
@@ -153,13 +153,19 @@ def squared(unit: str, *, per: str) -> str:
     return f"({unit})^2/{per}" if set(unit) & set(" /^*") else f"{unit}^2/{per}"
 
 
+def with_series(plot: Plot, change: Callable[[PlotSeries], PlotSeries]) -> Plot:
+    """The plot with every series as something makes it."""
+    return replace(
+        plot,
+        panels=tuple(
+            replace(panel, series=tuple(map(change, panel.series))) for panel in plot.panels
+        ),
+    )
+
+
 def broken(plot: Plot, places: Sequence[float]) -> Plot:
     """The plot with its lines broken at places along x, where there is no sample."""
-    panels = tuple(
-        replace(panel, series=tuple(_broken_line(s, places) for s in panel.series))
-        for panel in plot.panels
-    )
-    return replace(plot, panels=panels) if places else plot
+    return with_series(plot, lambda series: _broken_line(series, places)) if places else plot
 
 
 def _broken_line(series: PlotSeries, places: Sequence[float]) -> PlotSeries:
