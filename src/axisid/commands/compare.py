@@ -121,8 +121,9 @@ def compare(
 
     candidates: dict[str, stages.Axis] = {}
     if ladder is not None:
-        shared = _without(inputs.axis.declared, left_out)
-        candidates |= stages.friction_ladder(shared, quadratic=quadratic, stribeck=stribeck)
+        candidates |= stages.friction_ladder(
+            _without(inputs.axis.declared, left_out), quadratic=quadratic, stribeck=stribeck
+        )
     for name in axes:
         axis = _without(stages.load_axis(name), left_out)
         label = name if axis.name in candidates else axis.name

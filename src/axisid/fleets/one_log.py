@@ -215,8 +215,9 @@ def identify_log(settings: Settings, item: FleetItem) -> FleetRow:
                 code="log-file",
             ) from error
         result = result_of(settings, item)
-        document = json_text(result.to_dict(settings.draws))
-        write_file(result_file(settings.folder, item.name), document)
+        write_file(
+            result_file(settings.folder, item.name), json_text(result.to_dict(settings.draws))
+        )
     except AxisidError as error:
         return row_for(
             item,

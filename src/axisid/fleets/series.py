@@ -141,13 +141,15 @@ def _limits(
     lower, upper = centre - spread, centre + spread
     others = np.setdiff1d(np.arange(len(values)), before)
     outside = others[(values < lower)[others] | (values > upper)[others]]
-    limits = Limits(
-        centre=centre,
-        between=float(np.sqrt(usual.between[0, 0])),
-        lower=lower,
-        upper=upper,
+    return (
+        Limits(
+            centre=centre,
+            between=float(np.sqrt(usual.between[0, 0])),
+            lower=lower,
+            upper=upper,
+        ),
+        tuple(sorted({*before[list(alike.far)].tolist(), *outside.tolist()})),
     )
-    return limits, tuple(sorted({*before[list(alike.far)].tolist(), *outside.tolist()}))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

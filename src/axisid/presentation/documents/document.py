@@ -246,7 +246,10 @@ def text_table(
 
 def paragraph(*sentences: str | Sentence, title: str = "") -> Paragraph:
     """A paragraph of sentences, or of plain texts."""
-    parts = (
-        Sentence(text=plain_numbers(each)) if isinstance(each, str) else each for each in sentences
+    return Paragraph(
+        sentences=tuple(
+            Sentence(text=plain_numbers(each)) if isinstance(each, str) else each
+            for each in sentences
+        ),
+        title=title,
     )
-    return Paragraph(sentences=tuple(parts), title=title)

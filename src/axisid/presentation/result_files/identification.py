@@ -478,8 +478,10 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
 
     def __repr__(self) -> str:
         records = [self.document.record, *(m.record for m in (self.document.records or ())[1:])]
-        source = " and ".join(record.source for record in records)
-        return f"saved identification of {self.name} from {source}: {', '.join(self.estimates)}"
+        return (
+            f"saved identification of {self.name} from "
+            f"{' and '.join(record.source for record in records)}: {', '.join(self.estimates)}"
+        )
 
     @cached_property
     def axis(self) -> GeneratedAxis:

@@ -135,41 +135,44 @@ _NOT_TOLD = ("record", "columns")  # but what was assumed and repaired
 
 def law_search_document(search: LawSearch) -> Document:
     """The laws by what they leave, the gains of the best, and how to declare it."""
-    heading, best = Heading(facts=tuple(record_facts(search.record).items())), search.best
-    ranking = TableBlock(
-        columns=(
-            *text_columns(["", "law"]),
-            TableColumn("gains", align="left"),
-            TableColumn("delay", "samples"),
-            TableColumn("held-out", "%"),
-            TableColumn("own", "%"),
+    best = search.best
+    return (
+        Heading(facts=tuple(record_facts(search.record).items())),
+        TableBlock(
+            columns=(
+                *text_columns(["", "law"]),
+                TableColumn("gains", align="left"),
+                TableColumn("delay", "samples"),
+                TableColumn("held-out", "%"),
+                TableColumn("own", "%"),
+            ),
+            rows=tuple(
+                (
+                    str(i),
+                    each.title,
+                    ", ".join(each.law.gains),
+                    str(each.law.delay),
+                    figure_text(each.held_out_percent),
+                    figure_text(each.fitted_percent),
+                )
+                for i, each in enumerate(search.laws[:_MOST], 1)
+            ),
+            labels=2,
+            title="Ready laws by what they leave of the control, of held-out and of their own rows",
         ),
-        rows=tuple(
+        text_table(
+            (best.title, "value", "sd"),
             (
-                str(i),
-                each.title,
-                ", ".join(each.law.gains),
-                str(each.law.delay),
-                figure_text(each.held_out_percent),
-                figure_text(each.fitted_percent),
-            )
-            for i, each in enumerate(search.laws[:_MOST], 1)
+                (
+                    name,
+                    f"{value:.6g}",
+                    f"{best.deviations[name]:.2g}" if name in best.deviations else "not shown",
+                )
+                for name, value in best.law.gains.items()
+            ),
         ),
-        labels=2,
-        title="Ready laws by what they leave of the control, of held-out and of their own rows",
+        _conclusion(search),
     )
-    gains = TableBlock(
-        columns=(*text_columns([best.title]), TableColumn("value"), TableColumn("sd")),
-        rows=tuple(
-            (
-                name,
-                f"{value:.6g}",
-                f"{best.deviations[name]:.2g}" if name in best.deviations else "not shown",
-            )
-            for name, value in best.law.gains.items()
-        ),
-    )
-    return heading, ranking, gains, _conclusion(search)
 
 
 def _conclusion(search: LawSearch) -> Paragraph:

@@ -97,16 +97,6 @@ def _estimands(
         for of in (*COVARIANCES, MODEL_ERROR)
         if any(of in each.coverage and of != stated_by(each.method, chosen) for each in listed)
     ]
-    columns = (
-        *text_columns(["method", "", "unit"]),
-        TableColumn("truth"),
-        TableColumn("bias", parts=("error",)),
-        TableColumn("scatter", parts=("error",)),
-        TableColumn("stated"),
-        TableColumn("holds", "%", group="holds"),
-        TableColumn("95 % interval", "%", group="holds"),
-        *(TableColumn(_label(of), "%") for of in others),
-    )
     rows: tuple[tuple[Cell, ...], ...] = tuple(
         (
             *(method_title(each.method), each.name, each.unit, _number(each.truth, 6)),
@@ -118,7 +108,21 @@ def _estimands(
         for each in listed
         for stated in [stated_by(each.method, chosen)]
     )
-    return TableBlock(columns=columns, rows=rows, labels=2, title=title)
+    return TableBlock(
+        columns=(
+            *text_columns(["method", "", "unit"]),
+            TableColumn("truth"),
+            TableColumn("bias", parts=("error",)),
+            TableColumn("scatter", parts=("error",)),
+            TableColumn("stated"),
+            TableColumn("holds", "%", group="holds"),
+            TableColumn("95 % interval", "%", group="holds"),
+            *(TableColumn(_label(of), "%") for of in others),
+        ),
+        rows=rows,
+        labels=2,
+        title=title,
+    )
 
 
 def _label(of: str) -> str:
@@ -158,13 +162,16 @@ def share_texts(share: Share | None) -> tuple[str, str]:
 def study_checks(result: SavedMonteCarlo) -> TableBlock:
     """How often each check fails; of those that do not pass in every run, and were evaluated."""
     beyond = [each for each in result.check_figures if each.passes.of > 0 and not _is_silent(each)]
-    shares = [
-        TableColumn(head, "%", group=group)
-        for group in ("fails", "notes")
-        for head in (group, "95 % interval")
-    ]
     return TableBlock(
-        columns=(*text_columns(["check"]), *shares, TableColumn("not evaluated", "%")),
+        columns=(
+            *text_columns(["check"]),
+            *(
+                TableColumn(head, "%", group=group)
+                for group in ("fails", "notes")
+                for head in (group, "95 % interval")
+            ),
+            TableColumn("not evaluated", "%"),
+        ),
         rows=(
             *(
                 (
