@@ -190,7 +190,7 @@ class _AlongRecord:
         along = LawAlong.of(self.axis, law, self.ticks, self.record)
         return LawByGains(
             along=along,
-            point=along.declared,
+            declared=along,
             compared=lambda values: smooth(values)[self.used],
             neighbours=RowTimes(np.flatnonzero(self.used)),
         )
@@ -203,7 +203,7 @@ class _AlongRecord:
         """
         best, smooth = self._by_gains(law).best([*law.gains]), comparison_filter(law, self.record)
         along, gains = best.along, best.gains
-        control, off = smooth(along.control), smooth(along.control - along.output(best.point))
+        control, off = smooth(along.control), smooth(along.control - along.output)
         left = [
             relative_error_percent(off[some], control[some]) for some in (self.held_out, self.used)
         ]

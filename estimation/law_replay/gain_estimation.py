@@ -6,10 +6,9 @@ law remembers at the start is free along with them.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import partial
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -44,26 +43,15 @@ _LARGEST = 0.5  # step of the logarithm of any gain
 _SETTLED = 10  # samples in which the law's memory fills
 _CLEAR = 1e-8  # singular value of unit columns, by the largest, of what the record shows at all
 
-#: What is made of a control before it is compared: its rows, or a low-pass of them.
-Compared = Callable[[Array], Array]
 
-
-@dataclass(frozen=True, eq=False)
-class LawPoint:
-    """Gains of a law, (g,), and what it remembers at the first evaluation, (m,)."""
-
-    gains: Array
-    start: Array
-
-
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class LawAlong:
     """A law along recorded signals.
 
     Attributes
     ----------
     law : ControlLaw
-        Its gains are those of no run.
+        Its gains are the declared ones.
     ticks : LawInputs
         What it measured.
     control : (N,) array
@@ -76,6 +64,10 @@ class LawAlong:
         The law's, see `law_functions`.
     logged : callable
         What a record has of what the law gives, see `commands_as_logged`.
+    gains : (g,) array
+        That it is run with.
+    start : (m,) array
+        What it remembers at the first evaluation.
     """
 
     law: ControlLaw
@@ -85,33 +77,39 @@ class LawAlong:
     functions: Mapping[str, Any]
     limits: Array
     logged: Callable[..., Array]
-    _runs: WeakKeyDictionary[LawPoint, tuple[Array, Array]] = field(
-        default_factory=WeakKeyDictionary, init=False, repr=False, compare=False
-    )
+    gains: Array
+    start: Array
 
     @classmethod
     def of(
         cls, axis: GeneratedAxis, law: ControlLaw, ticks: LawInputs, record: Record
     ) -> "LawAlong":
-        """A law, which need not be the axis's, along a record of one piece with a control."""
+        """A law, which need not be the axis's, along a record of one piece with a control.
+
+        With its declared gains, and the memory of an axis at rest.
+        """
         control = np.asarray(record.control) - as_logged(axis, ticks.added_at_samples(law.delay))
         # Behind a lag nothing tells where the command was at its limit.
         hidden = axis.axis.response is not None and axis.axis.drive.logged == "current"
         near = np.abs(control) >= (1 - _NEAR_LIMIT) * limit_in_log(axis)
         limit = np.where(near & (not hidden), axis.axis.drive.limit, np.inf)
         sample = np.searchsorted(ticks.held, np.arange(len(ticks)) + late_in_log(axis, law))
+        functions = law_functions(law, axis.axis.signal_symbols)
+        start = functions["law_start"](ticks.reference[0], ticks.position[0])
         return cls(
             law=law,
             ticks=ticks,
             control=control,
             limit=limit,
             limits=limit[np.minimum(sample, len(control) - 1)],
-            functions=law_functions(law, axis.axis.signal_symbols),
+            functions=functions,
             logged=partial(commands_as_logged, axis),
+            gains=np.array([*law.gains.values()], dtype=float),
+            start=start.full().ravel(),
         )
 
     @classmethod
-    def of_loop(cls, axis: GeneratedAxis, ticks: LawInputs) -> "LawAlong":
+    def of_loop(cls, axis: GeneratedAxis, ticks: LawInputs, start: Array) -> "LawAlong":
         """The law along a simulated loop, before the drive, whose limit it knows."""
         law = law_of(axis)
         return cls(
@@ -122,102 +120,98 @@ class LawAlong:
             limits=np.full(len(ticks), axis.axis.drive.limit),
             functions=law_functions(law, axis.axis.signal_symbols),
             logged=lambda output, **_: output,
+            gains=np.array([*law.gains.values()], dtype=float),
+            start=start,
         )
 
     @property
-    def declared(self) -> LawPoint:
-        """The declared gains, and the memory of an axis at rest."""
-        start = self.functions["law_start"](self.ticks.reference[0], self.ticks.position[0])
-        return LawPoint(np.array([*self.law.gains.values()], dtype=float), start.full().ravel())
-
-    def output(self, point: LawPoint) -> Array:
+    def output(self) -> Array:
         """The law's output when it is applied, whatever the drive's limit, (N,)."""
-        return self.logged(self._applied(point))
+        return self.logged(self._applied)
 
-    def jacobian_by_gain(self, point: LawPoint, free: Sequence[int] | None = None) -> Array:
+    def jacobian_by_gain(self, free: Sequence[int] | None = None) -> Array:
         """How that changes with the logarithm of each gain, or of those that are free, (N, g).
 
         A gain of 0 has no logarithm, and a slope of 0.
         """
-        places = [*range(len(point.gains))] if free is None else [*free]
-        ends = point.gains + np.diag(_STEP * point.gains)[places]
-        return self._slopes(point, [replace(point, gains=end) for end in ends])
+        places = [*range(len(self.gains))] if free is None else [*free]
+        ends = self.gains + np.diag(_STEP * self.gains)[places]
+        return self._slopes([replace(self, gains=end) for end in ends])
 
-    def slope_by_rest(self, point: LawPoint) -> Array:
+    @property
+    def slope_by_rest(self) -> Array:
         """How that changes with the logarithm of a factor of all that no gain multiplies, (N,)."""
-        output = self._applied(point)
-        step = _STEP * self._applied(replace(point, gains=0.0 * point.gains))
-        more, less = (self.logged(output + by, steps=False) for by in (step, -step))
+        step = _STEP * replace(self, gains=0.0 * self.gains)._applied
+        more, less = (self.logged(self._applied + by, steps=False) for by in (step, -step))
         return np.asarray((more - less) / (2 * _STEP))
 
-    def jacobian_by_start(self, point: LawPoint) -> Array:
+    @property
+    def jacobian_by_start(self) -> Array:
         """How that changes with each memory at the start, (N, m); by 0 where that hardly shows."""
-        sizes = np.abs(self._run(point)[0]).max(axis=0, initial=0.0)
+        sizes = np.abs(self._run[0]).max(axis=0, initial=0.0)
         sizes = np.where(np.isfinite(sizes) & (sizes > 0), sizes, 1.0)
-        ends = point.start + np.diag(_STEP * sizes)
-        slopes = self._slopes(point, [replace(point, start=end) for end in ends]) / sizes
+        ends = self.start + np.diag(_STEP * sizes)
+        slopes = self._slopes([replace(self, start=end) for end in ends]) / sizes
         effect = np.linalg.norm(slopes[_SETTLED:], axis=0) * sizes
         slopes[:, effect <= MIN_MEMORY_EFFECT * float(np.linalg.norm(self.control))] = 0.0
         return slopes
 
-    def _slopes(self, point: LawPoint, ends: Sequence[LawPoint]) -> Array:
-        """Slopes of the output towards points that are `_STEP` away, (N, k)."""
-        here, *there = (self.logged(self._applied(each), steps=False) for each in (point, *ends))
+    def _slopes(self, ends: "Sequence[LawAlong]") -> Array:
+        """Slopes of the output towards laws that are `_STEP` away, (N, k)."""
+        here, *there = (self.logged(each._applied, steps=False) for each in (self, *ends))
         return np.asarray((np.reshape(there, (len(ends), len(here))).T - here[:, None]) / _STEP)
 
-    def _applied(self, point: LawPoint) -> Array:
+    @cached_property
+    def _applied(self) -> Array:
         """The output that is applied at each sample, before the drive, (N,)."""
-        _, output = self._run(point)
-        return np.asarray(output[np.maximum(self.ticks.held - self.law.delay, 0)])
+        return np.asarray(self._run[1][np.maximum(self.ticks.held - self.law.delay, 0)])
 
-    def fitted(self, point: LawPoint, compared: Compared, free: Sequence[int]) -> LawPoint:
-        """The gains that give a control best, some of them free, with the memory at the start.
+    def fitted(self, compared: Callable[[Array], Array], free: Sequence[int]) -> "LawAlong":
+        """The gains that give the control best, some of them free, with the memory at the start.
 
         Parameters
         ----------
-        point : LawPoint
-            Where to begin.
         compared : callable
-            What is made of a control before it is compared.
+            What is made of a control before it is compared: its rows, or a low-pass of them.
         free : sequence of int
             Places of the gains that may change; none changes its sign.
 
         Returns
         -------
-        LawPoint
-            The best that was met.
+        LawAlong
+            With the best that were met.
         """
-        if not len(free) + len(point.start):
-            return point
+        best = self
+        if not len(free) + len(self.start):
+            return best
         wanted, chosen = compared(self.control), list(free)
-        residuals = wanted - compared(self.output(point))
+        residuals = wanted - compared(self.output)
         enough = (_EXACT * float(np.linalg.norm(wanted))) ** 2
         cost, before = float(residuals @ residuals), np.inf
         for _ in range(_ROUNDS):
             if not (cost > enough and before - cost > _STILL * cost):
                 break
-            slopes = *self.jacobian_by_gain(point, chosen).T, *self.jacobian_by_start(point).T
+            slopes = *best.jacobian_by_gain(chosen).T, *best.jacobian_by_start.T
             columns = np.column_stack([*map(compared, slopes)])
             before, share = cost, 1.0
             for _ in range(_STEPS):  # by the same slopes as long as they lead on
                 step = least_step(columns, residuals, _CLEAR)[0]
                 # As a whole: what is remembered at the start goes with a gain, as an integral does.
                 step *= share * _LARGEST / np.abs(step[: len(chosen)]).max(initial=_LARGEST)
-                gains = point.gains.copy()
+                gains = best.gains.copy()
                 gains[chosen] *= np.exp(step[: len(chosen)])
-                end = LawPoint(gains, point.start + step[len(chosen) :])
-                there = wanted - compared(self.output(end))
+                end = replace(best, gains=gains, start=best.start + step[len(chosen) :])
+                there = wanted - compared(end.output)
                 gained = 1 - float(there @ there) / cost
                 if gained > 0:
-                    point, residuals, cost = end, there, float(there @ there)
+                    best, residuals, cost = end, there, float(there @ there)
                 elif cost == before:
                     share /= 2  # where the whole step leaves no less
                 if not cost or (cost < before and not gained > _STILL):
                     break
-        return point
+        return best
 
-    def _run(self, point: LawPoint) -> tuple[Array, Array]:
-        if point not in self._runs:
-            read = *self.ticks.signals, self.limits, point.gains[None, :]
-            self._runs[point] = run_law(self.functions["law_step"], point.start, read)
-        return self._runs[point]
+    @cached_property
+    def _run(self) -> tuple[Array, Array]:
+        read = *self.ticks.signals, self.limits, self.gains[None, :]
+        return run_law(self.functions["law_step"], self.start, read)

@@ -404,8 +404,8 @@ def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
         names = [str(gains) for gains, _ in law.terms]
         terms = law_terms_along(stretch.axis, ticks, start)
     else:
-        names, along = [*law.gains], LawAlong.of_loop(stretch.axis, ticks)
-        terms = along.jacobian_by_gain(replace(along.declared, start=start))
+        names = [*law.gains]
+        terms = LawAlong.of_loop(stretch.axis, ticks, start).jacobian_by_gain()
     # They are those that are applied; what is injected is applied as late as they are.
     terms = np.vstack([terms[law.delay :], np.repeat(terms[-1:], law.delay, axis=0)])
     lanes = _ADDED_SHARE * np.hstack([terms, -terms])

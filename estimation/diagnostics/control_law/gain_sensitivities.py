@@ -20,7 +20,7 @@ from scipy.linalg import qr
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.diagnostic_checks import first_case
-from axisid.estimation.law_replay import LawAlong, LawPoint, as_logged, position_noise, two_clocks
+from axisid.estimation.law_replay import LawAlong, LawInputs, as_logged, position_noise, two_clocks
 from axisid.estimation.records import Record, at_times, quantisation_step
 from axisid.estimation.signals import RowTimes
 from axisid.estimation.thresholds import (
@@ -68,9 +68,9 @@ class LawByGains:
     Attributes
     ----------
     along : LawAlong
-        The law.
-    point : LawPoint
-        Its declared gains, and the memory that the record's first controls show.
+        The law, with its declared gains, and the memory that the record's first controls show.
+    declared : LawAlong
+        With these gains too, and the memory of an axis at rest.
     compared : callable
         What is made of a control before it is compared.
     neighbours : RowTimes
@@ -81,8 +81,8 @@ class LawByGains:
     put_in : (N,) array of bool
         Samples of `along` whose control is the declared law's and not the recorded one; none is
         compared.
-    possible : tuple of LawAlong
-        The law along what it may have read, drawn at random; none where the log has that.
+    possible : tuple of LawInputs
+        What the law may have read, drawn at random; none where the log has that.
     between : bool
         Whether it reads between the samples of the log.
     free : tuple of str
@@ -90,12 +90,12 @@ class LawByGains:
     """
 
     along: LawAlong
-    point: LawPoint
+    declared: LawAlong
     compared: Callable[[Array], Array]
     neighbours: RowTimes
     added: Mapping[str, Array] = field(default_factory=dict)
     put_in: NDArray[np.bool_] | bool = False
-    possible: tuple[LawAlong, ...] = ()
+    possible: tuple[LawInputs, ...] = ()
     between: bool = False
     free: tuple[str, ...] = ()
 
@@ -122,42 +122,42 @@ class LawByGains:
             Samples whose control is not the law's, see `compared_with_law`.
         """
         smooth, (ticks, start) = comparison_filter(law, record), noisy_ticks(axis, record)
-        along = LawAlong.of(axis, law, ticks, record)
-        declared = LawPoint(along.declared.gains, start[: len(law.memory)])
-        output = along.output(declared)
+        declared = LawAlong.of(axis, law, ticks, record)
+        along = replace(declared, start=start[: len(law.memory)])
         # A control that a converter's noise took from the limit is none that the law gave.
-        limited = limited | (np.abs(output) > along.limit)
+        limited = limited | (np.abs(along.output) > along.limit)
         used = used & ~limited
         if law.takes_velocity:  # what the limit cut off would be spread far over the neighbours
-            along = replace(along, control=np.where(limited, output, along.control))
+            control = np.where(limited, along.output, along.control)
+            declared, along = (replace(each, control=control) for each in (declared, along))
 
         def compared(control: Array) -> Array:
             return np.asarray(smooth(control)[used])
 
         added = {}
         if law.is_polynomial or not law.gains:
-            added[NO_GAINS] = along.slope_by_rest(declared)
+            added[NO_GAINS] = along.slope_by_rest
         if record.added_control is not None:
             added[INJECTED] = as_logged(axis, ticks.added_at_samples(law.delay))
         clocks = two_clocks(axis, record, (0, len(record)))
         times = np.arange(float(len(record))) if clocks is None else clocks.times
         between = not np.allclose(times, np.round(times), rtol=0, atol=_COINCIDES)
         return cls(
-            along=along,
             # With noise the first controls show what is remembered less well than all of them do.
-            point=along.fitted(declared, compared, ()),
+            along=along.fitted(compared, ()),
+            declared=declared,
             compared=compared,
             neighbours=RowTimes(np.flatnonzero(used)),
             added=added,
             put_in=limited,
-            possible=tuple(_possible(along, record, times if between else None)),
+            possible=tuple(_possible(ticks, record, times if between else None)),
             between=between,
         )
 
     @property
     def gains(self) -> dict[str, float]:
-        """By name, at the point."""
-        return dict(zip(self.along.law.gains, map(float, self.point.gains), strict=True))
+        """That the law is run with, by name."""
+        return dict(zip(self.along.law.gains, map(float, self.along.gains), strict=True))
 
     @property
     def times(self) -> dict[str, float]:
@@ -168,14 +168,14 @@ class LawByGains:
     def best(self, names: Sequence[str]) -> "LawByGains":
         """The same with the values of such gains that give the recorded control best."""
         free = [[*self.along.law.gains].index(name) for name in names]
-        point = self.along.fitted(self.point, self.compared, free)
-        return replace(self, point=point, free=tuple(names))
+        return replace(self, along=self.along.fitted(self.compared, free), free=tuple(names))
 
     def of_control(self, times: float) -> "LawByGains":
         """The same beside a control of which the recorded one is so many times."""
         control = np.where(self.put_in, self.along.control, self.along.control / times)
-        along = replace(self.along, control=control)
-        return replace(self, along=along, point=along.fitted(along.declared, self.compared, ()))
+        return replace(
+            self, along=replace(self.declared, control=control).fitted(self.compared, ())
+        )
 
     @cached_property
     def control(self) -> Array:
@@ -184,8 +184,8 @@ class LawByGains:
 
     @cached_property
     def output(self) -> Array:
-        """The law's at the point, as it is compared, (n,)."""
-        return self.compared(self.along.output(self.point))
+        """The law's, as it is compared, (n,)."""
+        return self.compared(self.along.output)
 
     @cached_property
     def scale(self) -> "tuple[float, LawByGains] | None":
@@ -229,7 +229,8 @@ class LawByGains:
     @cached_property
     def left_open(self) -> list[Array]:
         """By how much the output may differ for what the log leaves open, (n,) each."""
-        return [self.compared(each.output(self.point)) - self.output for each in self.possible]
+        outputs = (replace(self.along, ticks=each).output for each in self.possible)
+        return [self.compared(each) - self.output for each in outputs]
 
     @property
     def open_percent(self) -> float:
@@ -330,7 +331,7 @@ class LawByGains:
     @cached_property
     def _slopes(self) -> Array:
         """Of the output by each gain, (N, g)."""
-        return self.along.jacobian_by_gain(self.point)
+        return self.along.jacobian_by_gain()
 
     @cached_property
     def _columns(self) -> Array:
@@ -359,7 +360,8 @@ class LawByGains:
         free, columns = [self._names.index(name) for name in names], self._columns
         shown = columns
         if self.possible and not vague:
-            rough = self.possible[0].jacobian_by_gain(self.point) - self._slopes
+            read = replace(self.along, ticks=self.possible[0])
+            rough = read.jacobian_by_gain() - self._slopes
             noise = np.zeros(len(columns.T))
             noise[: len(rough.T)] = [np.linalg.norm(self.compared(each)) for each in rough.T]
             least = MAX_ROUNDED_SHARE.value * np.linalg.norm(columns, axis=0)
@@ -393,7 +395,7 @@ class LawByGains:
     @cached_property
     def _besides_start(self) -> Callable[[Array], Array]:
         """What takes from columns, (n, k), all that another start of the memory explains."""
-        by_start = map(self.compared, self.along.jacobian_by_start(self.point).T)
+        by_start = map(self.compared, self.along.jacobian_by_start.T)
         starts = np.column_stack([np.empty((len(self.control), 0)), *by_start])
         sizes = np.linalg.norm(starts, axis=0)
         unit = starts[:, sizes > 0] / sizes[sizes > 0]
@@ -451,14 +453,14 @@ def _told_apart(columns: Array, size: float) -> list[int]:
     return sorted(int(shown[i]) for i in order[: len(clear)][clear])
 
 
-def _possible(along: LawAlong, record: Record, times: Array | None) -> Iterator[LawAlong]:
-    """The law along what it may have read, at its own times, (M,) samples, if those of none are.
+def _possible(ticks: LawInputs, record: Record, times: Array | None) -> Iterator[LawInputs]:
+    """What a law may have read, at its own times, (M,) samples, if those of none are.
 
     Position and reference as they may have been before the log rounded them. Between the samples
     the noise of the position was another one, and a cubic spline misses what is faster than they:
     by how much, one of every second sample tells.
     """
-    position, reference = along.ticks.position, along.ticks.reference
+    position, reference = ticks.position, ticks.reference
     steps = [
         quantisation_step(values) for values in (record.position, np.asarray(record.reference))
     ]
@@ -475,4 +477,4 @@ def _possible(along: LawAlong, record: Record, times: Array | None) -> Iterator[
             for step, values in zip(steps, (position, reference), strict=True)
         )
         places = places + noise * rng.normal(size=len(places))
-        yield replace(along, ticks=replace(along.ticks, position=places, reference=wanted))
+        yield replace(ticks, position=places, reference=wanted)

@@ -14,8 +14,7 @@ def test_an_integral_time_is_found_from_far_away_with_what_the_integral_is(times
     axis = with_law("cascade_p_pi", 10.0)
     record = twin_record(axis).windowed((0.1, 0.6))  # the integral is under way
     ticks = law_ticks(axis, record, (0, len(record)))
-    along = LawAlong.of(axis, axis.axis.control, ticks, record)
-    right = along.declared
+    right = LawAlong.of(axis, axis.axis.control, ticks, record)
     far = replace(right, gains=right.gains * [1.0, 1.0, times])
-    found = along.fitted(far, lambda control: control, [2])
+    found = far.fitted(lambda control: control, [2])
     assert found.gains == pytest.approx(right.gains, rel=1e-6)

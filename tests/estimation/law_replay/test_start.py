@@ -13,7 +13,6 @@ from axisid.estimation import law_agreement
 from axisid.estimation.law_replay import (
     LawAlong,
     LawInputs,
-    LawPoint,
     control_along,
     law_run,
     law_ticks,
@@ -157,14 +156,14 @@ def test_what_is_added_to_a_late_law_is_as_late(rng: np.random.Generator) -> Non
 
 
 @cache
-def _along(name: str, limit: float = 10.0) -> tuple[LawAlong, LawPoint]:
+def _along(name: str, limit: float = 10.0) -> LawAlong:
     axis = with_law(name, limit)
     record = twin_record(axis)
     whole = (0, len(record))
     ticks = law_ticks(axis, record, whole)
     along = LawAlong.of(axis, LAWS[name](), ticks, record)
     start = start_of_law(axis, record, whole, ticks)
-    return along, LawPoint(along.declared.gains, start)
+    return replace(along, start=start)
 
 
 @pytest.mark.slow
@@ -173,27 +172,27 @@ def _along(name: str, limit: float = 10.0) -> tuple[LawAlong, LawPoint]:
     [("cascade_p_pi, feed-forward", 10.0), ("cascade_p_pi, back-calculation", 3.2), ("pid", 10.0)],
 )
 def test_a_run_by_gains_is_the_generated_law(name: str, limit: float) -> None:
-    along, point = _along(name, limit)
-    wanted = control_along(with_law(name, limit), along.ticks, point.start)
-    given = np.clip(along.output(point), -limit, limit)
+    along = _along(name, limit)
+    wanted = control_along(with_law(name, limit), along.ticks, along.start)
+    given = np.clip(along.output, -limit, limit)
     np.testing.assert_allclose(given, wanted, atol=1e-9)
     np.testing.assert_allclose(given, along.control, atol=1e-9)
 
 
 def test_slopes_are_those_of_the_output() -> None:
-    along, point = _along("cascade_p_pi")
-    by_gain, by_start = along.jacobian_by_gain(point), along.jacobian_by_start(point)
+    along = _along("cascade_p_pi")
+    by_gain, by_start = along.jacobian_by_gain(), along.jacobian_by_start
     assert by_gain.shape == (len(along.control), 3)
     assert by_start.shape == (len(along.control), 2)
     # All of the output is a multiple of kv; the integral's start stands in it over tn.
-    np.testing.assert_allclose(by_gain[:, 1], along.output(point), rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(by_gain[:, 1], along.output, rtol=1e-6, atol=1e-6)
     kv, tn = along.law.gains["kv"], along.law.gains["tn"]
     np.testing.assert_allclose(by_start[:, 1], kv / tn, rtol=1e-5)
 
 
 @pytest.mark.parametrize("name", ["cascade_p_pi, clamped", "pid_ideal"])
 def test_gains_that_are_7_percent_off_are_found_again(name: str) -> None:
-    along, point = _along(name)
-    off = replace(point, gains=1.07 * point.gains)
-    found = along.fitted(off, lambda control: control[10:], range(len(point.gains)))
-    np.testing.assert_allclose(found.gains, point.gains, rtol=1e-6)
+    along = _along(name)
+    off = replace(along, gains=1.07 * along.gains)
+    found = off.fitted(lambda control: control[10:], range(len(along.gains)))
+    np.testing.assert_allclose(found.gains, along.gains, rtol=1e-6)
