@@ -83,7 +83,7 @@ INTERVAL_LEVEL = Threshold(0.95, "1", "probability of the intervals that are pri
 MIN_ROWS_PER_PARAMETER = Threshold(10, "rows",
     "for each parameter, or that tell of one, to believe its deviation", "chosen")
 MIN_DISTANCE_FROM_NOISE = Threshold(3.0, "deviations",
-    "from which a parameter, a factor, a constant stands out", "convention")
+    "from which a parameter, a factor, a constant, a delay stands out", "convention")
 LIGHT_ROW = Threshold(0.5, "1",
     "weight under a robust loss below which a row is counted and marked", "convention")
 MEDIAN_OF_NORMAL = Threshold(0.6744897501960817, "deviations",
@@ -117,10 +117,8 @@ MAX_LIMIT_EXCESS = Threshold(0.02, "1",
 MIN_SAMPLES_PER_FACTOR = Threshold(10, "samples",
     "that are compared for each term of a law, to check it", "chosen")
 MAX_MISALIGNMENT = Threshold(0.35, "samples",
-    "distance of the delay that fits best from the one that is used",
+    "distance of the delay that fits best from the one that is used; delay of a measured motion",
     "chosen: rounding by the filter may look like up to 0.15 samples")
-MAX_DELAY_DISTANCE = Threshold(3.0, "deviations", "the same, where this is more",
-    "convention: a chance of 0.3 %")
 MAX_DELAY_DEVIATION = Threshold(0.25, "samples",
     "deviation of the delay beyond which nothing is said of it", "chosen")
 NO_DELAY = Threshold(0.2, "1", "share of a declared delay and lag, below which the record has none",

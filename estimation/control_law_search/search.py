@@ -27,7 +27,7 @@ from axisid.estimation.thresholds import (
 )
 from axisid.modeling.declaration import ANTI_WINDUP, Axis, ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
-from axisid.support.errors import DataError, ModelError
+from axisid.support.errors import DataError, ModelError, refuse
 from axisid.support.progress import Progress, with_progress
 
 from .law_forms import FORMS, ExplainedLaw, LawForm, LawSearch
@@ -84,20 +84,22 @@ def find_law(
 
 def _fit_for_it(record: Record) -> Record:
     """The longest piece of a record that has what a law reads and gives."""
-    for name in ("reference", "control", "position"):
-        if name not in record.channels():
-            raise DataError(
-                f"the record has no {name}; a law is found from position, reference and control. "
-                "Name its columns, columns={...}.",
-                code="missing-column",
-            )
-    piece = record.longest()
-    needed = 2 * _BLOCKS * MIN_SAMPLES_PER_FACTOR.value
-    if len(piece) < needed:
-        raise DataError(
-            f"the record has {len(piece)} samples; to find a law it takes {needed:g} or more.",
-            code="too-short",
-        )
+    piece, needed = record.longest(), 2 * _BLOCKS * MIN_SAMPLES_PER_FACTOR.value
+    lacking = [n for n in ("reference", "control", "position") if n not in record.channels()]
+    refuse(
+        DataError,
+        (
+            lacking,
+            f"the record has no {''.join(lacking[:1])}; a law is found from position, reference "
+            "and control. Name its columns, columns={...}",
+            "missing-column",
+        ),
+        (
+            len(piece) < needed,
+            f"the record has {len(piece)} samples; to find a law it takes {needed:g} or more",
+            "too-short",
+        ),
+    )
     return piece
 
 

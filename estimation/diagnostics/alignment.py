@@ -25,8 +25,8 @@ from axisid.estimation.records import Record, clock_of, hold_delay
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.thresholds import (
     MAX_DELAY_DEVIATION,
-    MAX_DELAY_DISTANCE,
     MAX_MISALIGNMENT,
+    MIN_DISTANCE_FROM_NOISE,
     NO_DELAY,
 )
 from axisid.modeling.declaration import ControlLaw
@@ -190,7 +190,7 @@ def alignment_check(
         and law.delay == -timing.samples != 0
     )
     used, apart = data.hold_delay, delay.best - data.hold_delay
-    far = delay.at_the_end and abs(apart) > MAX_DELAY_DISTANCE.value * delay.deviation
+    far = delay.at_the_end and abs(apart) > MIN_DISTANCE_FROM_NOISE.value * delay.deviation
     if delay.deviation > MAX_DELAY_DEVIATION.value and not far:
         return Missing(
             f"the record tells the force's delay to +-{delay.deviation:.2g} samples only, which "
@@ -282,7 +282,7 @@ def force_timing(profile: Alignment, data: FilteredRecord) -> ForceTiming | Miss
         return Missing("the motion does not show when the force acts")
     apart = profile.best - data.hold_delay
     samples = round(apart)
-    margin = max(MAX_MISALIGNMENT.value, MAX_DELAY_DISTANCE.value * profile.deviation)
+    margin = max(MAX_MISALIGNMENT.value, MIN_DISTANCE_FROM_NOISE.value * profile.deviation)
     if abs(apart - samples) > min(margin, 0.5):
         return Missing(f"the force acts {apart:.2f} samples after it is recorded, no whole number")
     return ForceTiming(

@@ -32,6 +32,7 @@ from axisid.estimation.signals import (
 from axisid.estimation.thresholds import (
     COMPARISON_CUTOFF,
     MAX_LIMIT_EXCESS,
+    MAX_MISALIGNMENT,
     MAX_SCALE_ERROR,
     MIN_DISTANCE_FROM_NOISE,
 )
@@ -42,7 +43,6 @@ from axisid.support.errors import EstimationError, Missing
 _MAX_CUTOFF = 30.0
 # samples, by those in which the low-pass settles; fewer are not compared
 _MIN_SETTLING_TIMES = 10
-MAX_COLUMN_DELAY = 0.35  # samples: as much as the force may be misaligned
 MAX_COLUMN_OFFSET = 0.01  # constant between the two, by the computed one's root mean square
 # % of the computed one, left by factor, delay and constant; from there on the column is another
 # signal, as noise in the band is far less
@@ -101,7 +101,7 @@ class ColumnComparison:
         return {
             "factor": abs(self.factor - 1)
             / max(MAX_SCALE_ERROR.value, far * self.factor_deviation),
-            "delay": abs(self.delay) / max(MAX_COLUMN_DELAY, far * self.delay_deviation),
+            "delay": abs(self.delay) / max(MAX_MISALIGNMENT.value, far * self.delay_deviation),
             "offset": abs(self.offset)
             / max(MAX_COLUMN_OFFSET * self.size, far * self.offset_deviation),
             "left": self.left_percent / _MAX_DIFFERENCE,
@@ -125,8 +125,8 @@ class ColumnComparison:
 
         def fit(given: Array, target: Array) -> Solution:
             columns = np.column_stack([given, np.gradient(given), np.ones_like(given)])[rows]
-            names = ("factor", "delay", "offset")
-            return least_squares(target[rows], factor(columns, names, neighbours=order))
+            regressor = factor(columns, ("factor", "delay", "offset"), neighbours=order)
+            return least_squares(target[rows], regressor)
 
         delay, moved = 0.0, computed
         try:
@@ -405,7 +405,7 @@ def derivative_check(
         figure=found.worst if np.isfinite(found.worst) else None,
         threshold=1.0,
         source="largest of the factor's distance from 1 by "
-        f"{MAX_SCALE_ERROR.value:g}, the delay by {MAX_COLUMN_DELAY:g} samples and "
+        f"{MAX_SCALE_ERROR.value:g}, the delay by {MAX_MISALIGNMENT.value:g} samples and "
         f"the constant by {100 * MAX_COLUMN_OFFSET:g} % of the {role}, or by three of their "
         "deviations where these are more",
         meaning=f"the measured {role} {meaning}",
@@ -428,7 +428,7 @@ def _remedy(record: Record, found: ColumnComparison, role: str, unit: str) -> st
                 samples_apart(getattr(record, role)) > 1,
                 f"draw it between its values ({advised_interpolation(role)})",
             ),
-            (True, advised_shift(role, found.delay, MAX_COLUMN_DELAY)),
+            (True, advised_shift(role, found.delay, MAX_MISALIGNMENT.value)),
         ),
         "factor": scale_remedy(role, name, unit, found.factor, vague)
         or first_case(

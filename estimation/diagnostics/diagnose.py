@@ -189,9 +189,7 @@ def _advice(axis: GeneratedAxis, record: Record, found: Misspecification) -> str
     (declared,) = (s for s in axis.axis.signals if s.name == name)
     # A factor within 2 % of that of another unit is that.
     vague = 0.02 + MIN_DISTANCE_FROM_NOISE.value * deviation / abs(value)
-    if known := scale_remedy(name, column, str(declared.unit), 1 / value, vague):
-        return known
-    return (
+    return scale_remedy(name, column, str(declared.unit), 1 / value, vague) or (
         f"check its unit and its scale (columns {name}={column}:UNIT*{value:.4g}), and what is "
         "declared as known of its force"
     )

@@ -191,20 +191,30 @@ def _least_squares_judged(
     moved = steps if bias is None else dict(zip(values, map(float, bias), strict=True))
     if judged.Z is not None or not moved:
         return None
-    what, whose = "noise moves", ", as its twins tell"
-    source = "bias of least squares, as its twins tell, in deviations"
-    told = f"its intervals are less that: identify by instruments ({instruments_of(judged.method)})"
-    if bias is None:
-        what, whose = "the steps of the logged position move", ""
-        source = (
-            "what as much noise again as the steps of the position make moves least squares by, in "
-            f"deviations; a failure where it is more than {100 * levels.least_share:g} % of the "
-            "value"
-        )
-        told = (
-            "its intervals miss for it: log the position as finely as the drive measures it, "
-            "record the reference, from which instruments are made, or lower the cut-off"
-        )
+    what, whose, source, told = first_case(
+        (
+            bias is None,
+            (
+                "the steps of the logged position move",
+                "",
+                "what as much noise again as the steps of the position make moves least squares "
+                f"by, in deviations; a failure where it is more than {100 * levels.least_share:g} "
+                "% of the value",
+                "its intervals miss for it: log the position as finely as the drive measures it, "
+                "record the reference, from which instruments are made, or lower the cut-off",
+            ),
+        ),
+        (
+            True,
+            (
+                "noise moves",
+                ", as its twins tell",
+                "bias of least squares, as its twins tell, in deviations",
+                "its intervals are less that: identify by instruments "
+                f"({instruments_of(judged.method)})",
+            ),
+        ),
+    )
     shifts = {n: abs(by) / values[n].deviation for n, by in moved.items() if values[n].deviation}
     far = {n: moved[n] for n, shift in shifts.items() if shift > NOTICEABLE}
     by = (
@@ -293,11 +303,6 @@ class InstrumentTests:
     columns: tuple[InstrumentStrength, ...]
     condition_number: MaybeInfinite
 
-    @property
-    def weakest(self) -> float:
-        """Smallest conditional F."""
-        return min(column.conditional_f for column in self.columns)
-
 
 @unless_missing
 def strength_check(tests: InstrumentTests, judged: Estimate) -> Check:
@@ -305,7 +310,7 @@ def strength_check(tests: InstrumentTests, judged: Estimate) -> Check:
 
     Beside an estimate by output error, which rests on the loop's own rows, weak ones are a note.
     """
-    f, j = tests.weakest, int(np.argmin([column.conditional_f for column in tests.columns]))
+    j, f = min(enumerate(c.conditional_f for c in tests.columns), key=lambda each: each[1])
     strong = f >= MIN_FIRST_STAGE_F.value
     return Check(
         name="instrument strength",
@@ -330,6 +335,7 @@ def tests_of_instruments(estimate: Estimate | None) -> InstrumentTests | Missing
     return unless_faulty(partial(instrument_tests, X, Z, names))
 
 
+@np.errstate(divide="ignore")
 def instrument_tests(X: Array, Z: Array, names: Sequence[str]) -> InstrumentTests:
     """First stage of every column, as in linearmodels' diagnostics.
 
@@ -358,14 +364,13 @@ def instrument_tests(X: Array, Z: Array, names: Sequence[str]) -> InstrumentTest
     beside = unseen @ (seen.inverse @ seen.inverse.T / projected).astype(float)
     is_exact = unexplained <= (1e-9 * regressor.scale) ** 2
     told = np.where(is_exact, 0.0, np.sum(beside**2, axis=0)) / (n - k)
-    with np.errstate(divide="ignore"):
-        columns = zip(
-            explained / (explained + unexplained),
-            np.minimum(plain / projected, 1.0),
-            explained / k / (unexplained / (n - k)),
-            1 / projected / told,
-            strict=True,
-        )
+    columns = zip(
+        explained / (explained + unexplained),
+        np.minimum(plain / projected, 1.0),
+        explained / k / (unexplained / (n - k)),
+        1 / projected / told,
+        strict=True,
+    )
     return InstrumentTests(
         columns=tuple(
             InstrumentStrength(

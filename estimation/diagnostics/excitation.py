@@ -359,17 +359,15 @@ def at_bound_check(held: Sequence[ParameterAtBound], cause: str | None = None) -
     """
     farthest = max(each.distance for each in held)
     against = farthest > MIN_DISTANCE_FROM_NOISE.value
-    said = "; ".join(each.text for each in held)
-    if against:
-        blamed = cause or "check the signs and units of the record, and what the model lacks"
-        said += f", {farthest:.2g} deviations beyond: {blamed}"
+    blamed = cause or "check the signs and units of the record, and what the model lacks"
     return Check(
         name="bounds",
         status="fail" if against else "note",
         figure=farthest,
         threshold=MIN_DISTANCE_FROM_NOISE.value,
         source="deviations by which a parameter that is held would be beyond its bound",
-        meaning=said,
+        meaning="; ".join(each.text for each in held)
+        + f", {farthest:.2g} deviations beyond: {blamed}" * against,
     )
 
 

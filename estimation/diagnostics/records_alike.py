@@ -546,6 +546,7 @@ def repeated_check(records: Sequence[Record]) -> Check | None:
     )
 
 
+@np.errstate(all="ignore")
 def _measured(*records: Record) -> list[NDArray[np.void]] | None:
     """What two records measured of the motion and of the drive, by row, as bytes; None without.
 
@@ -556,7 +557,6 @@ def _measured(*records: Record) -> list[NDArray[np.void]] | None:
     both = [role for role in roles if all(role in each for each in columns)]
     if not {"control", "force"} & {*both} or len(both) < 2:
         return None
-    with np.errstate(all="ignore"):
-        rows = [np.column_stack([each[role] for role in both]) for each in columns]
-        single = [each.astype(np.float32, order="C") + np.float32(0) for each in rows]  # -0 is 0
+    rows = [np.column_stack([each[role] for role in both]) for each in columns]
+    single = [each.astype(np.float32, order="C") + np.float32(0) for each in rows]  # -0 is 0
     return [each.view(f"V{each.itemsize * len(both)}")[:, 0] for each in single]

@@ -3,7 +3,7 @@
 In: `Record`, axis. Out: `LawInputs`, `LoopStart`. Knows nothing of rows and parameters.
 """
 
-from .gain_estimation import LawAlong as LawAlong
+from .gain_estimation import LAW_SETTLING as LAW_SETTLING, LawAlong as LawAlong
 from .law_run import (
     LawInputs as LawInputs,
     as_logged as as_logged,

@@ -40,7 +40,7 @@ _ROUNDS, _STEPS = 12, 6  # of slopes, and of Gauss-Newton steps by the same
 _STILL = 1e-7  # relative change of the squared residuals, at which they end
 _EXACT = 1e-9  # of the control, the residuals at which they end too
 _LARGEST = 0.5  # step of the logarithm of any gain
-_SETTLED = 10  # samples in which the law's memory fills
+LAW_SETTLING = 10  # samples in which the law's memory fills
 _CLEAR = 1e-8  # singular value of unit columns, by the largest, of what the record shows at all
 
 
@@ -152,7 +152,7 @@ class LawAlong:
         sizes = np.where(np.isfinite(sizes) & (sizes > 0), sizes, 1.0)
         ends = self.start + np.diag(_STEP * sizes)
         slopes = self._slopes([replace(self, start=end) for end in ends]) / sizes
-        effect = np.linalg.norm(slopes[_SETTLED:], axis=0) * sizes
+        effect = np.linalg.norm(slopes[LAW_SETTLING:], axis=0) * sizes
         slopes[:, effect <= MIN_MEMORY_EFFECT * float(np.linalg.norm(self.control))] = 0.0
         return slopes
 

@@ -81,9 +81,7 @@ def loop_starts(axis: GeneratedAxis, record: Record, away: float = 0.0) -> tuple
         Of the positions that the law reads, from those of the record; what it remembers of them is
         as far away.
     """
-    starts = tuple(_start(axis, record, span) for span in record.spans)
-    if not away:
-        return starts
+    starts = (_start(axis, record, span) for span in record.spans)
     reference = np.asarray(record.commanded)
     signals = recorded_signals(axis, record.provenance.source, record.signals)
     return tuple(
@@ -107,7 +105,7 @@ def shifted_start(
         The first of the recorded signals.
     away : float
     """
-    if start.memory is None:
+    if start.memory is None or not away:
         return start
     at_rest, position = axis.functions["control_start"], start.position
     change = at_rest(reference + away, position + away, *first)
@@ -328,9 +326,7 @@ def _begun(values: Array, *, degree: int, power: int) -> float:
     """A coefficient of the polynomial that the first values follow, a sample; 0 by chance."""
     noise = position_noise(values)
     low, high, found, used = -math.inf, math.inf, 0.0, 0
-    for count in _COUNTS:
-        if count > len(values):
-            break
+    for count in [each for each in _COUNTS if each <= len(values)]:
         fitted, deviation = _coefficient(values[:count], noise, degree, power)
         low = max(low, fitted - _START_AGREEMENT * deviation)
         high = min(high, fitted + _START_AGREEMENT * deviation)

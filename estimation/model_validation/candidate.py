@@ -124,6 +124,7 @@ class Candidate(Exact):
         return len(self.estimate.physical)
 
 
+@np.errstate(all="ignore")
 def candidate(
     name: str,
     problem: Problem,
@@ -276,6 +277,7 @@ class NestedTest:
 Embedding = tuple[Array, Array]
 
 
+@np.errstate(all="ignore")
 def nested_tests(
     models: Mapping[str, Regression],
 ) -> tuple[tuple[NestedTest, ...], tuple[tuple[str, str], ...]]:

@@ -7,8 +7,6 @@ percent, of the smallest held-out error, the one with the fewest parameters.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
-import numpy as np
-
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.estimation.choices import (
     INSTRUMENT_STARTS,
@@ -16,7 +14,7 @@ from axisid.estimation.choices import (
     comparison_methods,
     is_output_error,
 )
-from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked, Levels, first_case
+from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.estimation.diagnostics.control_law import LawAgreement, first_failing
 from axisid.estimation.identification import (
     HasRecords,
@@ -31,7 +29,15 @@ from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds import NO_RELATION
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Exact
-from axisid.support.errors import EstimationError, Missing, ModelError, UsageError, is_among, quoted
+from axisid.support.errors import (
+    EstimationError,
+    Missing,
+    ModelError,
+    UsageError,
+    is_among,
+    quoted,
+    refuse,
+)
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
 
@@ -193,16 +199,14 @@ def compare(
             )
             estimate, lead = found[method], "with a tenth of the rows held out, "
             blocks = contiguous_blocks(len(estimate.y), gap, len(estimate.physical))
-            with np.errstate(all="ignore"):
-                candidates.append(candidate(name, own, estimate, blocks))
+            candidates.append(candidate(name, own, estimate, blocks))
             fits[name] = found
         except (EstimationError, ModelError) as error:
             failures[name] = f"{lead}{error!s}"
     if not candidates:
         why = "; ".join(dict.fromkeys(failures.values()))
         raise EstimationError(f"none of the candidates is identified: {why}", code="comparison")
-    with np.errstate(all="ignore"):
-        tests, same = nested_tests({c.name: regression_rows(c.estimate) for c in candidates})
+    tests, same = nested_tests({c.name: regression_rows(c.estimate) for c in candidates})
     recommended, tied, reason = _recommend(candidates, len(blocks))
     return Comparison(
         problem=problem,
@@ -239,16 +243,15 @@ def _named(
         generated = as_generated(axis)
         label = generated.axis.name if name is None else name
         twin = next((n for n, a in named.items() if a.signature == generated.signature), None)
-        refused = first_case(
-            (twin is not None, f"{label!r} is the same axis as {twin!r}; give each one once."),
+        refuse(
+            UsageError,
+            (twin is not None, f"{label!r} is the same axis as {twin!r}; give each one once"),
             (
                 label in named,
-                f"two candidates are named {label!r}; give each axis a name of its own.",
+                f"two candidates are named {label!r}; give each axis a name of its own",
             ),
-            (True, ""),
+            code="comparison",
         )
-        if refused:
-            raise UsageError(refused, code="comparison")
         named[label] = generated
     return named
 
@@ -258,25 +261,25 @@ def _check_comparable(named: Mapping[str, GeneratedAxis]) -> None:
     (first, reference), *others = ((name, axis.axis) for name, axis in named.items())
     for name, axis in others:
         q, p = axis.coordinate, reference.coordinate
-        if q != p:
-            raise UsageError(
+        pairs = (
+            (each.name, *(getattr(of.drive, each.name, None) for of in (axis, reference)))
+            for each in fields(axis.drive)
+        )
+        told = ", ".join(f"{of} {one} against {other}" for of, one, other in pairs if one != other)
+        refuse(
+            UsageError,
+            (
+                q != p,
                 f"{name!r} has the coordinate {q.name} in {q.unit}, {first!r} {p.name} in "
-                f"{p.unit}; candidates explain one motion, so declare them with the same one.",
-                code="comparison",
-            )
-        if axis.drive != reference.drive:
-            pairs = (
-                (each.name, *(getattr(of.drive, each.name, None) for of in (axis, reference)))
-                for each in fields(axis.drive)
-            )
-            told = ", ".join(
-                f"{of} {one} against {other}" for of, one, other in pairs if one != other
-            )
-            raise UsageError(
+                f"{p.unit}; candidates explain one motion, so declare them with the same one",
+            ),
+            (
+                axis.drive != reference.drive,
                 f"{name!r} and {first!r} have different drives ({told or 'of other kinds'}), so "
-                "they would explain different forces; declare them with the same one.",
-                code="comparison",
-            )
+                "they would explain different forces; declare them with the same one",
+            ),
+            code="comparison",
+        )
 
 
 def _recommend(

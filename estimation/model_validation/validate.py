@@ -60,6 +60,7 @@ from .validation_result import (
 )
 
 
+@np.errstate(all="ignore")
 def validate(
     result: Identification | Any, record: Record, *, like: int | None = None
 ) -> Validation:
@@ -97,19 +98,18 @@ def validate(
         )
     whole, levels = result, result.levels
     result = whole if like is None else whole.part(like)
-    with np.errstate(all="ignore"):
-        requested = result.requested or result.prefilter  # what was left open suits each record
-        data = bound_record(
-            result.axis, record, requested.at_period(result.record.period, record.period)
-        )
-        own_data = result.problem.data if isinstance(result, Identification) else ()
-        law = law_agreement(result.axis, record)
-        anew = _estimated_anew(data, [*result.estimates], law)
-        of_each = replace(levels, level=levels.level / len(result.estimates))
-        methods = tuple(
-            _validation(data, frozen, own_data, anew.get(method), of_each)
-            for method, frozen in result.estimates.items()
-        )
+    requested = result.requested or result.prefilter  # what was left open suits each record
+    data = bound_record(
+        result.axis, record, requested.at_period(result.record.period, record.period)
+    )
+    own_data = result.problem.data if isinstance(result, Identification) else ()
+    law = law_agreement(result.axis, record)
+    anew = _estimated_anew(data, [*result.estimates], law)
+    of_each = replace(levels, level=levels.level / len(result.estimates))
+    methods = tuple(
+        _validation(data, frozen, own_data, anew.get(method), of_each)
+        for method, frozen in result.estimates.items()
+    )
     apart = period_conflict(result.axis.axis.control, record.period, clock_of(record))
     return Validation(
         record=record,
@@ -169,8 +169,7 @@ def reestimated(
     variances = np.diagonal(covariances, axis1=1, axis2=2)
     dof = np.array([each.freedom[frozen.chosen] for each in (frozen, anew)])
     # Welch and Satterthwaite's degrees of freedom of a difference.
-    with np.errstate(invalid="ignore"):
-        freedom = variances.sum(axis=0) ** 2 / (variances**2 / dof).sum(axis=0)
+    freedom = variances.sum(axis=0) ** 2 / (variances**2 / dof).sum(axis=0)
     by_physical = own.X @ np.linalg.inv(own.jacobian)
     return EstimateDifference(
         number=0,
@@ -369,6 +368,7 @@ class FitValidation(Checked, Presentable, Exact):
         return float(np.sqrt(np.mean(self.errors[self.counted] ** 2)))
 
 
+@np.errstate(all="ignore")
 def validate_fit(
     result: OutputFit,
     record: Record,
@@ -435,9 +435,8 @@ def validate_fit(
         if length is None
         else WindowPredictions(form, [axis], [record], length)
     )
-    with np.errstate(all="ignore"):
-        predictions.settle(physical)
-        lanes = predictions(physical[None, :])
+    predictions.settle(physical)
+    lanes = predictions(physical[None, :])
     if lanes.failures:
         raise EstimationError(
             f"the parameters of the fit do not simulate {record.provenance.source}: "

@@ -15,6 +15,7 @@ from scipy.ndimage import maximum_filter1d
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.law_replay import (
+    LAW_SETTLING,
     LawInputs,
     as_logged,
     cached_per_record,
@@ -37,7 +38,6 @@ from axisid.estimation.thresholds import (
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
 
-LAW_SETTLING = 10  # samples in which the law's memory fills
 # residual with a shift, by that without, up to which it is told
 _MAX_EXPLAINED_RESIDUAL = 0.7
 #: Names of what is regressed beside the products of gains.

@@ -130,10 +130,6 @@ class LawByGains:
         if law.takes_velocity:  # what the limit cut off would be spread far over the neighbours
             control = np.where(limited, along.output, along.control)
             declared, along = (replace(each, control=control) for each in (declared, along))
-
-        def compared(control: Array) -> Array:
-            return np.asarray(smooth(control)[used])
-
         added = {}
         if law.is_polynomial or not law.gains:
             added[NO_GAINS] = along.slope_by_rest
@@ -143,16 +139,16 @@ class LawByGains:
         times = np.arange(float(len(record))) if clocks is None else clocks.times
         between = not np.allclose(times, np.round(times), rtol=0, atol=_COINCIDES)
         return cls(
-            # With noise the first controls show what is remembered less well than all of them do.
-            along=along.fitted(compared, ()),
+            along=along,
             declared=declared,
-            compared=compared,
+            compared=lambda control: np.asarray(smooth(control)[used]),
             neighbours=RowTimes(np.flatnonzero(used)),
             added=added,
             put_in=limited,
             possible=tuple(_possible(ticks, record, times if between else None)),
             between=between,
-        )
+            # With noise the first controls show what is remembered less well than all of them do.
+        ).best(())
 
     @property
     def gains(self) -> dict[str, float]:
@@ -173,9 +169,7 @@ class LawByGains:
     def of_control(self, times: float) -> "LawByGains":
         """The same beside a control of which the recorded one is so many times."""
         control = np.where(self.put_in, self.along.control, self.along.control / times)
-        return replace(
-            self, along=replace(self.declared, control=control).fitted(self.compared, ())
-        )
+        return replace(self, along=replace(self.declared, control=control)).best(())
 
     @cached_property
     def control(self) -> Array:
@@ -235,8 +229,7 @@ class LawByGains:
     @property
     def open_percent(self) -> float:
         """How far the control of a right law may be off for it, percent of the control."""
-        off = (relative_error_percent(each, self.control) for each in self.left_open)
-        return max(off, default=0.0)
+        return max((relative_error_percent(e, self.control) for e in self.left_open), default=0.0)
 
     @cached_property
     def residuals(self) -> Array:
@@ -411,8 +404,8 @@ def said_of_gains(by_gains: LawByGains) -> tuple[str, LawByGains | None]:
     """
     declared, said = by_gains.along.law.gains, ""
     changes = by_gains.least_change() if declared else ()
-    explaining = (each for each in changes if each.percent < MAX_LAW_RESIDUAL.value)
-    best = next((each for each in explaining if not each.gains_off), None)
+    right = (e for e in changes if e.percent < MAX_LAW_RESIDUAL.value and not e.gains_off)
+    best = next(right, None)
     if best is not None:
         ways = "; or ".join(
             " and ".join(

@@ -9,6 +9,7 @@ told.
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -226,21 +227,30 @@ def _moved_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iter
 
 def _changed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
     """The record as it would be without a common mistake in its columns."""
-    reference, position, changed = record.reference, record.position, {}
-    if is_moving := bool(np.ptp(np.asarray(reference))):
-        swapped = replace(record, position=reference, reference=position)  # type: ignore[arg-type]
-        changed["position and reference exchanged: check which column is which"] = swapped
-    if record.injected is not None:
-        there = "reference" if record.injected_at == "control" else "control"
-        changed[f"the test signal added to the {there}"] = replace(record, injected_at=there)
-        changed["the test signal times -1: check its sign"] = replace(
-            record, injected=-record.injected
-        )
-        if is_moving:
-            alone = replace(record, injected=None)
-            changed["no test signal: check which column it is"] = alone
-    for said, other in changed.items():
-        yield f"it is with {said}", axis, law, other
+    reference, injected = np.asarray(record.reference), record.injected
+    moves, is_added = bool(np.ptp(reference)), injected is not None
+    there = "reference" if record.injected_at == "control" else "control"
+    columns: tuple[tuple[bool, str, dict[str, Any]], ...] = (
+        (
+            moves,
+            "position and reference exchanged: check which column is which",
+            {"position": reference, "reference": record.position},
+        ),
+        (is_added, f"the test signal added to the {there}", {"injected_at": there}),
+        (
+            is_added,
+            "the test signal times -1: check its sign",
+            {"injected": None if injected is None else -injected},
+        ),
+        (
+            is_added and moves,
+            "no test signal: check which column it is",
+            {"injected": None},
+        ),
+    )
+    for may_be, said, changed in columns:
+        if may_be:
+            yield f"it is with {said}", axis, law, replace(record, **changed)
 
 
 def _scaled_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
@@ -251,9 +261,9 @@ def _scaled_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Ite
     """
     columns, pair = record.channels(), ("position", "reference")
     covariance = np.cov([columns[role] for role in pair])
-    near = {}
-    if np.ptp(columns["reference"]):  # else a test signal alone moves the axis
-        near = {r: covariance[0, 1] / covariance[i, i] for i, r in enumerate(pair)}
+    # Without a motion of the reference a test signal alone moves the axis.
+    told = pair if np.ptp(columns["reference"]) else ()
+    near = {r: covariance[0, 1] / covariance[i, i] for i, r in enumerate(told)}
     for role in (*pair, *sorted(map(str, law.signals))):
 
         def scaled(times: float, role: str = role) -> Record:
