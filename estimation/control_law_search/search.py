@@ -14,6 +14,7 @@ from axisid.estimation.law_replay import (
     LawInputs,
     as_logged,
     hides_command,
+    least_step,
     measured_velocity,
     unlimited,
 )
@@ -176,15 +177,12 @@ class _AlongRecord:
             if apart:
                 rows = _about_means(rows, np.cumsum(np.diff(np.flatnonzero(used), prepend=-1) > 1))
             control, regressor = rows[:, 0], rows[:, 1:]
-            sizes = np.linalg.norm(regressor, axis=0)
-            if not np.all(sizes > 0):
-                continue
-            values, *_ = np.linalg.lstsq(regressor / sizes, control, rcond=None)
-            gains = form.gains(dict(zip(columns, values / sizes, strict=True)))
+            values, _ = least_step(regressor, control, len(rows) * np.finfo(float).eps)
+            gains = form.gains(dict(zip(columns, values, strict=True)))
             if extra is not None:
                 gains[form.extra] = extra
             if all(np.isfinite(value) and value for value in gains.values()):
-                left = float(np.linalg.norm(control - regressor @ (values / sizes)))
+                left = float(np.linalg.norm(control - regressor @ values))
                 yield left, delay, gains
 
     def _by_gains(self, law: ControlLaw) -> LawByGains:

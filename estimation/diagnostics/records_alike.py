@@ -290,21 +290,20 @@ def pooling_test(
         applied = by_twins or Hac().applied(solution)
         return solution.theta, applied.matrix, applied.freedom
 
-    records = []
-    for number, span in enumerate(problem.spans):
-        part, own = estimate_of_record(estimate, problem, number), weights[span]
-        records.append(
-            RecordRegressor(
-                names=tuple(q.name for q in part.quantities),
-                units=tuple(q.unit for q in part.quantities),
-                values=part.corrected,
-                slopes=estimate.form.record_jacobian(number),
-                span=span,
-                columns=own[:, None] * part.X,
-                instruments=own[:, None] * part.score_columns,
-                size=float(np.linalg.norm(own * part.y)),
-            )
+    parts = [estimate_of_record(estimate, problem, i) for i in range(len(problem.spans))]
+    records = [
+        RecordRegressor(
+            names=tuple(q.name for q in part.quantities),
+            units=tuple(q.unit for q in part.quantities),
+            values=part.corrected,
+            slopes=estimate.form.record_jacobian(number),
+            span=span,
+            columns=weights[span, None] * part.X,
+            instruments=weights[span, None] * part.score_columns,
+            size=float(np.linalg.norm(weights[span] * part.y)),
         )
+        for number, (span, part) in enumerate(zip(problem.spans, parts, strict=True))
+    ]
     return records_alike(Z, records, extended, levels)
 
 

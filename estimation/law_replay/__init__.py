@@ -16,6 +16,7 @@ from .law_run import (
     law_memory as law_memory,
     law_terms_along as law_terms_along,
     law_ticks as law_ticks,
+    least_step as least_step,
     limit_in_log as limit_in_log,
     measured_velocity as measured_velocity,
     recorded_inputs as recorded_inputs,

@@ -129,13 +129,12 @@ class LawAlong:
         """The law's output when it is applied, whatever the drive's limit, (N,)."""
         return self.logged(self._applied)
 
-    def jacobian_by_gain(self, free: Sequence[int] | None = None) -> Array:
+    def jacobian_by_gain(self, free: Sequence[int] | slice = slice(None)) -> Array:
         """How that changes with the logarithm of each gain, or of those that are free, (N, g).
 
         A gain of 0 has no logarithm, and a slope of 0.
         """
-        places = [*range(len(self.gains))] if free is None else [*free]
-        ends = self.gains + np.diag(_STEP * self.gains)[places]
+        ends = self.gains + np.diag(_STEP * self.gains)[free]
         return self._slopes([replace(self, gains=end) for end in ends])
 
     @property

@@ -446,10 +446,5 @@ def least_step(columns: Array, off: Array, least: float) -> tuple[Array, int]:
     columns = np.where(np.isfinite(columns).all(axis=0), columns, 0.0)
     sizes = np.linalg.norm(columns, axis=0)
     scale = np.where(sizes > 0, sizes, 1.0)
-    # The triangle has the singular values of the columns, and is small.
-    whole = np.column_stack([columns / scale, off])
-    triangle = np.asarray(np.linalg.qr(whole, mode="r"))[: len(scale)]
-    u, effect, v = np.linalg.svd(triangle[:, :-1], full_matrices=False)
-    clear = effect > least * effect.max(initial=0.0)
-    step = (v[clear].T @ ((u.T @ triangle[:, -1])[clear] / effect[clear])) / scale
-    return np.asarray(step), int(clear.sum())
+    step, _, shown, _ = np.linalg.lstsq(columns / scale, off, rcond=least)
+    return step / scale, int(shown)

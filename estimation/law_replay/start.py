@@ -81,12 +81,17 @@ def loop_starts(axis: GeneratedAxis, record: Record, away: float = 0.0) -> tuple
         Of the positions that the law reads, from those of the record; what it remembers of them is
         as far away.
     """
-    starts = (_start(axis, record, span) for span in record.spans)
     reference = np.asarray(record.commanded)
     signals = recorded_signals(axis, record.provenance.source, record.signals)
     return tuple(
-        shifted_start(axis, start, float(reference[row]), [float(v[row]) for v in signals], away)
-        for (row, _), start in zip(record.spans, starts, strict=True)
+        shifted_start(
+            axis,
+            _start(axis, record, span),
+            float(reference[span[0]]),
+            [float(values[span[0]]) for values in signals],
+            away,
+        )
+        for span in record.spans
     )
 
 

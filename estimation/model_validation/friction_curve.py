@@ -114,9 +114,8 @@ def _inseparable(axis: GeneratedAxis, physical: Array, signals: Signals) -> str:
     velocity = float(np.max(np.abs(signals.velocity))) * np.linspace(-1, 1, 20)  # without 0
     parts = np.array([_velocity_part(axis, physical, _at(signals, velocity, i)) for i in probes])
     size = float(np.max(np.abs(parts)))
-    if not np.isfinite(size):
-        return "the model's force is not finite at the estimate"
     return first_case(
+        (not np.isfinite(size), "the model's force is not finite at the estimate"),
         (size == 0, "no term of the equation of motion depends on the velocity"),
         (
             float(np.max(np.ptp(parts, axis=0))) > _MAX_INSEPARABLE_FORCE * size,

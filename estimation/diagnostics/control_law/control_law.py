@@ -237,21 +237,20 @@ def _fault(
     said, change = said_of_gains(by_gains) if is_of_gains else ("", None)
     if only_size and change is None:
         return declared, replace(check, meaning=f"{start}{_SIZE_OF_INJECTED}")
-    if not said:
-        said = (
-            "no change of its gains explains it; check how it forms the velocity, its "
-            "feed-forward, filters, limits and anti-windup, the period and the noise; axisid law "
-            "(estimation.find_law) finds which ready law it is of, if of another kind"
+    unexplained = (
+        "no change of its gains explains it; check how it forms the velocity, its feed-forward, "
+        "filters, limits and anti-windup, the period and the noise; axisid law "
+        "(estimation.find_law) finds which ready law it is of, if of another kind"
+    )
+    check = replace(
+        check,
+        meaning=start + (said or unexplained),
+        advice=(
+            "; or name a test signal that was added to the control or to the reference, with "
+            "columns injected=NAME and injected_at in run.toml"
         )
-        check = replace(
-            check,
-            advice=(
-                "; or name a test signal that was added to the control or to the reference, with "
-                "columns injected=NAME and injected_at in run.toml"
-            )
-            * (large and record.injected is None),
-        )
-    check = replace(check, meaning=start + said)
+        * (not said and large and record.injected is None),
+    )
     if change is None:
         scaled = by_gains.scale
         # Far from 1, those by runs are not right to first order.
@@ -379,11 +378,9 @@ def found_law_agreement(
     by_gains = LawByGains.of(axis, law, record, *compared_with_law(axis, law, record)[2:])
     best = by_gains.best(names)
     there = law_agreement(axis.with_gains(best.gains), record)
-    if isinstance(there, Missing):
-        return first
-    if there.passed:
+    if isinstance(there, LawAgreement) and there.passed:
         return _beside_found(there, best, law, found)
-    if first.passed:
+    if isinstance(there, Missing) or first.passed:
         return first
     flipped = by_gains.of_control(-1.0).best(names)
     if flipped.percent < MAX_LAW_RESIDUAL.value:
