@@ -67,24 +67,6 @@ def find_law(
         The record has no reference, no control or no position, or is too short.
     """
     generated = as_generated(axis)
-    along, found = _AlongRecord.of(generated, _fit_for_it(record)), list[ExplainedLaw]()
-    for form in with_progress(FORMS, progress, lambda form: form.title):
-        law = along.begun(form)
-        explained = None if law is None else along.fitted(form, law)
-        if explained is not None:
-            found.append(explained)
-            if explained.held_out_percent > _NEGLIGIBLE_LEFT:  # else no anti-windup explains more
-                found += along.wound(form, explained.law)
-    if not found:
-        raise DataError(
-            "no ready law can be run along the record; check the units of its columns.",
-            code="law-search",
-        )
-    return _ranked(generated, record, found)
-
-
-def _fit_for_it(record: Record) -> Record:
-    """The longest piece of a record that has what a law reads and gives."""
     piece, needed = record.longest(), 2 * _BLOCKS * MIN_SAMPLES_PER_FACTOR.value
     lacking = [n for n in ("reference", "control", "position") if n not in record.channels()]
     refuse(
@@ -101,7 +83,20 @@ def _fit_for_it(record: Record) -> Record:
             "too-short",
         ),
     )
-    return piece
+    along, found = _AlongRecord.of(generated, piece), list[ExplainedLaw]()
+    for form in with_progress(FORMS, progress, lambda form: form.title):
+        law = along.begun(form)
+        explained = None if law is None else along.fitted(form, law)
+        if explained is not None:
+            found.append(explained)
+            if explained.held_out_percent > _NEGLIGIBLE_LEFT:  # else no anti-windup explains more
+                found += along.wound(form, explained.law)
+    if not found:
+        raise DataError(
+            "no ready law can be run along the record; check the units of its columns.",
+            code="law-search",
+        )
+    return _ranked(generated, record, found)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

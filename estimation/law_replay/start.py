@@ -136,14 +136,12 @@ def _start(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> LoopSt
 
 
 def as_read_by_law(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> Record:
-    """A record with positions as the first controls of a segment have them, if it has none."""
+    """A record with positions as the first controls of a segment have them, if it has none.
+
+    As it is where these do not show how far away they are.
+    """
     if not record.integrated or record.control is None:
         return record
-    return replace(record, position=record.position + _away(axis, record, span))
-
-
-def _away(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> float:
-    """How far positions are from where the first controls say; 0 where they do not show it."""
     law, control = law_of(axis), np.asarray(record.control)[slice(*span)]
     ticks = law_ticks(axis, record, span).first(START_SAMPLES)
     seen = unlimited(axis, record, span)[: len(ticks.held)]
@@ -154,11 +152,12 @@ def _away(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> float:
     slope, off = ((moved - given) / step)[seen], (wanted - given)[seen]
     power = float(slope @ slope)
     if not (np.isfinite(power) and power > 0 and np.all(np.isfinite(off))):
-        return 0.0
+        return record
     away = float(slope @ off) / power
     left = off - away * slope
     deviation = float(np.sqrt(left @ left / max(len(off) - 1, 1) / power))
-    return away if abs(away) > _MIN_START_DISTANCE * deviation else 0.0
+    is_clear = abs(away) > _MIN_START_DISTANCE * deviation
+    return replace(record, position=record.position + away) if is_clear else record
 
 
 def start_of_law(

@@ -169,7 +169,6 @@ def compare(
         )
     levels, records = Levels(level=level, least_share=least_share), records_of(record)
     named = _named(axes)
-    _check_comparable(named)
     # The same rows for all: those that suit the candidate with the most friction.
     first = min(named.values(), key=lambda axis: (axis.is_linear, not axis.has_direction))
     suited = Prefilter.given(prefilter).at_rate_of(records[0].period)
@@ -229,6 +228,7 @@ def compare(
 def _named(
     axes: Mapping[str, Axis | GeneratedAxis] | Sequence[Axis | GeneratedAxis],
 ) -> dict[str, GeneratedAxis]:
+    """Axes by name, which explain the same force by the same motion."""
     if not isinstance(axes, Iterable):
         axes = (axes,)
     listed = list(axes.items()) if isinstance(axes, Mapping) else [(None, axis) for axis in axes]
@@ -253,11 +253,6 @@ def _named(
             code="comparison",
         )
         named[label] = generated
-    return named
-
-
-def _check_comparable(named: Mapping[str, GeneratedAxis]) -> None:
-    """Refuse axes that do not explain the same force by the same motion."""
     (first, reference), *others = ((name, axis.axis) for name, axis in named.items())
     for name, axis in others:
         q, p = axis.coordinate, reference.coordinate
@@ -280,6 +275,7 @@ def _check_comparable(named: Mapping[str, GeneratedAxis]) -> None:
             ),
             code="comparison",
         )
+    return named
 
 
 def _recommend(
