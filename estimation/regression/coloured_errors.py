@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import irfft, next_fast_len, rfft
 
 from axisid.estimation.signals import RowTimes
 from axisid.support.arrays import Array
@@ -82,8 +83,6 @@ class Autoregression:
         By the spectra of both, on a circle that is longer than twice the stretch: of lags beyond it
         columns have no products.
         """
-        from scipy.fft import next_fast_len, rfft
-
         n = len(columns) // self.outputs
         if not n:
             return np.zeros((columns.shape[1],) * 2)
@@ -108,8 +107,6 @@ class Autoregression:
         rows : int
             Errors that it was found from.
         """
-        from scipy.fft import irfft, next_fast_len, rfft
-
         samples, longest = max(rows // self.outputs, 1), max(map(len, pieces)) // self.outputs
         size = next_fast_len(longest + max(longest, self.order + 1), real=True)
         spread, by_lag = np.zeros_like(self.variance), np.zeros_like(self.covariances)
@@ -143,8 +140,6 @@ class Autoregression:
 
     def _spectra(self, columns: Array, size: int) -> NDArray[np.complex128]:
         """Of columns (m n, k), by frequency, (f, m, k)."""
-        from scipy.fft import rfft
-
         by_sample = columns.reshape(-1, self.outputs, columns.shape[1])
         return np.asarray(rfft(by_sample, size, axis=0))
 
@@ -338,8 +333,6 @@ def _products_by_transform(scores: Array, lags: int) -> Array:
 
     Their cost does not grow with the lags, which grow with the rows.
     """
-    from scipy.fft import irfft, next_fast_len, rfft
-
     rows, k = scores.shape
     length = next_fast_len(rows + lags, real=True)
     spectra, products = rfft(scores, length, axis=0), np.empty((lags + 1, k, k))

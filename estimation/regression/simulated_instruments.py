@@ -127,22 +127,26 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
         raise lacking_loop(axis, record) or lacking_law(axis)
     ratio = evaluations_per_sample(law, record.period, clock_of(record))
     mismatch = period_conflict(law, record.period, clock_of(record))
-    if ratio is None and mismatch is not None and not mismatch.confirmed:
-        raise LoopDataError(f"{mismatch.note}.", code="loop-period")
-    if ratio is None:
-        raise LoopDataError(
+    refuse(
+        LoopDataError,
+        (
+            ratio is None and mismatch is not None and not mismatch.confirmed,
+            mismatch.note if mismatch else "",
+        ),
+        (
+            ratio is None,
             f"the record was resampled every {record.period:.6g} s, the control law of axis "
-            f"{axis.axis.name!r} runs every {law.period:.6g} s; resample at that, or leave it out.",
-            code="loop-period",
-        )
-    if ratio != 1 and not (axis.axis.response is None and axis.axis.drive.path.is_plain):
-        raise LoopDataError(
+            f"{axis.axis.name!r} runs every {law.period:.6g} s; resample at that, or leave it out",
+        ),
+        (
+            ratio != 1 and not (axis.axis.response is None and axis.axis.drive.path.is_plain),
             f"the record is sampled every {record.period:.6g} s, the control law of axis "
             f"{axis.axis.name!r} runs every {law.period:.6g} s, and its drive has a "
             f"{' and '.join(axis.axis.of_law_samples)}: such a loop is simulated at the law's "
-            "samples alone; record at the law's period, or ask for least squares.",
-            code="loop-period",
-        )
+            "samples alone; record at the law's period, or ask for least squares",
+        ),
+        code="loop-period",
+    )
     return reference
 
 
