@@ -30,6 +30,7 @@ from axisid.support.errors import (
     UsageError,
     is_whole,
     quoted,
+    refuse,
 )
 from axisid.support.mappings import FrozenMapping
 
@@ -79,18 +80,23 @@ class MonteCarloPlan:
     levels: Levels = DEFAULT_LEVELS
 
     def __post_init__(self) -> None:
-        for what, value, least in (
-            ("runs are", self.runs, 1),
-            ("seed is", self.seed, 0),
-            ("checks are", self.checks, 0),
-        ):
-            if not (is_whole(value) and value >= least) or self.runs > _MOST_RUNS:
-                raise UsageError(
+        refuse(
+            UsageError,
+            *(
+                (
+                    not (is_whole(value) and least <= value <= most),
                     f"the {what} {quoted(value)}; give a study a whole number of {least} or "
                     f"more, and of runs {_MOST_RUNS:,} at most, whose numbers are in memory "
-                    "together.",
-                    code="study",
+                    "together",
                 )
+                for what, value, least, most in (
+                    ("runs are", self.runs, 1, _MOST_RUNS),
+                    ("seed is", self.seed, 0, math.inf),
+                    ("checks are", self.checks, 0, math.inf),
+                )
+            ),
+            code="study",
+        )
         object.__setattr__(self, "settings", FrozenMapping(self.settings))
 
     @property
@@ -297,18 +303,19 @@ def drawn_twin(plan: TwinPlan, noise: Chain, seed: int, run: int) -> Record:
     AxisidError
         The loop runs away, or the axis stands still while its reference moves.
     """
-    draws, step, added = partial(_draws, seed, run), noise.position_step, plan.added
+    draws, step = partial(_draws, seed, run), noise.position_step
     begin = noise.anywhere * step / 2 + noise.drawn_offset(draws(_OFFSET))
+    experiment = replace(plan.experiment, resolution=step)
+    own = disturbed = replace(plan, reference=plan.reference + begin, experiment=experiment)
     if noise.disturbances:
         samples = len(plan.reference)
-        added = {"control": noise.drawn_disturbance(draws(_DISTURBANCE), samples, plan.period)}
-    experiment = replace(plan.experiment, resolution=step)
-    own = replace(plan, reference=plan.reference + begin, added=added, experiment=experiment)
-    loop = own.loop(lambda count: noise.position * draws(_POSITION).normal(count))
+        disturbance = noise.drawn_disturbance(draws(_DISTURBANCE), samples, plan.period)
+        disturbed = replace(own, injected=disturbance, injected_at="control")
+    loop = disturbed.loop(lambda count: noise.position * draws(_POSITION).normal(count))
     if still := _at_rest(own, loop.position):
         raise EstimationError(still, code="twin")
     if noise.disturbances:  # which are not logged
-        loop = replace(loop, control=loop.control - own.added["control"])
+        loop = replace(loop, control=loop.control - disturbance)
     record = own.record(
         loop,
         f"twin {run + 1} of {plan.axis.axis.name}, seed {seed}",
@@ -337,8 +344,7 @@ def are_lanes(plan: MonteCarloPlan) -> bool:
         and (settings["start"], settings["loss"]) == (INSTRUMENT_STARTS[0], ROW_LOSSES[0])
         and plan.axis.names == tuple(p.name for p in declared)
         and made.clocks is None
-        and not (made.added or made.signals or made.axis.axis.signals)
-        and made.injected is None
+        and not (made.signals or made.axis.axis.signals)
         and made.axis.axis.response is None
         and not made.axis.axis.drive.logs_what_acts
         # Twins differ by the noise of their position, and of their recorded control, alone.

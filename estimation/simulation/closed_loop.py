@@ -234,9 +234,10 @@ def settled_loop(
         status, stopped, out = _run(axis, theta, settings, inputs, recorded)
         if substeps is None and not constant:
             visited = {name: values[:stopped] if status else values for name, values in out.items()}
-            needed, at = substeps_along(axis, theta, visited, period, inputs.signals)
+            needed, sample = substeps_along(axis, theta, visited, period, inputs.signals)
             most = most_substeps(samples, steps_left)
             if needed > settings.substeps >= most:
+                at = place_at(visited, sample, inputs.signals)
                 raise too_stiff(axis, theta, at, period, samples, steps_left)
             if needed > settings.substeps:
                 settings = replace(settings, substeps=min(needed, most))
@@ -484,7 +485,8 @@ class _Batch:
         fixed = substeps is not None or has_constant_substeps(axis)
         well, counts = self._first_steps(substeps)
         well &= counts <= most
-        out, pending = dict[str, Array](), np.flatnonzero(well)
+        shape = len(self.inputs.reference), len(self.parameters)
+        out, pending = {name: np.empty(shape) for name in self.wanted}, np.flatnonzero(well)
         while pending.size:
             # Lanes that ask for more steps in a sample run apart, and do not slow the others.
             for count in np.unique(counts[pending]):
@@ -496,7 +498,6 @@ class _Batch:
             well[pending[more & (counts[pending] >= most)]] = False
             counts[pending] = np.maximum(counts[pending], np.minimum(needed, most))
             pending = pending[more & well[pending]]
-        out = out or self._nothing()
         failures: dict[int, str] = {}
         for lane in map(int, np.flatnonzero(~well)):
             signals, given = dict[str, Array](), (self.parameters[lane], self.inputs.lanes(lane))
@@ -541,10 +542,6 @@ class _Batch:
         theta = self.parameters[lane]
         return substeps_along(self.axis, theta, visited, inputs.period, inputs.signals)[0]
 
-    def _nothing(self) -> dict[str, Array]:
-        shape = len(self.inputs.reference), len(self.parameters)
-        return {name: np.full(shape, np.nan) for name in self.wanted}
-
     def _run_into(
         self, out: dict[str, Array], group: NDArray[np.intp], substeps: int
     ) -> NDArray[np.bool_]:
@@ -570,7 +567,6 @@ class _Batch:
         if every:
             out.update(signals)
         else:
-            out.update({} if out else self._nothing())
             for name, values in signals.items():
                 out[name][:, group] = values
         return np.asarray(status == 0)

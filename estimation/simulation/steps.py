@@ -20,6 +20,7 @@ from axisid.codegen.lowering import (
     STEPS_OF_SEARCH,
     stiffest_term,
 )
+from axisid.estimation.diagnostic_checks import first_case
 from axisid.estimation.thresholds import MAX_STIFFNESS_RATIO, MAX_WAVE_RATIO
 from axisid.modeling.derivation import forces_at_rest, state_limits
 from axisid.support.arrays import Array
@@ -140,7 +141,7 @@ def substeps_along(
     visited: Mapping[str, Array],
     period: float,
     recorded: Sequence[Array],
-) -> tuple[int, Place | None]:
+) -> tuple[int, int]:
     """Steps in a sample that resolve the rates wherever a simulation went.
 
     Parameters
@@ -157,12 +158,12 @@ def substeps_along(
     Returns
     -------
     int
-    Place or None
-        That asks for the shortest steps.
+    int
+        The sample that asks for the shortest.
     """
     q, dq, force = visited["position"], visited["velocity"], visited["force"]
     if not len(q):
-        return 1, None
+        return 1, 0
     looked_at, signals = np.arange(len(q)), [values[: len(q)] for values in recorded]
     if axis.states:
         rates, passing = _rates_with_states(axis, parameters, visited), np.zeros(len(q))
@@ -183,9 +184,8 @@ def substeps_along(
         passing = np.zeros(len(rates))
         passing[: len(q)] = _wave_numbers(axis, q, parameters, signals) * np.abs(dq)
     shortest = np.maximum(_by_rate(axis, rates, period), passing * period / PHASE_PER_STEP).argmax()
-    at = place_at(visited, int(looked_at[shortest]), recorded)
     steps = steps_by_rate(axis, rates.max(keepdims=True), period, float(passing.max()))
-    return int(steps[0]), at
+    return int(steps[0]), int(looked_at[shortest])
 
 
 def _between(dq: Array) -> tuple[NDArray[np.intp], Array]:
@@ -373,7 +373,7 @@ def _no_inertia(
     # What is no number is the largest.
     term, force = max(forces, key=lambda pair: (math.isnan(pair[1]), abs(pair[1])))
     where = f"at rest at {q.name} = {position:g} {q.unit} with {given}"
-    reasons = (
+    why = first_case(
         (
             not np.isfinite(parameters).all(),
             f"cannot be simulated with {given}. Give finite parameters.",
@@ -397,7 +397,6 @@ def _no_inertia(
             "record.",
         ),
     )
-    why = next(sentence for applies, sentence in reasons if applies)
     return EstimationError(f"axis {axis.axis.name!r} {why}", code="simulation")
 
 
@@ -421,7 +420,7 @@ def place_at(signals: Mapping[str, Array], sample: int, recorded: Sequence[Array
 
 
 def too_stiff(
-    axis: GeneratedAxis, parameters: Array, at: Place | None, period: float, samples: int, left: int
+    axis: GeneratedAxis, parameters: Array, at: Place, period: float, samples: int, left: int
 ) -> EstimationError:
     """The error of a parameter set that `most_substeps` in a sample do not resolve."""
     most = most_substeps(samples, left)
@@ -436,16 +435,15 @@ def too_stiff(
     )
 
 
-def _why(axis: GeneratedAxis, parameters: Array, at: Place | None, period: float) -> str:
+def _why(axis: GeneratedAxis, parameters: Array, at: Place, period: float) -> str:
     """What asks for short steps: a term, and where; else whatever does."""
-    if at is not None:
-        term, rate = stiffest_term(axis.axis, parameters.tolist(), *at)
-        if rate * period > 1:
-            q, (position, velocity) = axis.axis.coordinate, at[0]
-            return (
-                f"the term {term} at {q.name} = {position:.4g} {q.unit} and {q.velocity} = "
-                f"{velocity:.4g} {q.unit}/s"
-            )
+    term, rate = stiffest_term(axis.axis, parameters.tolist(), *at)
+    if rate * period > 1:
+        q, (position, velocity) = axis.axis.coordinate, at[0]
+        return (
+            f"the term {term} at {q.name} = {position:.4g} {q.unit} and {q.velocity} = "
+            f"{velocity:.4g} {q.unit}/s"
+        )
     return "its damping, its stiffness or the speed at which it passes a wave of the position"
 
 
@@ -455,7 +453,7 @@ def failure(
     status: int,
     sample: int,
     period: float,
-    at: Place | None,
+    at: Place,
 ) -> str:
     """What happened, where, with which parameters, and what to do."""
     where = f"at sample {sample} ({sample * period:g} s) with {axis.describe(parameters)}"

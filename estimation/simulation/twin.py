@@ -17,7 +17,7 @@ from axisid.estimation.signals import hold_mean
 from axisid.estimation.thresholds import MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import Axis, ControlLaw, Experiment, Move
 from axisid.support.arrays import Array
-from axisid.support.errors import ModelError, UsageError, is_real, is_whole, quoted
+from axisid.support.errors import ModelError, UsageError, is_real, is_whole, quoted, refuse
 
 from .arguments import checked_loop, optional_array
 from .closed_loop import simulate_loop
@@ -120,12 +120,20 @@ def twin_record(
     experiment = plan.experiment
     deviation = experiment.position_noise if position_noise is None else position_noise
     chosen = experiment.seed if seed is None else seed
-    for what, value, is_allowed, wanted in (
-        ("seed", chosen, is_whole(chosen), "a whole number of 0 or more"),
-        ("position noise", deviation, is_real(deviation), "its deviation, 0 or more"),
-    ):
-        if not (is_allowed and 0 <= value < math.inf):
-            raise UsageError(f"the {what} is {quoted(value)}; give {wanted}.", code="twin")
+    refuse(
+        UsageError,
+        *(
+            (
+                not (is_allowed and 0 <= value < math.inf),
+                f"the {what} is {quoted(value)}; give {wanted}",
+            )
+            for what, value, is_allowed, wanted in (
+                ("seed", chosen, is_whole(chosen), "a whole number of 0 or more"),
+                ("position noise", deviation, is_real(deviation), "its deviation, 0 or more"),
+            )
+        ),
+        code="twin",
+    )
     generator = np.random.default_rng(chosen)
     loop = plan.loop(lambda count: generator.normal(0.0, deviation, count))
     rng = np.random.default_rng([chosen, 1])  # the position's noise stays what it is without them
@@ -169,8 +177,6 @@ def twin_plan(
             code="too-short",
         )
     clocks = clocks_of(law, len(reference), period)
-    place = injected_at or declared.injected_at or None
-    added = optional_array(injected, "the injected signal", reference.shape)
     of_time = generated.experiment_signals(period * np.arange(float(len(reference))))
     recorded = {**of_time, **(signals or {})}
     if missing := [s.name for s in declared.signals if s.name not in recorded]:
@@ -189,10 +195,9 @@ def twin_plan(
         reference=reference,
         period=period,
         clocks=clocks,
-        added={place: added} if added is not None and place else {},
         signals=recorded,
-        injected=added,
-        injected_at=place,
+        injected=optional_array(injected, "the injected signal", reference.shape),
+        injected_at=injected_at or declared.injected_at or None,
     )
 
 
@@ -211,8 +216,6 @@ class TwinPlan:
         Of the log, s.
     clocks : TwoClocks or None
         Where the law runs at a period of its own.
-    added : mapping of str to (N,) array
-        What is added to the control or to the reference.
     signals : mapping of str to array_like
         The recorded signals that the axis declares.
     injected : (N,) array or None
@@ -226,7 +229,6 @@ class TwinPlan:
     reference: Array
     period: float
     clocks: TwoClocks | None
-    added: Mapping[str, Array]
     signals: Mapping[str, ArrayLike]
     injected: Array | None
     injected_at: str | None
@@ -249,7 +251,7 @@ class TwinPlan:
             logged = drawn[clocks.elapsed[0]]
         else:
             drawn = logged = noise(len(commanded))
-        added = self.added.get("reference")
+        added = self.injected if self.injected_at == "reference" else None
         truth, inputs = checked_loop(
             self.axis,
             self.truth,
@@ -257,7 +259,7 @@ class TwinPlan:
             self.period,
             start=float(commanded[0]),
             position_noise=logged,
-            injected=self.added.get("control"),
+            injected=self.injected if self.injected_at == "control" else None,
             signals=self.signals,
             resolution=self.experiment.resolution,
         )
