@@ -191,7 +191,7 @@ class LaneSolutions:
     instruments : (n, p, L) array
         Z; the regressor X of least squares.
     mixing, inverse : (L, p, p) arrays
-        ``(Z'X)^-1`` and ``(Z'Z)^-1``.
+        ``(Z'X)^-1`` and ``(Z'Z)^-1``, of no meaning where there is none.
     sound : (L,) array of bool
         Where the products are well conditioned.
     """
@@ -246,7 +246,8 @@ def solved(
     """
     together = products(library, instruments, regressor)
     aside = products(library, instruments, left[:, None])[:, :, 0]
-    by, scale = norms(library, instruments), norms(library, regressor)
+    own, scale = products(library, instruments, instruments), norms(library, regressor)
+    by = np.sqrt(np.diagonal(own, axis1=1, axis2=2))
     scaled = together / by[:, :, None] / scale[:, None, :]
     finite = np.isfinite(scaled).all(axis=(1, 2)) & np.isfinite(aside).all(axis=1)
     scaled[~finite] = np.eye(scaled.shape[1])
@@ -258,24 +259,17 @@ def solved(
     step = products(library, instruments, residuals[:, None])[:, :, 0]
     theta = theta + _applied(mixing, step)
     residuals = left - fitted(regressor, theta)
+    alike = own / by[:, :, None] / by[:, None, :]
+    alike[~np.isfinite(alike).all(axis=(1, 2))] = np.eye(alike.shape[1])
     return LaneSolutions(
         theta=theta,
         residuals=residuals,
         power=products(library, residuals[:, None], residuals[:, None])[:, 0, 0],
         instruments=instruments,
         mixing=mixing,
-        inverse=inverse_products(library, instruments),
+        inverse=np.linalg.pinv(alike) / by[:, :, None] / by[:, None, :],
         sound=sound,
     )
-
-
-def inverse_products(library: LaneLibrary, columns: Array) -> Array:
-    """``(Z'Z)^-1`` of columns (n, p, L), (L, p, p); of no meaning where there is none."""
-    raw = products(library, columns, columns)
-    scale = np.sqrt(np.diagonal(raw, axis1=1, axis2=2))
-    scaled = raw / scale[:, :, None] / scale[:, None, :]
-    scaled[~np.isfinite(scaled).all(axis=(1, 2))] = np.eye(scaled.shape[1])
-    return np.asarray(np.linalg.pinv(scaled) / scale[:, :, None] / scale[:, None, :])
 
 
 def _applied(matrices: Array, vectors: Array) -> Array:
