@@ -248,11 +248,6 @@ class BootstrapCorrection:
         """Mean of what the twins are off by, (p,)."""
         return np.asarray(self.off.mean(axis=0))
 
-    @property
-    def freedom(self) -> int:
-        """Degrees of freedom of the scale: as many pairs of opposite twins are a sample."""
-        return max(self.count // 2, 1)
-
 
 def bootstrap_correction(
     twins: Twins,

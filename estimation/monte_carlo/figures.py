@@ -4,6 +4,7 @@ Whoever has them: a study that was made, or its file.
 """
 
 import math
+from abc import abstractmethod
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -169,22 +170,23 @@ class StudyFigures(Checked):
     __slots__ = ()
 
     @property
+    @abstractmethod
     def figures(self) -> tuple[EstimandFigures, ...]:
         """What the runs tell of each estimand."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def failures(self) -> tuple[FailedRun, ...]:
         """Runs that gave nothing, of a method or at all, with the reason."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def chosen(self) -> str:
         """Of `COVARIANCES`, what printed intervals are of."""
-        raise NotImplementedError
 
+    @abstractmethod
     def __len__(self) -> int:
-        raise NotImplementedError
+        """How many runs were done."""
 
     @property
     def checks(self) -> tuple[Check, ...]:

@@ -195,8 +195,8 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
     @cached_property
     def check_figures(self) -> tuple[CheckFigures, ...]:
         """How often each check ends how, in the order of the verdict."""
-        found = []
-        for name, statuses in zip(self.numbers.checks, self._statuses_judged.T, strict=True):
+        found, judged = [], self.numbers.statuses[self.numbers.judged]
+        for name, statuses in zip(self.numbers.checks, judged.T, strict=True):
             evaluated = statuses[(statuses >= 0) & (statuses != STATUSES.index("not evaluated"))]
             passes, notes, fails = (Share.of_truths(evaluated == each) for each in range(3))
             missing = Share(len(statuses) - len(evaluated), len(statuses))
@@ -205,14 +205,10 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
             )
         return tuple(found)
 
-    @property
-    def _statuses_judged(self) -> NDArray[np.int8]:
-        return self.numbers.statuses[self.numbers.judged]
-
     @cached_property
     def objected(self) -> Share:
         """How many of the verdicts any check fails in."""
-        failing = self._statuses_judged == STATUSES.index("fail")
+        failing = self.numbers.statuses[self.numbers.judged] == STATUSES.index("fail")
         return Share.of_truths(np.asarray(failing.any(axis=1)))
 
     def normalised(self, place: int) -> Array:
