@@ -40,10 +40,6 @@ class Draws:
         """Standard normal, (size,)."""
         return self.sign * self.rng.standard_normal(size)
 
-    def place(self, count: int) -> int:
-        """One of so many, the same of the opposite numbers."""
-        return int(self.rng.integers(count))
-
     def of_a_step(self) -> float:
         """Uniform, where a step begins as a share of one."""
         return self.sign * float(self.rng.uniform(-0.5, 0.5))
@@ -210,7 +206,8 @@ class MeasuredChain(Chain):
 
     def drawn_disturbance(self, rng: Draws, samples: int, period: float) -> Array:
         """See `Chain.drawn_disturbance`."""
-        chosen = self.drawn[rng.place(len(self.drawn))] if self.drawn else self.disturbances
+        # The same of the opposite numbers.
+        chosen = self.drawn[rng.rng.integers(len(self.drawn))] if self.drawn else self.disturbances
         return _drawn(chosen, rng, samples, period)
 
 

@@ -64,7 +64,7 @@ class _ByOutputError(Iteration):
         for _ in range(_HALVINGS):
             wanted = np.clip(physical + share * (goal - physical), *self._bounds)
             with suppress(EstimationError):
-                loops, right = self._simulated(wanted)
+                loops, right = self._on.simulated(self._form, wanted, self._budget)
                 left = self._on.rows(self._form.at(wanted)).left
                 # What the loop leaves is to be less than before, or hardly more.
                 now, before = (
@@ -114,7 +114,8 @@ class _ByOutputError(Iteration):
             moved[j] += step
             # At the edge of what can be simulated the rows have to do.
             with suppress(EstimationError):
-                _, right = self._simulated(self._form.physical(moved)[0])
+                at_moved = self._form.physical(moved)[0]
+                _, right = self._on.simulated(self._form, at_moved, self._budget)
                 J[:, j] = (right.predicted(moved) - simulated) / step
         return Equations(left=simulated, intercept=simulated - J @ theta, regressor=J)
 

@@ -236,7 +236,7 @@ class Iteration:
     def _at(self, physical: Array, ahead: SimulatedRows | None) -> IterationState:
         """The rows, and those of the loop simulated with parameters (p,), an iterate."""
         measured = self._on.rows(self._form.at(physical) if self._iterates else self._form)
-        loops, right = ahead or self._simulated(physical)
+        loops, right = ahead or self._on.simulated(self._form, physical, self._budget)
         # Of the point that is simulated, which a damped step leaves short of the solution.
         theta = self._form.regressed(physical)
         simulated = right.predicted(theta)  # the loop satisfies the model row by row
@@ -245,10 +245,6 @@ class Iteration:
             Iterate(physical=physical, theta=theta, simulation_error_percent=error)
         )
         return IterationState(measured, physical, loops, simulated, right)
-
-    def _simulated(self, physical: Array) -> SimulatedRows:
-        """The loops simulated with parameters (p,), and their rows."""
-        return self._on.simulated(self._form, physical, self._budget)
 
     def _step(self, at: IterationState) -> IterationStep:
         """From where the iteration is to the estimate by the loop that is simulated there."""
