@@ -1,6 +1,6 @@
 """The declared axis: everything a user says, checked once."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from types import UnionType
 from typing import Any
@@ -149,22 +149,22 @@ class Axis:
     @property
     def _names(self) -> list[tuple[str, str]]:
         """Each name in the axis, and what carries it."""
-        q = self.coordinate
-        names = [(str(s), "the coordinate") for s in (q.symbol, q.velocity, q.acceleration)]
-        names += [(p.name, "parameter") for p in self.parameters]
-        if self.drive.estimated is not None:
-            time, parameter = self.drive.estimated
-            names.append((parameter.name, f"the drive's {time}"))
-        law = self.control.names if self.control else ()
-        names += [(name, "the control law's symbol") for name in law]
-        if self.signals:
-            names += [(signal.name, "signal") for signal in self.signals]
-            names += [(signal.rate_name, "the rate of a signal") for signal in self.signals]
-            names += [("signals", "what the program calls the signals")]
-        names += [(state.name, "state") for state in self.states]
-        drive = (*self.response.remembered, FORCE_TARGET) if self.response else ()
-        names += [(name, "what the program calls a force of the drive") for name in drive]
-        return names
+        q, law, response = self.coordinate, self.control, self.response
+        estimated = () if self.drive.estimated is None else (self.drive.estimated,)
+        carried: dict[str, Iterable[str]] = {
+            "the coordinate": map(str, (q.symbol, q.velocity, q.acceleration)),
+            "parameter": (p.name for p in self.parameters),
+            **{f"the drive's {time}": (parameter.name,) for time, parameter in estimated},
+            "the control law's symbol": law.names if law else (),
+            "signal": (signal.name for signal in self.signals),
+            "the rate of a signal": (signal.rate_name for signal in self.signals),
+            "what the program calls the signals": ("signals",) if self.signals else (),
+            "state": (state.name for state in self.states),
+            "what the program calls a force of the drive": (*response.remembered, FORCE_TARGET)
+            if response
+            else (),
+        }
+        return [(name, what) for what, names in carried.items() for name in names]
 
     @property
     def states(self) -> tuple[State, ...]:

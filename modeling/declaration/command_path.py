@@ -11,6 +11,7 @@ from axisid.support.errors import ModelError, quoted, refuse
 LOGGED = ("command", "applied", "current")
 #: Times of a drive, and what of `LOGGED` is recorded behind each, where no motion shows it.
 HIDDEN_FROM = {"lag": ("current",), "delay": ("applied", "current")}
+_AMOUNTS = ("quantisation", "deadband")
 _LEAST_STEP = 1e-100  # of which any control is a finite number
 
 
@@ -33,29 +34,31 @@ class CommandPath:
     deadband: float = 0.0
 
     def __post_init__(self) -> None:
-        rate = number(self.rate_limit, "the drive's rate_limit", finite=False)
-        if not rate > 0:
-            raise ModelError(
-                f"the drive's rate_limit is {quoted(self.rate_limit)}; give a positive number, in "
-                "the control's unit per second, or leave it out.",
-                code="drive",
-            )
-        settle(self, rate_limit=rate)
-        for what in ("quantisation", "deadband"):
-            value = number(getattr(self, what), f"the drive's {what}")
-            if value < 0:
-                raise ModelError(
-                    f"the drive's {what} is {quoted(getattr(self, what))}; give a number of 0 or "
-                    "more, in the control's unit.",
-                    code="drive",
+        given = {name: quoted(getattr(self, name)) for name in ("rate_limit", *_AMOUNTS)}
+        settle(self, rate_limit=number(self.rate_limit, "the drive's rate_limit", finite=False))
+        settle(self, **{n: number(getattr(self, n), f"the drive's {n}") for n in _AMOUNTS})
+        refuse(
+            ModelError,
+            (
+                not self.rate_limit > 0,
+                f"rate_limit is {given['rate_limit']}; give a positive number, in the control's "
+                "unit per second, or leave it out",
+            ),
+            *(
+                (
+                    getattr(self, name) < 0,
+                    f"{name} is {given[name]}; give a number of 0 or more, in the control's unit",
                 )
-            settle(self, **{what: value})
-        if 0 < self.quantisation < _LEAST_STEP:
-            raise ModelError(
-                f"the drive's quantisation is {self.quantisation:g}, below {_LEAST_STEP:g}, which "
-                "no control shows; give a step in the control's unit, or 0 for none.",
-                code="drive",
-            )
+                for name in _AMOUNTS
+            ),
+            (
+                0 < self.quantisation < _LEAST_STEP,
+                f"quantisation is {self.quantisation:g}, below {_LEAST_STEP:g}, which no control "
+                "shows; give a step in the control's unit, or 0 for none",
+            ),
+            before="the drive's ",
+            code="drive",
+        )
 
     @property
     def is_plain(self) -> bool:

@@ -140,11 +140,30 @@ class ControlLaw:
                     f"{said}; give a number above 0.",
                     code="law",
                 )
-        if not self.period > 0:
-            raise ModelError(f"control law {self.name!r}: period {self.period!r} is not positive.")
         for name in (*self.gains, *(memory.name for memory in self.memory)):
             check_symbol(name, f"a gain or memory of control law {self.name!r}", control=True)
-        self._check_timing()
+        refuse(
+            ModelError,
+            (not self.period > 0, f": period {self.period!r} is not positive", ""),
+            (
+                not (is_whole(self.delay) and 0 <= self.delay <= LONGEST_DELAY),
+                f": delay {quoted(self.delay)}; give whole samples, 0 to {LONGEST_DELAY}",
+            ),
+            (
+                self.reference_between not in ("", *REFERENCES_BETWEEN),
+                f": reference_between is {quoted(self.reference_between)}; give "
+                f"{', '.join(REFERENCES_BETWEEN[:-1])} or {REFERENCES_BETWEEN[-1]}, or leave it "
+                "out",
+            ),
+            (
+                self.continuous
+                and (self.memory or self.delay or PERIOD in self.output.free_symbols),
+                " is continuous but has a memory, a delay or the period in it, which only a "
+                "sampled law has. Leave them out, or leave out continuous=True",
+            ),
+            before=f"control law {self.name!r}",
+            code="law",
+        )
         allowed = _INPUTS | {gain(name) for name in self.names}
         allowed |= self.signals
         self._check(self.output, allowed, "output")
@@ -213,29 +232,6 @@ class ControlLaw:
                 return ((sympy.S.One, self.output),)
             factors[factor] = None
         return tuple((factor, _signal(self.output, factor, gains)) for factor in factors)
-
-    def _check_timing(self) -> None:
-        refuse(
-            ModelError,
-            (
-                not (is_whole(self.delay) and 0 <= self.delay <= LONGEST_DELAY),
-                f": delay {quoted(self.delay)}; give whole samples, 0 to {LONGEST_DELAY}",
-            ),
-            (
-                self.reference_between not in ("", *REFERENCES_BETWEEN),
-                f": reference_between is {quoted(self.reference_between)}; give "
-                f"{', '.join(REFERENCES_BETWEEN[:-1])} or {REFERENCES_BETWEEN[-1]}, or leave it "
-                "out",
-            ),
-            (
-                self.continuous
-                and (self.memory or self.delay or PERIOD in self.output.free_symbols),
-                " is continuous but has a memory, a delay or the period in it, which only a "
-                "sampled law has. Leave them out, or leave out continuous=True",
-            ),
-            before=f"control law {self.name!r}",
-            code="law",
-        )
 
     def _check(self, value: sympy.Expr, allowed: Set[sympy.Basic], what: str) -> None:
         unknown = sorted(map(str, value.free_symbols - value.atoms(ConstantSymbol) - allowed))

@@ -12,7 +12,7 @@ from typing import Any
 
 import sympy
 
-from axisid.support.errors import ModelError, quoted
+from axisid.support.errors import ModelError, quoted, refuse
 
 _PATTERN = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
 
@@ -33,6 +33,12 @@ RESERVED = frozenset(
     "limited_output output_limit jacobian first_slope last_slope sides switches by_position "
     "by_velocity plant_rate wave_number signals law_gains gains period casadi null jac hess".split()
 )
+_TAKEN = {
+    "a keyword of Python": {*keyword.kwlist, *keyword.softkwlist},
+    "a keyword of C": _C_KEYWORDS,
+    "a mathematical function": _FUNCTIONS,
+    "reserved for the generated functions": RESERVED,
+}
 # Symbols that the program makes itself: the direct model's parameters, a law's delay line, and
 # the sides of kinks.
 _MADE = re.compile(r"(theta|delayed|side)\d+")
@@ -56,23 +62,13 @@ def check_name(name: str, what: str) -> str:
             "digits or underscores. Choose another name.",
             code="axis",
         )
-    taken = {
-        "a keyword of Python": set(keyword.kwlist) | set(keyword.softkwlist),
-        "a keyword of C": _C_KEYWORDS,
-        "a mathematical function": _FUNCTIONS,
-        "reserved for the generated functions": RESERVED,
-    }
-    if _MADE.fullmatch(name):
-        raise ModelError(
-            f"{what} is named {name!r}, which the program uses. Choose another name.",
-            code="axis",
-        )
-    for reason, names in taken.items():
-        if name in names:
-            raise ModelError(
-                f"{what} is named {name!r}, which is {reason}. Choose another name.",
-                code="axis",
-            )
+    said = f"{what} is named {name!r}, which"
+    refuse(
+        ModelError,
+        (_MADE.fullmatch(name), f"{said} the program uses. Choose another name"),
+        *((name in t, f"{said} is {why}. Choose another name") for why, t in _TAKEN.items()),
+        code="axis",
+    )
     return name
 
 
