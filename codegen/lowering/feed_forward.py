@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import FORCE, SignalSymbol, signals_in
-from axisid.support.errors import ModelError, UsageError
+from axisid.support.errors import ModelError, UsageError, refuse
 
 from .axis_functions import inverse_dynamics
 from .drive import drive_control, within
@@ -92,13 +92,18 @@ def feed_forward(
             "acceleration. Export an axis without internal states.",
             code="export",
         )
-    if not (math.isfinite(dead_zone) and dead_zone >= 0):
-        raise UsageError(
-            f"the dead zone is {dead_zone!r}; give a speed of 0 or more.", code="export"
-        )
-    for name, (value, _) in parameters.items():
-        if not math.isfinite(value):
-            raise UsageError(f"{name} is {value!r}, which is no number to export.", code="export")
+    refuse(
+        UsageError,
+        (
+            not (math.isfinite(dead_zone) and dead_zone >= 0),
+            f"the dead zone is {dead_zone!r}; give a speed of 0 or more",
+        ),
+        *(
+            (not math.isfinite(value), f"{name} is {value!r}, which is no number to export")
+            for name, (value, _) in parameters.items()
+        ),
+        code="export",
+    )
     axis, q = model.axis, model.axis.coordinate
     at_rest = f"up to a speed of {dead_zone!r} {q.unit}/s" if dead_zone else "at rest"
     limit = axis.drive.limit

@@ -211,11 +211,9 @@ def largest_wave(arguments: Arguments, numbers: Iterable[sympy.Expr]) -> int:
 
 def _wave_numbers(values: Iterable[sympy.Expr], position: sympy.Symbol) -> tuple[sympy.Expr, ...]:
     """Wave numbers of all in the expressions that is no polynomial of position, or of velocity."""
-    found: dict[sympy.Expr, None] = {}
-    for value in values:
-        for node in dict.fromkeys(sympy.preorder_traversal(value)):
-            if position in node.free_symbols:
-                found.update(dict.fromkeys(_of_node(node, position)))
+    nodes = (node for value in values for node in dict.fromkeys(sympy.preorder_traversal(value)))
+    depending = (node for node in nodes if position in node.free_symbols)
+    found = dict.fromkeys(number for node in depending for number in _of_node(node, position))
     return tuple(number for number in found if number != 0)
 
 

@@ -328,21 +328,31 @@ class Axis:
 
     def _check_signals(self) -> None:
         """Refuse signals that are used and not declared, or named as another column is."""
-        for signal in self.signals:
-            if signal.name in ROLES:
-                raise ModelError(
-                    f"axis {self.name!r}: the signal {signal.name!r} is named as the column of the "
-                    f"{signal.name} is. Rename it.",
-                    code="axis",
-                )
         declared = {signal.symbol for signal in self.signals}
-        for what, used in self._used_signals.items():
-            if unknown := sorted(map(str, used - declared)):
-                raise ModelError(
-                    f"axis {self.name!r}: {what} has the signals {', '.join(unknown)}, which the "
-                    "axis does not declare; list them, signals=(...).",
-                    code="axis",
+        unknown = {
+            what: sorted(map(str, used - declared)) for what, used in self._used_signals.items()
+        }
+        refuse(
+            ModelError,
+            *(
+                (
+                    signal.name in ROLES,
+                    f"the signal {signal.name!r} is named as the column of the {signal.name} is. "
+                    "Rename it",
                 )
+                for signal in self.signals
+            ),
+            *(
+                (
+                    names,
+                    f"{what} has the signals {', '.join(names)}, which the axis does not declare; "
+                    "list them, signals=(...)",
+                )
+                for what, names in unknown.items()
+            ),
+            before=f"axis {self.name!r}: ",
+            code="axis",
+        )
 
     @property
     def _used_signals(self) -> dict[str, frozenset[SignalSymbol]]:
@@ -378,19 +388,25 @@ class Axis:
             )
 
     def _check_columns(self) -> None:
-        for role, column in self.columns.items():
-            if role not in self.roles or not isinstance(column, str):
-                raise ModelError(
-                    f"axis {self.name!r}: column {role!r}: {column!r}; the roles are "
-                    f"{', '.join(self.roles)}, each with the name of a column.",
-                    code="axis",
+        refuse(
+            ModelError,
+            *(
+                (
+                    role not in self.roles or not isinstance(column, str),
+                    f"column {role!r}: {column!r}; the roles are {', '.join(self.roles)}, each "
+                    "with the name of a column",
+                    "axis",
                 )
-        if self.injected_at not in ("", *INJECTION_POINTS):
-            raise ModelError(
-                f"axis {self.name!r}: injected_at is {self.injected_at!r}; give 'control' or "
-                "'reference', what the test signal is added to.",
-                code="test-signal",
-            )
+                for role, column in self.columns.items()
+            ),
+            (
+                self.injected_at not in ("", *INJECTION_POINTS),
+                f"injected_at is {self.injected_at!r}; give 'control' or 'reference', what the "
+                "test signal is added to",
+                "test-signal",
+            ),
+            before=f"axis {self.name!r}: ",
+        )
 
     def _check_truth(self) -> None:
         if self.experiment is None:

@@ -134,13 +134,6 @@ class Experiment:
             name: expression(value, f"the signal {name!r} of an experiment")
             for name, value in self.signals.items()
         }
-        for name, value in of_time.items():
-            if value.free_symbols - value.atoms(ConstantSymbol) - {TIME}:
-                raise ModelError(
-                    f"the signal {name!r} of an experiment is {value}; it may use {TIME} and "
-                    "numbers.",
-                    code="twin",
-                )
         settle(
             self,
             signals=FrozenMapping(of_time),
@@ -152,6 +145,15 @@ class Experiment:
         duration = sum(move.duration for move in self.moves)
         refuse(
             ModelError,
+            *(
+                (
+                    value.free_symbols - value.atoms(ConstantSymbol) - {TIME},
+                    f"the signal {name!r} of an experiment is {value}; it may use {TIME} and "
+                    "numbers",
+                    "twin",
+                )
+                for name, value in of_time.items()
+            ),
             (
                 not 0 < duration < _LONGEST,
                 f"the moves of an experiment take {duration:g} s; give some that take more than 0 "

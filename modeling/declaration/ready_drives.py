@@ -576,13 +576,18 @@ def current_drive(
 
 def _check_free(others: dict[str, Any], **made_of: str) -> None:
     """Refuse what a drive makes of other figures."""
-    for name, figures in made_of.items():
-        if name in others:
-            raise ModelError(
-                f"the drive's {name} is that of {figures}, and given too; leave it out, or "
-                "declare a Drive with it.",
-                code="drive",
+    refuse(
+        ModelError,
+        *(
+            (
+                name in others,
+                f"the drive's {name} is that of {figures}, and given too; leave it out, or declare "
+                "a Drive with it",
             )
+            for name, figures in made_of.items()
+        ),
+        code="drive",
+    )
 
 
 #: The drives that ship, as TOML declarations know them.

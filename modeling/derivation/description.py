@@ -241,14 +241,17 @@ def _of_state(state: StateEquation) -> Iterator[Formula | str]:
 
 def _conventions(force: sympy.Expr) -> str:
     """What the names in a force mean that no declaration explains."""
-    notes = []
-    if DIRECTION in force.free_symbols:
-        notes.append(
-            "direction is the sign of the velocity; between -1 and 1 while the axis sticks"
-        )
-    if force.has(sympy.Heaviside):
-        notes.append("Heaviside(x), a step, is 0 for x < 0, 1 for x > 0 and 1/2 at 0")
-    return "; ".join(notes)
+    notes = (
+        (
+            DIRECTION in force.free_symbols,
+            "direction is the sign of the velocity; between -1 and 1 while the axis sticks",
+        ),
+        (
+            force.has(sympy.Heaviside),
+            "Heaviside(x), a step, is 0 for x < 0, 1 for x > 0 and 1/2 at 0",
+        ),
+    )
+    return "; ".join(said for is_there, said in notes if is_there)
 
 
 def _unchecked(model: AxisModel) -> tuple[Section, ...]:

@@ -66,10 +66,11 @@ def friction_ladder(
             code="axis",
         )
     kept, friction = _split(axis)
-    ladder: dict[str, Axis] = {}
-    for law, terms in _laws(axis, kept, friction, quadratic=quadratic, stribeck=stribeck).items():
-        own = _is_law(axis, friction, terms)
-        ladder[law] = axis if own else _rung(axis, kept, law, terms)
+    laws = _laws(axis, kept, friction, quadratic=quadratic, stribeck=stribeck)
+    ladder = {
+        law: axis if _is_law(axis, friction, terms) else _rung(axis, kept, law, terms)
+        for law, terms in laws.items()
+    }
     if not any(rung is axis for rung in ladder.values()):
         ladder["declared"] = axis
     return ladder
@@ -78,13 +79,9 @@ def friction_ladder(
 def _split(axis: Axis) -> tuple[list[sympy.Expr], list[sympy.Expr]]:
     """Terms of the force that stay, and those that are friction; nothing is multiplied out."""
     parameters = _friction_parameters(axis)
-    kept: list[sympy.Expr] = []
-    friction: list[sympy.Expr] = []
-    for term in sympy.Add.make_args(axis.force):
-        rest = _rest(term, parameters)
-        kept += [rest] if rest != 0 else []
-        friction += [term - rest] if rest != term else []
-    return kept, friction
+    rests = [(term, _rest(term, parameters)) for term in sympy.Add.make_args(axis.force)]
+    kept = [rest for _, rest in rests if rest != 0]
+    return kept, [term - rest for term, rest in rests if rest != term]
 
 
 def _friction_parameters(axis: Axis) -> AbstractSet[sympy.Symbol]:

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 import sympy
 
-from axisid.support.errors import ModelError, is_among, quoted
+from axisid.support.errors import ModelError, is_among, quoted, refuse
 
 from .names import check_symbol, number, settle
 from .units import Unit, parse_unit
@@ -184,19 +184,24 @@ class Parameter(Symbolic):
             known=None if known is None else number(known, f"the known value {what}"),
             known_sd=number(self.known_sd, f"the standard deviation of the known value {what}"),
         )
-        for said, value in (("nominal", self.nominal), ("its known", self.known)):
-            if value is not None and not self.allows(value):
-                raise ModelError(
-                    f"parameter {self.name!r}: {said} value {value!r} is outside its bounds "
-                    f"[{self.lower!r}, {self.upper!r}]. Correct one of the three.",
-                    code="axis",
+        refuse(
+            ModelError,
+            *(
+                (
+                    value is not None and not self.allows(value),
+                    f"{said} value {value!r} is outside its bounds [{self.lower!r}, "
+                    f"{self.upper!r}]. Correct one of the three",
                 )
-        if self.known_sd < 0 or (self.known_sd > 0 and self.known is None):
-            raise ModelError(
-                f"parameter {self.name!r}: the standard deviation of its known value is "
-                f"{self.known_sd!r}; give 0 or more, with a known value.",
-                code="axis",
-            )
+                for said, value in (("nominal", self.nominal), ("its known", self.known))
+            ),
+            (
+                self.known_sd < 0 or (self.known_sd > 0 and self.known is None),
+                f"the standard deviation of its known value is {self.known_sd!r}; give 0 or more, "
+                "with a known value",
+            ),
+            before=f"parameter {self.name!r}: ",
+            code="axis",
+        )
 
     @property
     def symbol(self) -> sympy.Symbol:
