@@ -40,6 +40,7 @@ from .excitation import (
     gain_check as gain_check,
     nominal_check as nominal_check,
     precision_check as precision_check,
+    rows_check as rows_check,
     within_bounds as within_bounds,
 )
 from .records_alike import (

@@ -45,6 +45,7 @@ from .excitation import (
     gain_check,
     nominal_check,
     precision,
+    rows_check,
     within_bounds,
 )
 from .records_alike import alike_check, repeated_check
@@ -208,6 +209,12 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(
             name="inverse against direct",
             check=lambda case: forms_check(case.compared, case.estimates, case.levels),
+        ),
+        Diagnostic(
+            name="rows",
+            check=lambda case: rows_check(
+                len(case.preferred.y), len(case.preferred.theta), "record longer, or decimate less"
+            ),
         ),
         Diagnostic(name="precision", check=lambda case: precision(case.preferred, case.excitation)),
         Diagnostic(

@@ -221,6 +221,21 @@ def _lacking(
     return tuple(fact for holds, fact in facts if holds and fact)
 
 
+def rows_check(rows: int, parameters: int, remedy: str) -> Check | None:
+    """Whether rows are enough to tell how sure so many parameters are."""
+    if rows >= MIN_ROWS_PER_PARAMETER.value * parameters:
+        return None
+    return Check(
+        name="rows",
+        status="fail",
+        figure=rows / parameters,
+        threshold=MIN_ROWS_PER_PARAMETER.value,
+        source=MIN_ROWS_PER_PARAMETER.source,
+        meaning=f"{rows} rows for {parameters} parameters are few: standard deviations cannot be "
+        f"believed; {remedy}",
+    )
+
+
 def precision(estimate: Estimate, excitation: Sequence[Excitation]) -> Check:
     """Every parameter against its own deviation; a vague one with the reason."""
     values, relative = estimate.parameters, dict[str, float]()

@@ -31,7 +31,6 @@ from .value import (
     Value as Value,
     covariance_of as covariance_of,
     degrees_of_freedom_of as degrees_of_freedom_of,
-    few_rows as few_rows,
     fewest as fewest,
     student_interval as student_interval,
 )

@@ -12,7 +12,7 @@ from scipy.special import stdtridf, stdtrit
 from axisid.codegen.generated_axes import Quantity
 from axisid.estimation.choices import COVARIANCE_ROWS, CovarianceRow
 from axisid.estimation.regression import Covariance, covariance_root, curvature, delta_method
-from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_ROWS_PER_PARAMETER
+from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.modeling.parsing import FunctionLike, parameter_function
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import EstimationError, UsageError, is_among, quoted, range_text
@@ -140,15 +140,6 @@ class NamedValues(dict[str, Value]):
         """Every value with its deviation and unit, on one line."""
         values = (f"{n} = {v.value:.6g} +- {v.deviation:.2g} {v.unit}" for n, v in self.items())
         return ", ".join(values)
-
-
-def few_rows(rows: int, parameters: int) -> str | None:
-    """What is to be said of rows that are too few for the deviations of so many parameters."""
-    if rows >= MIN_ROWS_PER_PARAMETER.value * parameters:
-        return None
-    return (
-        f"{rows} rows for {parameters} parameters are few: standard deviations cannot be believed"
-    )
 
 
 def student_interval(centre: float, deviation: float, freedom: float) -> tuple[float, float]:

@@ -81,17 +81,14 @@ def loop_starts(axis: GeneratedAxis, record: Record, away: float = 0.0) -> tuple
         Of the positions that the law reads, from those of the record; what it remembers of them is
         as far away.
     """
+    starts = tuple(_start(axis, record, span) for span in record.spans)
+    if not away:
+        return starts
     reference = np.asarray(record.commanded)
     signals = recorded_signals(axis, record.provenance.source, record.signals)
     return tuple(
-        shifted_start(
-            axis,
-            _start(axis, record, span),
-            float(reference[span[0]]),
-            [float(values[span[0]]) for values in signals],
-            away,
-        )
-        for span in record.spans
+        shifted_start(axis, start, float(reference[row]), [float(v[row]) for v in signals], away)
+        for (row, _), start in zip(record.spans, starts, strict=True)
     )
 
 
@@ -110,7 +107,7 @@ def shifted_start(
         The first of the recorded signals.
     away : float
     """
-    if start.memory is None or not away:
+    if start.memory is None:
         return start
     at_rest, position = axis.functions["control_start"], start.position
     change = at_rest(reference + away, position + away, *first)

@@ -15,7 +15,6 @@ from axisid.estimation.estimates import (
     Inference,
     NotSimulated,
     covariance_of,
-    few_rows,
     fewest,
 )
 from axisid.estimation.estimation_problem import Problem, jacobian_by_gain, noise_free_residuals
@@ -149,8 +148,6 @@ def _remarks(problem: Problem, fit: Fit, loss: str) -> Iterator[str]:
     """What the user should know of an estimate."""
     every = (data.sampling.filter.remarks() for data in problem.data)
     yield from dict.fromkeys(remark for of_one in every for remark in of_one)
-    if few := few_rows(*fit.measured.regressor.shape):
-        yield f"{few}; record longer, or decimate less"
     if math.inf > fit.simulation_error_percent > NO_RELATION.value:
         cause = rests_first(problem.rest) or (
             "check the control law, the reference and the signs and units of the columns"

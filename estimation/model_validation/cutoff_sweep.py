@@ -83,8 +83,12 @@ def recommend(results: Sequence[Identification]) -> tuple[float | None, str]:
     judged = [each for each in judged if each[1].filter_bias is not None] or judged
     if not judged:
         return _steadiest(results)
-    best, _ = judged[int(np.argmin(_vagueness([estimate for _, estimate in judged])))]
-    return best.prefilter.cutoff, f"{_WHERE}, of the method that is judged ({best.case.method})"
+    chosen = int(np.argmin(_vagueness([estimate for _, estimate in judged])))
+    best, _ = judged[chosen]
+    return best.prefilter.cutoff, (
+        f"{_WHERE}, of the method that is judged ({best.case.method})"
+        f"{_further(chosen, len(judged))}"
+    )
 
 
 def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
@@ -130,7 +134,12 @@ def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
             f" (half a second ahead they predict the position to {motion[chosen]:.2g} "
             f"{result.axis.axis.coordinate.unit}{f'; {left}' * bool(strays.any())})"
         )
-    return cutoff, f"{_WHERE}{predicted}, since {why}"
+    return cutoff, f"{_WHERE}{predicted}, since {why}{_further(chosen, len(judged))}"
+
+
+def _further(chosen: int, count: int) -> str:
+    """What to do where the cut-off beside the chosen one is the last: it may be as good."""
+    return "; sweep further, as the range ends beside it" * (chosen in {0, 1, count - 2, count - 1})
 
 
 def _steps(estimates: Sequence[Estimate]) -> list[dict[str, float]]:
@@ -180,7 +189,7 @@ def _vagueness(estimates: Sequence[Estimate]) -> Array:
     around = (own[:-2] + own[1:-1] + own[2:]) / 3
     if len(estimates) > 2:
         around[[0, -1]] = np.inf
-    return np.asarray(around)
+    return np.where(np.isnan(around), np.inf, around)
 
 
 def motion_errors(results: Sequence[tuple[Identification, Estimate]]) -> list[float]:

@@ -21,9 +21,10 @@ from axisid.estimation.diagnostics import (
     precision_check,
     records_alike,
     repeated_check,
+    rows_check,
 )
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_check
-from axisid.estimation.estimates import few_rows, student_interval
+from axisid.estimation.estimates import student_interval
 from axisid.estimation.nonlinear_least_squares import MOST_STEPS
 from axisid.estimation.parameters import GAIN, START
 from axisid.estimation.prediction_errors import FEWEST_IN_WINDOW, WindowPredictions
@@ -35,7 +36,6 @@ from axisid.estimation.thresholds import (
     MAX_RELATIVE_DEVIATION,
     MIN_DISTANCE_FROM_NOISE,
     MIN_FAR,
-    MIN_ROWS_PER_PARAMETER,
     MIN_SHOWN,
     NEGLIGIBLE_FORCE,
     NEGLIGIBLE_PEAK_FORCE,
@@ -322,23 +322,6 @@ def joined_check(name: str, of: OutputFit) -> Check | None:
     return joined(checks, record_labels(of.records))
 
 
-def rows_check(of: OutputFit) -> Check | None:
-    """Whether errors are enough to tell how sure the parameters are."""
-    rows = int(np.count_nonzero(of.judged_sandwich.counted))
-    searched = len(of.names) - len(of.fixed)
-    few = few_rows(rows, searched)
-    if not few:
-        return None
-    return Check(
-        name="rows",
-        status="fail",
-        figure=rows / searched,
-        threshold=MIN_ROWS_PER_PARAMETER.value,
-        source=MIN_ROWS_PER_PARAMETER.source,
-        meaning=f"{few}; follow a longer part of the record",
-    )
-
-
 def rests_check(of: OutputFit) -> Check | None:
     """How many samples have no weight, as they are near rests."""
     counted, measured = of.judged_sandwich.counted, of.predictions.counted
@@ -543,7 +526,11 @@ _CHECKS: dict[str, Callable[[OutputFit], Check | Missing | None]] = {
     "missing terms": missing_terms_check,
     "outliers": partial(joined_check, "outliers"),
     "what was known": known_check,
-    "rows": rows_check,
+    "rows": lambda of: rows_check(
+        int(np.count_nonzero(of.judged_sandwich.counted)),
+        len(of.names) - len(of.fixed),
+        "follow a longer part of the record",
+    ),
     "samples near rests": rests_check,
     "repeated records": lambda of: repeated_check(of.records),
     "records alike": records_alike_check,

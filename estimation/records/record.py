@@ -369,14 +369,13 @@ class Record(Presentable, Exact):
             raise DataError(
                 f"{self._name()}: there is no time; a record needs one.", code="missing-column"
             )
-        named = isinstance(self.signals, Mapping)
-        taken = next((name for name in self.signals if name in ROLES), None) if named else None
+        unnamed = "" if isinstance(self.signals, Mapping) else quoted(self.signals)
+        taken = next((name for name in self.signals if name in ROLES), "") if not unnamed else ""
         refuse(
             UsageError,
             (
-                not named,
-                f"the signals are {quoted(self.signals)}; give arrays by name, such as "
-                "{'pressure': values}",
+                unnamed,
+                f"the signals are {unnamed}; give arrays by name, such as {{'pressure': values}}",
                 "record",
             ),
             (taken, f"{taken!r} is a column of its own, and no signal's name", "record"),

@@ -121,6 +121,10 @@ def _manifest_items(file: Path) -> Iterator[tuple[FleetItem, str]]:
             DataError,
             (not told.get(_LOG), f"names no log; give its path in the column {_LOG!r}"),
             (unread, f"has the columns {columns!r}; write ROLE=NAME[:UNIT],..."),
+            (
+                any(row.get(None) or ()),
+                "has more cells than the header has names; mend one of the two",
+            ),
             before=f"{file}: row {number} ",
             code="manifest",
         )
@@ -134,7 +138,7 @@ def _manifest_items(file: Path) -> Iterator[tuple[FleetItem, str]]:
         yield item, f"{file}, row {number},"
 
 
-def _rows(file: Path) -> Iterator[Mapping[str, Any]]:
+def _rows(file: Path) -> Iterator[Mapping[str | None, Any]]:
     if file.suffix.lower() in _PARQUET:
         yield from _parquet(file).read().to_pylist()
         return

@@ -70,6 +70,13 @@ def test_rich_motion_lacks_nothing_and_its_figures_are_those_of_the_columns() ->
     assert [each.inflation for each in shown] == pytest.approx(expected.tolist(), rel=1e-6)
 
 
+def test_rows_that_are_few_for_the_parameters_are_not_believed(emps2015: GeneratedAxis) -> None:
+    result = identify(emps2015, twin_record(emps2015), Prefilter(decimate=400), "idm-ls")
+    (found,) = (check for check in result.checks if check.name == "rows")
+    assert (found.status, result.belief) == ("fail", "with care")
+    assert found.figure == len(result.preferred.y) / 3 < found.threshold == 10
+
+
 def test_a_mass_that_is_none_beside_a_known_one_is_no_lack_of_acceleration() -> None:
     added = Parameter("m_add", "kg", nominal=1.0)
     truth = {**TRUTH, "m_add": 0.0}
