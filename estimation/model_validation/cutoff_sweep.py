@@ -78,16 +78,15 @@ def recommend(results: Sequence[Identification]) -> tuple[float | None, str]:
     results : sequence of Identification
         By cut-off, ascending.
     """
-    judged = [(each, each.preferred) for each in results if _is_free_of_noise(each)]
+    free = [each for each in results if _is_free_of_noise(each)]
     # A bias that is not known may be large.
-    judged = [each for each in judged if each[1].filter_bias is not None] or judged
-    if not judged:
+    free = [each for each in free if each.preferred.filter_bias is not None] or free
+    if not free:
         return _steadiest(results)
-    chosen = int(np.argmin(_vagueness([estimate for _, estimate in judged])))
-    best, _ = judged[chosen]
-    return best.prefilter.cutoff, (
-        f"{_WHERE}, of the method that is judged ({best.case.method})"
-        f"{_further(chosen, len(judged))}"
+    chosen = int(np.argmin(_vagueness([each.preferred for each in free])))
+    return free[chosen].prefilter.cutoff, (
+        f"{_WHERE}, of the method that is judged ({free[chosen].case.method})"
+        f"{_further(chosen, len(free))}"
     )
 
 
@@ -111,13 +110,13 @@ def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
         )
     motion = np.array(motion_errors(judged))
     strays = motion > _MAX_MOTION_ERROR * np.min(motion[1:-1])
-    errors = _vagueness([estimate for _, estimate in judged])
-    chosen = int(np.argmin(np.where(strays, np.inf, errors)))
+    estimates = [estimate for _, estimate in judged]
+    chosen = int(np.argmin(np.where(strays, np.inf, _vagueness(estimates))))
     result, estimate = judged[chosen]
     cutoff = result.prefilter.cutoff
     moving = ", ".join(
         f"{name} by {100 * share:.2g} %"
-        for name, share in _steps([estimate for _, estimate in judged])[chosen].items()
+        for name, share in _steps(estimates)[chosen].items()
         if estimate.parameters[name].relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
         and share > _MAX_SWEEP_STEP
     )
@@ -180,7 +179,7 @@ def _vagueness(estimates: Sequence[Estimate]) -> Array:
     errors = [
         [
             math.hypot(value.deviation, value.filter_bias or 0.0) / (abs(value.value) or _LEAST)
-            for value in map(each.parameters.__getitem__, steps[0])
+            for value in (each.parameters[name] for name in steps[0])
         ]
         for each in estimates
     ]

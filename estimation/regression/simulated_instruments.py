@@ -301,6 +301,8 @@ def _start(data: FilteredRecord, first: int, last: int, away: float) -> LoopStar
     )
     followed = replace(record, reference=record.position)
     start = with_drive(data.axis, followed, (first, last), start)
+    if not away:
+        return start
     signals = [float(values[first]) for values in data.recorded]
     return shifted_start(data.axis, start, start.position, signals, away)
 

@@ -46,7 +46,9 @@ def test_recommended_cutoff_is_one_where_the_judged_method_is_surest(swept: Swee
         for each in map(zip, judged, np.maximum(far[1:], far[:-1]))
     ]
     around = np.convolve(np.log(sizes), np.ones(3), "valid")
-    assert swept.recommended == swept.cutoffs[1 + int(np.argmin(around))]
+    place = 1 + int(np.argmin(around))
+    assert swept.recommended == swept.cutoffs[place]
+    assert ("sweep further" in swept.reason) == (place in (1, len(sizes) - 2))
     assert "(didim)" in swept.reason
     chosen = swept.results[swept.cutoffs.index(swept.recommended)]
     assert (swept.belief, swept.checks) == ("believed", chosen.checks)
