@@ -61,15 +61,12 @@ def parameters_json(fitted: FittedAxis, methods: Sequence[str]) -> str:
 
 def parameters_csv(fitted: FittedAxis, methods: Sequence[str]) -> str:
     """One row for each method and parameter."""
-    rows = (
-        (
-            *(fitted.model.axis.name, method, name, v.unit, v.value, v.sd_hac, *v.interval),
-            *(v.sd, v.sd_gain, v.filter_bias, v.chosen),
-        )
-        for method in methods
-        for name, v in fitted.values(method).items()
-    )
-    return csv_text([_HEADER, *rows])
+    rows: list[Sequence[object]] = [_HEADER]
+    for method in methods:
+        for name, v in fitted.values(method).items():
+            numbers = (v.value, v.sd_hac, *v.interval, v.sd, v.sd_gain, v.filter_bias)
+            rows.append([fitted.model.axis.name, method, name, v.unit, *numbers, v.chosen])
+    return csv_text(rows)
 
 
 def parameters_toml(fitted: FittedAxis, methods: Sequence[str]) -> str:

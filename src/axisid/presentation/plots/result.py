@@ -335,18 +335,15 @@ def plots_by_record(
     """
     if not result.of_records:
         return {0: result_plots(result, sweep)}
-    parts = enumerate(zip(result.parts, result.record_names, strict=True), 1)
-    return {
-        0: {"convergence": convergence_plot(result.preferred), **_over_cutoff(result, sweep)},
-        **{
-            i: {
-                f"{key}-{i}": plot if isinstance(plot, Missing) else numbered(plot, i, name)
-                for key, plot in result_plots(part).items()
-                if key not in _OF_ALL
-            }
-            for i, (part, name) in parts
-        },
-    }
+    of_all = {"convergence": convergence_plot(result.preferred), **_over_cutoff(result, sweep)}
+    found: dict[int, dict[str, Plot | Missing]] = {0: of_all}
+    for i, (part, name) in enumerate(zip(result.parts, result.record_names, strict=True), 1):
+        found[i] = {
+            f"{key}-{i}": plot if isinstance(plot, Missing) else numbered(plot, i, name)
+            for key, plot in result_plots(part).items()
+            if key not in _OF_ALL
+        }
+    return found
 
 
 def numbered(plot: Plot, number: int, name: str) -> Plot:

@@ -127,14 +127,11 @@ def _table(results: ResultComparison, method: str) -> TableBlock:
         for d in results.differences
         if d.method == method
     ]
-    rows += [
-        (
-            *(kind, "%", or_dash(first, ".4g"), or_dash(second, ".4g"), "", ""),
-            *("" if first is None or second is None else f"{second - first:+.3g}", ""),
-        )
-        for kind in ("equation error", "simulation error")
-        for first, second in [results.errors.get(f"{method} {kind}", (None, None))]
-    ]
+    for kind in ("equation error", "simulation error"):
+        first, second = results.errors.get(f"{method} {kind}", (None, None))
+        cells = or_dash(first, ".4g"), or_dash(second, ".4g")
+        apart = "" if first is None or second is None else f"{second - first:+.3g}"
+        rows.append((kind, "%", *cells, "", "", apart, ""))
     return text_table(
         (method.upper(), "unit", "A", "B", "sd A", "sd B", "B - A", "in deviations [1]"),
         rows,

@@ -37,9 +37,8 @@ def rows_text(
     """
     masked = sum(sampling.masked_rows for sampling in samplings)
     quiet = sum(sampling.excluded_samples for sampling in samplings)
-    lost = f", {masked} left out that masked samples reach" * bool(
-        masked
-    ) + f", {quiet} samples near reversals and rests left out before" * bool(quiet)
+    lost = f", {masked} left out that masked samples reach" * bool(masked)
+    lost += f", {quiet} samples near reversals and rests left out before" * bool(quiet)
     taken, *said = force
     filters = dict.fromkeys(
         f"{_measured_text(motion)} low-passed by Butterworth {f.cutoff:g} Hz, order {f.order}, "
