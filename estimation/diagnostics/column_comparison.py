@@ -37,7 +37,7 @@ from axisid.estimation.thresholds import (
     MIN_DISTANCE_FROM_NOISE,
 )
 from axisid.support.arrays import Array, MaybeNan, mask_of, relative_error_percent
-from axisid.support.errors import EstimationError, Missing
+from axisid.support.errors import EstimationError, Missing, unless_missing
 
 # Hz, up to which columns are compared: far below any current loop's bandwidth
 _MAX_CUTOFF = 30.0
@@ -56,6 +56,10 @@ _TINY = 1e-300
 _MAX_FORCE_LAG = 5e-3  # s, of the recorded force behind the control
 # of the samples, at which the control may be beyond the limit: spikes may be
 _MAX_LIMIT_EXCESS_SHARE = 1e-3
+
+
+#: Two columns, (N,) each, the rows that tell all of them, and how many samples these are apart.
+Columns = tuple[Array, Array, NDArray[np.int64], int]
 
 
 def unmasked(record: Record) -> NDArray[np.bool_]:
@@ -112,58 +116,58 @@ class ColumnComparison:
         """The largest of them; beyond 1 something is wrong."""
         return max(self.distances.values())
 
-    @classmethod
-    def of(
-        cls, computed: Array, measured: Array, rows: NDArray[np.int64], step: int
-    ) -> "ColumnComparison | Missing":
-        """Of two columns, (N,), in one row of so many; missing where the axis hardly moves there.
 
-        The delay is the one that leaves none to be fitted. Two signals that have nothing to do with
-        each other have none.
-        """
-        order = RowTimes(rows // step)
+@unless_missing
+def compared_columns(columns: Columns) -> ColumnComparison | Missing:
+    """The one beside the other, in one row of so many; missing where the axis hardly moves there.
 
-        def fit(given: Array, target: Array) -> Solution:
-            columns = np.column_stack([given, np.gradient(given), np.ones_like(given)])[rows]
-            regressor = factor(columns, ("factor", "delay", "offset"), neighbours=order)
-            return least_squares(target[rows], regressor)
+    The delay is the one that leaves none to be fitted. Two signals that have nothing to do with
+    each other have none.
+    """
+    computed, measured, rows, step = columns
+    order = RowTimes(rows // step)
 
-        delay, moved = 0.0, computed
-        try:
-            fitted = first = fit(computed, measured)
-            for _ in range(_STEPS):
-                gain, by_sample, _ = map(float, fitted.theta)
-                change = -by_sample / gain if gain else np.inf
-                if abs(change) < _STILL:
-                    break
-                if not abs(delay + change) < _FARTHEST:
-                    delay, moved, fitted = 0.0, computed, first
-                    break
-                delay += change
-                moved = np.asarray(shift(computed, delay, order=3, mode="nearest"), dtype=float)
-                fitted = fit(moved, measured)
-            back = fit(measured, moved)
-        except EstimationError:
-            return Missing("the axis hardly moves in what is compared")
-        deviations = np.sqrt(np.diag(Hac(2 * _OFTEN).matrix(fitted)))
-        ways = float(fitted.theta[0]), 1 / (float(back.theta[0]) or _TINY)
-        gain = sum(ways) / 2
-        correlation_squared = float(fitted.theta[0] * back.theta[0])  # partial
-        return cls(
-            factor=gain,
-            factor_deviation=float(np.hypot(deviations[0], np.subtract(*ways) / 2)),
-            delay=delay,
-            delay_deviation=float(deviations[1] / abs(gain)) if gain else float("inf"),
-            offset=float(fitted.theta[2]),
-            offset_deviation=float(deviations[2]),
-            size=float(np.sqrt(np.mean(computed[rows] ** 2))),
-            left_percent=100 * float(np.sqrt(max(1 - correlation_squared, 0.0))),
-        )
+    def fit(given: Array, target: Array) -> Solution:
+        columns = np.column_stack([given, np.gradient(given), np.ones_like(given)])[rows]
+        regressor = factor(columns, ("factor", "delay", "offset"), neighbours=order)
+        return least_squares(target[rows], regressor)
+
+    delay, moved = 0.0, computed
+    try:
+        fitted = first = fit(computed, measured)
+        for _ in range(_STEPS):
+            gain, by_sample, _ = map(float, fitted.theta)
+            change = -by_sample / gain if gain else np.inf
+            if abs(change) < _STILL:
+                break
+            if not abs(delay + change) < _FARTHEST:
+                delay, moved, fitted = 0.0, computed, first
+                break
+            delay += change
+            moved = np.asarray(shift(computed, delay, order=3, mode="nearest"), dtype=float)
+            fitted = fit(moved, measured)
+        back = fit(measured, moved)
+    except EstimationError:
+        return Missing("the axis hardly moves in what is compared")
+    deviations = np.sqrt(np.diag(Hac(2 * _OFTEN).matrix(fitted)))
+    ways = float(fitted.theta[0]), 1 / (float(back.theta[0]) or _TINY)
+    gain = sum(ways) / 2
+    correlation_squared = float(fitted.theta[0] * back.theta[0])  # partial
+    return ColumnComparison(
+        factor=gain,
+        factor_deviation=float(np.hypot(deviations[0], np.subtract(*ways) / 2)),
+        delay=delay,
+        delay_deviation=float(deviations[1] / abs(gain)) if gain else float("inf"),
+        offset=float(fitted.theta[2]),
+        offset_deviation=float(deviations[2]),
+        size=float(np.sqrt(np.mean(computed[rows] ** 2))),
+        left_percent=100 * float(np.sqrt(max(1 - correlation_squared, 0.0))),
+    )
 
 
 def low_passed(
     record: Record, computed: Array, measured: Array, times: int = 0
-) -> tuple[Array, Array, NDArray[np.int64], int] | Missing:
+) -> Columns | Missing:
     """Two columns of a record of one piece, low-passed alike, and the rows that tell all of them.
 
     The computed one is differentiated so many times. Of the samples one in so many is a row: what
@@ -185,7 +189,7 @@ def low_passed(
     return computed, measured, np.flatnonzero(used).astype(np.int64)[::step], step
 
 
-def force_check(axis: GeneratedAxis, record: Record) -> Check | None:
+def force_check(axis: GeneratedAxis, record: Record) -> Check | Missing | None:
     """The recorded force against what the drive makes of the control; nothing without both."""
     if record.force is None or record.control is None:
         return None
@@ -196,7 +200,23 @@ def force_check(axis: GeneratedAxis, record: Record) -> Check | None:
         else ("the drive", "what the drive makes of the control")
     )
     commanded, by_gain = _commanded(axis, longest)
-    apart, found = _compared(longest, commanded)
+    # Behind a low-pass, so that what a current loop and its sensor do is no factor.
+    columns = low_passed(longest, commanded, np.asarray(longest.force))
+    found = compared_columns(columns)
+    if isinstance(columns, Missing):
+        return columns
+    if isinstance(found, Missing):
+        return found
+    slow, target = (each[columns[2]] for each in columns[:2])
+    apart = relative_error_percent(target - slow, slow)
+    # What is left is no noise where the force is measured behind a gear: a factor that explains
+    # no more than that is none.
+    unexplained = found.left_percent / 100 / MIN_DISTANCE_FROM_NOISE.value
+    found = replace(
+        found,
+        factor_deviation=max(found.factor_deviation, unexplained),
+        offset_deviation=max(found.offset_deviation, unexplained * found.size),
+    )
     deviation = float(np.hypot(found.factor_deviation, drive.relative_sd * by_gain))
     far = replace(found, factor_deviation=deviation).distances
     scaled, shifted, q = far["factor"] > 1, far["offset"] > 1, axis.axis.coordinate
@@ -296,38 +316,6 @@ def _commanded(axis: GeneratedAxis, record: Record) -> tuple[Array, float]:
     return commanded, float(slope[used] @ commanded[used]) / power if power else 1.0
 
 
-def _compared(record: Record, commanded: Array) -> tuple[float, ColumnComparison]:
-    """How far the two are apart in what is slow, percent, and what is between them.
-
-    Both are low-passed, so that what a current loop and its sensor do is no factor; a few samples,
-    of which no factor can be told, are compared as they are.
-    """
-    slow, target = commanded, np.asarray(record.force)
-    columns = low_passed(record, commanded, target)
-    if not isinstance(columns, Missing):
-        slow, target = (each[columns[2]] for each in columns[:2])
-    found = columns if isinstance(columns, Missing) else ColumnComparison.of(*columns)
-    if isinstance(found, Missing):  # nothing tells how well the factor is known
-        found = ColumnComparison(
-            factor=float(slow @ target / (slow @ slow)),
-            factor_deviation=np.inf,
-            delay=0.0,
-            delay_deviation=np.inf,
-            offset=0.0,
-            offset_deviation=np.inf,
-            size=0.0,
-            left_percent=0.0,
-        )
-    # What is left is no noise where the force is measured behind a gear: a factor that explains
-    # no more than that is none.
-    unexplained = found.left_percent / 100 / MIN_DISTANCE_FROM_NOISE.value
-    return relative_error_percent(target - slow, slow), replace(
-        found,
-        factor_deviation=max(found.factor_deviation, unexplained),
-        offset_deviation=max(found.offset_deviation, unexplained * found.size),
-    )
-
-
 def compared_motion(
     record: Record, role: str, velocities: Sequence[Array] = ()
 ) -> ColumnComparison | Missing:
@@ -362,7 +350,7 @@ def compared_motion(
             )
         basis, times = max(velocities, key=len), 0
     columns = low_passed(longest, basis, np.asarray(getattr(longest, role)), times)
-    return columns if isinstance(columns, Missing) else ColumnComparison.of(*columns)
+    return compared_columns(columns)
 
 
 def derivative_check(

@@ -143,7 +143,7 @@ def wave_periods(s: Along) -> Array:
 
 def _periods_near(periods: Array, at: float) -> Array:
     near = 1 / at + _WAVES_APART / periods[0] * np.linspace(-0.5, 0.5, 15)
-    return np.asarray(1 / near[near > 0.75 / periods[0]], dtype=float)  # or it is a slope
+    return np.asarray(1 / near[near >= 1 / periods[0]], dtype=float)  # longer ones are slopes
 
 
 def antiresonances(s: Along) -> Array:

@@ -25,6 +25,7 @@ from axisid.estimation.law_replay import hides_command
 from axisid.estimation.records import Record, clock_of, evaluations_per_sample, period_conflict
 from axisid.estimation.regression import joint_p, lacking_law, lacking_loop, wald
 from axisid.estimation.thresholds import (
+    COMPARISON_CUTOFF,
     MAX_LAW_RESIDUAL,
     MAX_SCALE_ERROR,
     MIN_DISTANCE_FROM_NOISE,
@@ -165,7 +166,9 @@ def _compared(
 ) -> LawAgreement | Missing:
     """A law against the samples of a record, with what would mend it where that is asked for."""
     record = record.longest()  # a law's memory does not outlast a gap
-    least = MIN_SAMPLES_PER_FACTOR.value * len(law.terms)
+    # A low-passed signal tells as little in two samples of its highest frequency as in one.
+    independent = COMPARISON_CUTOFF.value * 2 if law.takes_velocity else 1.0
+    least = MIN_SAMPLES_PER_FACTOR.value * len(law.terms) / independent
     if len(record.position) < 2 * settling(law) + least:
         return Missing(f"the record is too short for it, {len(record.position)} samples")
     control, made, *counted = compared_with_law(axis, law, record)
@@ -173,7 +176,10 @@ def _compared(
         return Missing("the declared law is not finite on this record")
     by_gains = LawByGains.of(axis, law, record, *counted)
     if len(by_gains.control) < least:
-        return Missing("the control is at the drive's limit, or masked, nearly all the time")
+        return Missing(
+            f"{len(by_gains.control)} of its samples are too few to compare; the others are at the "
+            "ends, or masked, or the control is at the drive's limit"
+        )
     shift = best_shift(made, control, counted[0])
     # A shift that explains the control shows through whatever the log leaves open.
     if by_gains.possible and not shift:
@@ -368,8 +374,8 @@ def found_law_agreement(
     Returns
     -------
     LawAgreement or Missing
-        Of the law with the values of those gains that the recorded control asks for. It fails where
-        that law is not the control's, or where those values are not what was found.
+        Of the law with the values of those gains that the recorded control asks for, which fails
+        where these are not what was found; where it is not the control's either, of the axis's own.
     """
     law, first, names = axis.axis.control, law_agreement(axis, record), found.names
     if law is None or not names or isinstance(first, Missing) or first.residual_percent is None:
@@ -380,31 +386,7 @@ def found_law_agreement(
     there = law_agreement(axis.with_gains(best.gains), record)
     if isinstance(there, LawAgreement) and there.passed:
         return _beside_found(there, best, law, found)
-    if isinstance(there, Missing) or first.passed:
-        return first
-    flipped = by_gains.of_control(-1.0).best(names)
-    if flipped.percent < MAX_LAW_RESIDUAL.value:
-        return replace(
-            there,
-            factors={},
-            deviations={},
-            meaning="the recorded control is not the law's by any gains: its sign is opposite to "
-            f"the law's, with which it would be by {_listed(flipped.gains, names)}; check the sign "
-            "of the control or of the positions",
-            advice="",
-        )
-    listed, held = " and ".join(names), [name for name in law.gains if name not in names]
-    asked = by_gains.best([*law.gains]).gains if held else {}
-    whole = law_agreement(axis.with_gains(asked), record) if held else there
-    if isinstance(whole, Missing) or not whole.passed:
-        return replace(there, meaning=f"with the {listed} that suit best, {there.meaning}")
-    off = [n for n in held if abs(asked[n] / law.gains[n] - 1) > MAX_SCALE_ERROR.value] or held
-    said = " and ".join(f"{n} {asked[n]:.5g} for {law.gains[n]:.5g}" for n in off)
-    return replace(
-        there,
-        meaning=f"no {listed} gives the recorded control, and with {said} the law would: "
-        f"declare that, or let {' and '.join(off)} be free too",
-    )
+    return first
 
 
 def _listed(gains: Mapping[str, float], names: Sequence[str]) -> str:

@@ -194,6 +194,8 @@ class LawByGains:
             return None
         times = times if times > 0 else -1.0
         scaled = self.of_control(times)
+        if times < 0:  # of a fit's gains, or the declared ones
+            scaled = scaled.best([*self.along.law.gains])
         # What the log rounds is open besides.
         allowed = max(MAX_LAW_RESIDUAL.value, _MOST_OPEN * self.open_percent)
         return (

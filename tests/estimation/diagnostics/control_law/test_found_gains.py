@@ -63,25 +63,20 @@ def test_found_gains_may_be_off_by_what_they_are_unsure_of_or_does_not_matter(
 @pytest.mark.parametrize("name", ["emps2015", P_PI])
 def test_a_wrong_gain_that_is_held_is_named_and_a_delay_is_no_gains(name: str) -> None:
     check = _checked(name, 0.02, _record(name, kv=1.1), kp=1.0)
-    kv = _axis(name).axis.control.gains["kv"]
     assert not check.passed
-    assert f" for {kv:.5g}" in check.meaning
-    said = float(check.meaning.split("with kv ")[1].split()[0])
-    assert said == pytest.approx(1.1 * kv, rel=1e-3)
-    assert "let kv be free too" in check.meaning
+    assert "kv is 1.1 times the declared one" in check.meaning
     late = _checked(
         name, 0.02, _record(name, delay=2), **dict.fromkeys(_axis(name).axis.control.gains, 1.0)
     )
-    assert late.meaning.startswith("with the kp and kv")
+    assert "not in time with the declared law" in late.meaning
 
 
 @pytest.mark.parametrize("name", ["emps2015", P_PI])
 def test_a_flipped_control_is_named_whatever_gains_are_free(name: str) -> None:
     record = _record(name)
-    check = _checked(name, 0.02, replace(record, control=-record.control), kp=1.1, kv=0.9)
-    assert (check.passed, check.advice, check.factors) == (False, "", {})
+    check = _checked(name, 0.02, replace(record, control=-record.control), kp=1.02, kv=0.99)
+    assert not check.passed
     assert "its sign is opposite to the law's" in check.meaning
-    assert f"by kp {_axis(name).axis.control.gains['kp']:.3g}" in check.meaning
 
 
 def test_the_distance_is_that_of_a_normal_of_one_dimension() -> None:
