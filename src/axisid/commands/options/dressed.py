@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from axisid.presentation.documents import PAGE_WIDTH, Block, Document, Grid, Line, block_lines
+from axisid.presentation.documents import PAGE_WIDTH, Block, Document, Grid, Sentence, block_lines
 
 _GAP = 2  # blanks between columns
 _LEAST = 20  # columns; what is narrower is left to the terminal
@@ -52,7 +52,7 @@ def print_dressed(document: Document, stream: TextIO, width: int, *, coloured: b
 def _drawn(block: Block, console: Console) -> Iterator[Text]:
     """One block, line by line, each within the terminal's width."""
     for line in block_lines(block):
-        if isinstance(line, Line):
+        if isinstance(line, Sentence):
             yield from _hanging(_dressed(line), line, console)
         else:
             for i, page in enumerate(_pages(line, console.width)):
@@ -61,15 +61,15 @@ def _drawn(block: Block, console: Console) -> Iterator[Text]:
                 yield from _grid_lines(page, console)
 
 
-def _dressed(line: Line) -> Text:
+def _dressed(line: Sentence) -> Text:
     """A line in its colours."""
     first, whole = _STYLES.get(line.kind, ("", ""))
-    text = Text(f"{line.head}{line.text}".translate(_BLANKS), style=whole)
-    text.stylize(first, 0, len(line.first))
+    text = Text(f"{line.lead}{line.text}".translate(_BLANKS), style=whole)
+    text.stylize(first, 0, len(line.lead))
     return text
 
 
-def _hanging(text: Text, of: Line, console: Console) -> Iterator[Text]:
+def _hanging(text: Text, of: Sentence, console: Console) -> Iterator[Text]:
     """A text in lines as wide as a page or the terminal, all but the first so many blanks in."""
     width = min(console.width, PAGE_WIDTH) if of.filled else console.width
     first = text.wrap(console, width)[0]

@@ -52,7 +52,6 @@ from .numbers import (
 from .plain import (
     PAGE_WIDTH as PAGE_WIDTH,
     Grid as Grid,
-    Line as Line,
     block_lines as block_lines,
     block_text as block_text,
     grid as grid,

@@ -178,23 +178,27 @@ class Notes:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sentence:
-    """A sentence or more.
+    """A sentence or more, or a line of another block.
 
     Attributes
     ----------
     text : str
     lead : str
-        First words that stand out.
+        First words.
     hang : int
         Blanks before its further lines.
     filled : bool
-        Whether lines are broken at the width of a page, as those that are copied are not.
+        Whether it is broken at the width of a page, as what is copied is not; else where a terminal
+        is too narrow alone.
+    kind : str
+        For colours: ``lead`` where the first words stand out, ``line``, or a `Status`.
     """
 
     text: str
     lead: str = ""
     hang: int = 0
     filled: bool = True
+    kind: str = "lead"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -110,80 +110,43 @@ def joined(cell: Cell) -> str:
     return cell if isinstance(cell, str) else ""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Line:
-    """A text that may be broken into several lines.
-
-    Attributes
-    ----------
-    head, text : str
-        What it begins with, and what follows at once.
-    hang : int
-        Blanks before its further lines.
-    filled : bool
-        Whether it is broken at the width of a page; else where a terminal is too narrow alone.
-    kind : str
-        What it is, for colours: a `Status`, or ``lead`` of first words that stand out.
-    first : str
-        Its first letters that stand out.
-    """
-
-    head: str = ""
-    text: str
-    hang: int = 0
-    filled: bool = True
-    kind: str = ""
-    first: str = ""
-
-
-def block_lines(block: Block) -> Iterator[Line | Grid]:
+def block_lines(block: Block) -> Iterator[Sentence | Grid]:
     """The lines of a block, and its table."""
     if title := getattr(block, "title", ""):
-        yield Line(text=title)
+        yield Sentence(text=title)
     match block:
         case Heading():
             yield from (_fact(name, text) for name, text in block.facts if text)
         case TableBlock():
             yield grid(block)
-            yield from (Line(text=said) for said in block.said)
+            yield from (Sentence(text=said) for said in block.said)
         case Checks():
             if block.conclusion:
                 yield _fact("verdict", block.conclusion)
-                yield Line(text="")
+                yield Sentence(text="")
             yield from map(_judged, block.judged)
         case Notes():
             for i, note in enumerate(block.notes, 1):
-                yield Line(head=f"[{i}] ", text=note, hang=len(f"[{i}] "))
+                yield Sentence(lead=f"[{i}] ", text=note, hang=len(f"[{i}] "), kind="line")
         case Paragraph():
-            yield from map(_sentence, block.sentences)
+            yield from block.sentences
         case Listing():
-            yield from (Line(head="  ", text=line, hang=6) for line in block.lines)
+            yield from (Sentence(lead="  ", text=line, hang=6, kind="line") for line in block.lines)
 
 
-def _fact(name: str, text: str) -> Line:
-    return Line(head=f"{name:<{_FACT_WIDTH}}", text=text, hang=_FACT_WIDTH)
+def _fact(name: str, text: str) -> Sentence:
+    return Sentence(lead=f"{name:<{_FACT_WIDTH}}", text=text, hang=_FACT_WIDTH, kind="line")
 
 
-def _judged(judged: CheckGroup) -> Line:
+def _judged(judged: CheckGroup) -> Sentence:
     """What failed stands out by name, what passed by its head alone."""
     head = _STATUS_HEADS[judged.status]
-    return Line(
-        head=head,
-        text=judged.text,
+    named = f"{', '.join(judged.names)}:" if judged.status == "fail" else ""
+    return Sentence(
+        lead=head + named,
+        text=judged.text.removeprefix(named),
         hang=len(head),
         kind=judged.status,
-        first=f"{head}{', '.join(judged.names)}:" if judged.status == "fail" else head,
-    )
-
-
-def _sentence(sentence: Sentence) -> Line:
-    return Line(
-        head=sentence.lead,
-        text=sentence.text,
-        hang=sentence.hang,
-        filled=sentence.filled,
-        kind="lead",
-        first=sentence.lead.rstrip(),
     )
 
 
@@ -197,16 +160,16 @@ def block_text(block: Block) -> str:
     return "\n".join(map(_text, block_lines(block)))
 
 
-def _text(line: Line | Grid) -> str:
+def _text(line: Sentence | Grid) -> str:
     """As wide as a page; a word that is longer, such as a path, stays whole."""
     if isinstance(line, Grid):
         return _table(line)
     if not line.filled:
-        return f"{line.head}{line.text}"
+        return f"{line.lead}{line.text}"
     return textwrap.fill(
         line.text,
         PAGE_WIDTH,
-        initial_indent=line.head,
+        initial_indent=line.lead,
         subsequent_indent=" " * line.hang,
         break_long_words=False,
         break_on_hyphens=False,
