@@ -121,9 +121,9 @@ class _HasParameters(Protocol):
     def parameters(self) -> NamedValues: ...
 
 
-class _HasDiagnosis(Protocol):
+class _IsJudged(Protocol):
     @property
-    def diagnosis(self) -> Diagnosis: ...
+    def checks(self) -> tuple[Check, ...]: ...
     @property
     def preferred(self) -> _HasParameters: ...
     @property
@@ -146,14 +146,12 @@ class ByMethod(Checked, Generic[Estimated]):
     levels: Levels = DEFAULT_LEVELS
 
     @property
-    def checks(self: _HasDiagnosis) -> tuple[Check, ...]:
+    def verdict(self: _IsJudged) -> tuple[Check, ...]:
         """What was checked: a name, a status, a sentence and a figure each."""
-        return self.diagnosis.verdict
-
-    verdict = checks
+        return self.checks
 
     @property
-    def local(self: _HasDiagnosis) -> dict[str, tuple[Value | None, ...]]:
+    def local(self: _IsJudged) -> dict[str, tuple[Value | None, ...]]:
         """Of each parameter that records have for themselves, its value in each, as judged.
 
         None in a record that does not have the parameter.
@@ -392,6 +390,11 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
         """What the tests of the result measured, computed once."""
         found = diagnose(self.case)
         return replace(found, verdict=(*found.verdict, *self.further))
+
+    @property
+    def checks(self) -> tuple[Check, ...]:
+        """The same as `verdict`."""
+        return self.diagnosis.verdict
 
     def to_dict(self, draws: int = 0) -> dict[str, Any]:
         """What ``--json`` writes: plain numbers, texts and lists; `draws` as in `summary`."""

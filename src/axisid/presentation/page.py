@@ -263,7 +263,7 @@ def report_html(
     """
     facts, diagnosis = identification_facts(result, 0), result.diagnosis
     checked = (validation,) if isinstance(validation, Validation) else tuple(validation or ())
-    details = details_document(facts.estimates, diagnosis)[:-1]  # the checks are in the verdict
+    details = details_document(facts)[:-1]  # the checks are in the verdict
     more = (
         f"<details><summary>All that was measured</summary>{_scrolled(details)}</details>",
         *(

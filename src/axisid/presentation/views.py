@@ -13,6 +13,7 @@ from axisid.estimation.control_law_search import LawSearch
 from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification, record_index
+from axisid.estimation.lack_of_fit import lack_of_fit
 from axisid.estimation.model_validation import Comparison, FitValidation, Sweep, Validation
 from axisid.estimation.monte_carlo import MonteCarlo, run_columns
 from axisid.estimation.output_error import OutputFit
@@ -228,10 +229,10 @@ def _figures_of(
             "record": lambda whole, _: record_plot(whole),
             "friction": friction_plot,
             "tracking": tracking_plot,
-            "repeats": repeats_plot,
+            "repeats": lambda whole, each: repeats_plot(each, lack_of_fit(each, whole.data)),
         }
-    told = estimate is result.preferred and result.diagnosis.lack_of_fit is not None
-    return {"repeats": repeats_plot} if told else {}
+    found = estimate is result.preferred and result.document.lack_of_fit
+    return {"repeats": lambda _, each: repeats_plot(each, found)} if found else {}
 
 
 def _no_figure(result: Presentable, what: str, there: Iterable[str]) -> UsageError:

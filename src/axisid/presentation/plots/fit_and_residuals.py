@@ -7,13 +7,13 @@ import numpy as np
 
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification
-from axisid.estimation.lack_of_fit import lack_of_fit
+from axisid.estimation.lack_of_fit import LackOfFit
 from axisid.estimation.model_validation import friction_curve
 from axisid.estimation.output_error import OutputFit
 from axisid.estimation.prediction_errors import measured_output
 from axisid.estimation.regression import power_density
 from axisid.estimation.thresholds import CONVERGED
-from axisid.presentation.result_files import SavedEstimate, SavedIdentification
+from axisid.presentation.result_files import SavedEstimate
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
 
@@ -256,18 +256,13 @@ def friction_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
     )
 
 
-def repeats_plot(
-    result: Identification | SavedIdentification, estimate: Estimate | SavedEstimate
-) -> Plot | Missing:
+def repeats_plot(estimate: Estimate | SavedEstimate, found: LackOfFit | None) -> Plot | Missing:
     """Mean residual of an estimate over a period of the reference, with what noise makes of it.
 
-    A file has it of the judged estimate, and no unit of what is on the left of the regression.
+    A file has no unit of what is on the left of the regression.
     """
-    found, unit = result.diagnosis.lack_of_fit, ""
     left = "acceleration" if estimate.is_direct else "force"
-    if isinstance(result, Identification) and isinstance(estimate, Estimate):
-        unit = left_unit(estimate)
-        found = found if estimate is result.preferred else lack_of_fit(estimate, result.data)
+    unit = left_unit(estimate) if isinstance(estimate, Estimate) else ""
     if found is None:
         return Missing("the record's reference does not repeat, or is not in it")
     reach = _WIDE * found.noise / np.sqrt(found.count)

@@ -44,7 +44,7 @@ def result_plots(result: Identification, sweep: "Sweep | None" = None) -> dict[s
         for other in result.estimates.values()
         if other is not estimate and other.form.left == estimate.form.left
     ]
-    repeats = repeats_plot(result, estimate)
+    repeats = repeats_plot(estimate, result.diagnosis.lack_of_fit)
     return {
         estimate.form.left: force_plot(estimate, beside),
         "friction": friction_plot(result, estimate),

@@ -4,7 +4,12 @@ In: a result, or a file of JSON. Out: its document; results that are summarised,
 and exported like live ones; the JSON schema. Knows nothing of how statistics are computed.
 """
 
-from .diagnosis import written_diagnosis as written_diagnosis
+from .diagnosis import (
+    NOT_EVALUATED as NOT_EVALUATED,
+    WrittenAlignment as WrittenAlignment,
+    WrittenLawCheck as WrittenLawCheck,
+    written_diagnosis as written_diagnosis,
+)
 from .estimate import (
     SavedEstimate as SavedEstimate,
     written_estimate as written_estimate,
@@ -16,6 +21,8 @@ from .file import (
 )
 from .identification import (
     SavedIdentification as SavedIdentification,
+    WrittenIdentification as WrittenIdentification,
+    WrittenMember as WrittenMember,
     identification_facts as identification_facts,
     written_identification as written_identification,
 )

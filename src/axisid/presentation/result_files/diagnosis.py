@@ -1,12 +1,13 @@
 """What was measured of a result: its document, written and read back."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Annotated, Any
 
 from msgspec import UNSET, UnsetType
 
 from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis
 from axisid.estimation.diagnostics.control_law import LawAgreement
+from axisid.support.arrays import MaybeInfinite, MaybeNan
 from axisid.support.errors import Missing
 
 from .json_objects import JsonObject, about, by_name, written_as
@@ -33,7 +34,7 @@ class WrittenExcitation(JsonObject, frozen=True, kw_only=True):
     """What the motion shows of one parameter."""
 
     share: Annotated[float, about("Of the force's norm.")]
-    inflation: Annotated[float | None, about("Variance inflation.")]
+    inflation: Annotated[MaybeInfinite, about("Variance inflation.")]
     alike: tuple[str, ...]
     lacking: Annotated[
         tuple[str, ...],
@@ -58,7 +59,7 @@ class WrittenAlignment(JsonObject, frozen=True, kw_only=True):
 
     best: Annotated[float | None, about("Samples earlier at which the force fits the motion best.")]
     deviation: Annotated[
-        float | UnsetType | None, about("Of it, samples, by twins; HAC without them.")
+        MaybeNan | UnsetType, about("Of it, samples, by twins; HAC without them.")
     ] = UNSET
     at_the_end: Annotated[
         bool | UnsetType, about("It left the range in which it is looked for.")
@@ -79,24 +80,17 @@ NOT_EVALUATED = "not evaluated: "
 
 def written_diagnosis(diagnosis: Diagnosis) -> dict[str, Any]:
     """Everything that was measured of a result, by member."""
-    members = diagnosis_members(diagnosis, [e.name for e in diagnosis.excitation]).items()
+    members = diagnosis_members(diagnosis).items()
     return {name: each for name, each in members if each is not UNSET}
 
 
-def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, Any]:
-    """Everything that was measured of a result, then the checks, by member of its document.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-    names : sequence of str
-        Of the physical parameters.
-    """
+def diagnosis_members(diagnosis: Diagnosis) -> dict[str, Any]:
+    """Everything that was measured of a result, then the checks, by member of its document."""
     return {
         "judged": diagnosis.preferred,
         "instruments": diagnosis.instruments,
         "excitation": {e.name: written_as(WrittenExcitation, e) for e in diagnosis.excitation},
-        **record_members(diagnosis, names),
+        **record_members(diagnosis),
         "model_bands": {
             method: dict(of_one) for method, of_one in diagnosis.bands.items() if of_one
         }
@@ -106,11 +100,8 @@ def diagnosis_members(diagnosis: Diagnosis, names: Sequence[str]) -> dict[str, A
     }
 
 
-def record_members(found: Diagnosis | RecordDiagnosis, names: Sequence[str]) -> dict[str, Any]:
-    """What is measured of one record as well as of a whole result, by member of its document.
-
-    `names` are of the parameters where the delay of the force has none of its own.
-    """
+def record_members(found: RecordDiagnosis) -> dict[str, Any]:
+    """What is measured of one record as well as of a whole result, by member of its document."""
     profile = found.alignment
     return {
         "law_check": written_law(found.law),
@@ -119,7 +110,7 @@ def record_members(found: Diagnosis | RecordDiagnosis, names: Sequence[str]) -> 
         else written_as(
             WrittenAlignment,
             profile,
-            sensitivity=by_name(profile.names or names, profile.sensitivity),
+            sensitivity=by_name(profile.names, profile.sensitivity),
             reason=UNSET,
         ),
         "verdict": found.verdict,

@@ -8,21 +8,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Annotated, Any
 
-import numpy as np
-from msgspec import UNSET, UnsetType
+from msgspec import UNSET, UnsetType, structs
 
 from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Levels
-from axisid.estimation.diagnostics import (
-    Alignment,
-    ColumnComparison,
-    Diagnosis,
-    Excitation,
-    InstrumentTests,
-    RecordDiagnosis,
-    RecordDifference,
-)
-from axisid.estimation.diagnostics.control_law import LawAgreement
+from axisid.estimation.diagnostics import ColumnComparison, InstrumentTests, RecordDiagnosis
 from axisid.estimation.estimates import (
     HausmanTest,
     Physical,
@@ -45,12 +35,11 @@ from axisid.estimation.regression import Drawn, InverseForm
 from axisid.estimation.signals import Prefilter, SampledFilter, Sampling
 from axisid.modeling.declaration import Axis, Drive, left_out_text
 from axisid.modeling.quantities import Parameter, Signal
-from axisid.support.arrays import Array, Exact
+from axisid.support.arrays import Exact
 from axisid.support.errors import Missing, UsageError, is_nothing
 from axisid.support.presentable import Presentable
 
 from .diagnosis import (
-    NOT_EVALUATED,
     WrittenAlignment,
     WrittenExcitation,
     WrittenLawCheck,
@@ -295,7 +284,7 @@ def _member(of_one: RecordResult, diagnosis: RecordDiagnosis) -> WrittenMember:
             common=by_name(apart.names, apart.others),
             deviations=by_name(apart.names, apart.deviations),
         ),
-        **record_members(diagnosis, ()),
+        **record_members(diagnosis),
     )
 
 
@@ -335,7 +324,7 @@ def written_identification(result: Identification, draws: int = 0) -> WrittenIde
             )
             for name, e in result.estimates.items()
         ),
-        **diagnosis_members(diagnosis, [q.name for q in result.preferred.quantities]),
+        **diagnosis_members(diagnosis),
         records=tuple(map(_member, result.of_records, diagnosis.records)) or UNSET,
         local=result.local_names or UNSET,
         declared_gain=UNSET if result.declared_gain is None else result.declared_gain,
@@ -391,8 +380,8 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
     estimates : mapping of str to SavedEstimate
     physical : mapping of str to Physical
         Declared parameters by method; empty where the estimates are of them already.
-    diagnosis : Diagnosis
-        What the tests of the result measured.
+    checks : tuple of Check
+        The same as `verdict`.
     prefilter : Prefilter
         With what was chosen for the record.
     record : RecordInfo
@@ -415,7 +404,7 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
     signals: tuple[Signal, ...]
     drive: Drive
     physical: PhysicalByMethod[Physical]
-    diagnosis: Diagnosis
+    checks: tuple[Check, ...]
     prefilter: Prefilter
     record: RecordInfo
     sampling: Sampling
@@ -453,7 +442,7 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
             else None,
             estimates=estimates,
             physical=PhysicalByMethod((m, p) for m, p in physical.items() if p is not None),
-            diagnosis=read_diagnosis(written),
+            checks=written.verdict,
             levels=written.levels or DEFAULT_LEVELS,
             requested=None if asked is None else read_as(Prefilter, asked),
             prefilter=sampling.filter.settings,
@@ -577,8 +566,8 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
             physical=PhysicalByMethod((m, p) for m, p in physical.items() if p is not None),
             local_names={},
             declared_gain=None,
-            # Of the parameters of all records.
-            diagnosis=replace(self.diagnosis, instruments=None, differences={}),
+            # What is of the parameters of all records is not of its own.
+            document=structs.replace(self.document, instruments=None, differences=UNSET),
         )
 
     @property
@@ -608,71 +597,6 @@ def _sampling(prefilter: WrittenPrefilter, record: WrittenRecord) -> Sampling:
         masked=record.masked,
         excluded=((0, prefilter.silent),) if prefilter.silent else (),
     )
-
-
-def read_diagnosis(written: WrittenIdentification) -> Diagnosis:
-    """The diagnosis of a document."""
-    units = {name: v.unit for name, v in written.estimates[0].parameters.items()}
-    return Diagnosis(
-        preferred=written.judged,
-        instruments=written.instruments,
-        excitation=tuple(
-            read_as(Excitation, e, name=name) for name, e in written.excitation.items()
-        ),
-        **_measured(written, units),
-        bands=written.model_bands or {},
-        differences=written.differences or {},
-        records=tuple(
-            RecordDiagnosis(
-                **_measured(member, units),
-                apart=Missing("the record alone does not tell the parameters")
-                if member.apart is None
-                else read_as(
-                    RecordDifference,
-                    member.apart,
-                    names=tuple(member.apart.own),
-                    own=_numbers(member.apart.own),
-                    others=_numbers(member.apart.common),
-                    deviations=_numbers(member.apart.deviations),
-                ),
-            )
-            for member in written.records or ()
-        ),
-    )
-
-
-def _measured(
-    written: WrittenIdentification | WrittenMember, units: Mapping[str, str]
-) -> dict[str, Any]:
-    """What is measured of one record as well as of a whole result."""
-    law = written.law_check
-    return {
-        "law": Missing(law.meaning.removeprefix(NOT_EVALUATED))
-        if law.passed is None
-        else read_as(LawAgreement, law, factors=dict(law.factors or {}), delay=law.delay or 0),
-        "alignment": _read_alignment(written.alignment, units),
-        "verdict": written.verdict,
-        "lack_of_fit": written.lack_of_fit or None,
-        "motions": written.measured_motion or {},
-    }
-
-
-def _read_alignment(written: WrittenAlignment, units: Mapping[str, str]) -> Alignment | Missing:
-    if written.best is None:
-        return Missing(written.reason or "")
-    return read_as(
-        Alignment,
-        written,
-        at_the_end=bool(written.at_the_end),
-        by_instruments=bool(written.by_instruments),
-        sensitivity=_numbers(written.sensitivity or {}),
-        names=tuple(written.sensitivity or {}),
-        units=tuple(units.get(name, "") for name in written.sensitivity or {}),
-    )
-
-
-def _numbers(written: Mapping[str, float]) -> Array:
-    return np.array([*written.values()], dtype=float)
 
 
 def _physical(estimate: SavedEstimate) -> Physical | None:

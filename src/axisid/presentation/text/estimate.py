@@ -3,9 +3,8 @@
 from collections.abc import Mapping, Sequence
 
 from axisid.estimation.diagnostic_checks import Check
-from axisid.estimation.diagnostics import Alignment, ColumnComparison, Diagnosis, InstrumentTests
-from axisid.estimation.diagnostics.control_law import LawAgreement
-from axisid.estimation.estimates import COVARIANCES, Physical, Value
+from axisid.estimation.diagnostics import ColumnComparison, InstrumentTests
+from axisid.estimation.estimates import COVARIANCES, HausmanTest, Physical, Value
 from axisid.estimation.lack_of_fit import JackknifeInterval, LackOfFit
 from axisid.modeling.declaration import known_text
 from axisid.presentation.documents import (
@@ -21,8 +20,16 @@ from axisid.presentation.documents import (
     text_columns,
     text_table,
 )
-from axisid.presentation.result_files import SavedEstimate
-from axisid.support.errors import Missing, or_dash, range_text
+from axisid.presentation.result_files import (
+    NOT_EVALUATED,
+    SavedEstimate,
+    SavedIdentification,
+    WrittenAlignment,
+    WrittenIdentification,
+    WrittenLawCheck,
+    WrittenMember,
+)
+from axisid.support.errors import or_dash, range_text
 from axisid.support.mappings import grouped
 
 _SMALL, _VAGUE = 0.01, 1e4  # percent of the value, of a deviation
@@ -103,17 +110,18 @@ def band_row(
     return [(f"  {_OVER_MOVES}", "", *cells, "")]
 
 
-def moves_notes(diagnosis: Diagnosis) -> list[str]:
+def moves_notes(document: WrittenIdentification) -> list[str]:
     """What repeats, and what bands of the model's error are, as far as there are any."""
-    notes = [] if diagnosis.lack_of_fit is None else [_repeats(diagnosis.lack_of_fit)]
-    if not any(band.exceeds for of_one in diagnosis.bands.values() for band in of_one.values()):
+    notes = [_repeats(document.lack_of_fit)] if document.lack_of_fit else []
+    bands, judged = document.model_bands or {}, document.judged
+    if not any(band.exceeds for of_one in bands.values() for band in of_one.values()):
         return notes
     listed = "; ".join(
         f"{name} {range_text(*band.interval, ' to ')} ({band.groups} groups by {band.by})"
-        for name, band in diagnosis.bands.get(diagnosis.preferred, {}).items()
+        for name, band in bands.get(judged, {}).items()
         if band.exceeds
     )
-    own = f" 95 % of {diagnosis.preferred}: {listed}." if listed else ""
+    own = f" 95 % of {judged}: {listed}." if listed else ""
     notes.append(
         f"{_OVER_MOVES}: how far a parameter scatters where a group of moves is left out "
         "(jackknife), as the model's own error makes it, which is alike in moves that are alike; "
@@ -169,12 +177,12 @@ def _how(physical: Physical) -> str:
     )
 
 
-def details_document(estimates: Mapping[str, SavedEstimate], diagnosis: Diagnosis) -> Document:
+def details_document(result: SavedIdentification) -> Document:
     """Intervals, correlations and every diagnostic, each with its figure and threshold."""
-    preferred = estimates[diagnosis.preferred]
+    preferred, found = result.preferred, result.document
     label, names = COVARIANCES[preferred.chosen].label, [q.name for q in preferred.quantities]
     return (
-        _intervals(f"95 % intervals, {label}, less the bias of filter and noise", estimates),
+        _intervals(f"95 % intervals, {label}, less the bias of filter and noise", result.estimates),
         text_table(
             ["", *names],
             (
@@ -187,19 +195,19 @@ def details_document(estimates: Mapping[str, SavedEstimate], diagnosis: Diagnosi
             ("", "of the force", "variance inflation", "nearly repeats"),
             (
                 (
-                    *(e.name, f"{figure_text(100 * e.share)} %", f"{e.inflation:.3g}"),
+                    *(name, f"{figure_text(100 * e.share)} %", f"{e.inflation:.3g}"),
                     ", ".join(e.alike) or "-",
                 )
-                for e in diagnosis.excitation
+                for name, e in found.excitation.items()
             ),
             title="Excitation",
         ),
-        *((_by_record(diagnosis),) if diagnosis.records else (_law(diagnosis.law),)),
-        _instruments(preferred, diagnosis.instruments),
-        _differences(diagnosis, {q.name: q.unit for q in preferred.quantities}),
-        _alignment(preferred, diagnosis.alignment),
-        *_motions(diagnosis.motions),
-        checks_table(diagnosis.verdict),
+        _by_record(found.records) if found.records else _law(found.law_check),
+        _instruments(preferred, found.instruments),
+        _differences(found.differences or {}, {q.name: q.unit for q in preferred.quantities}),
+        _alignment(preferred, found.alignment),
+        *_motions(found.measured_motion or {}),
+        checks_table(found.verdict),
     )
 
 
@@ -222,20 +230,20 @@ def _intervals(title: str, estimates: Mapping[str, SavedEstimate]) -> TableBlock
     )
 
 
-def _law(law: LawAgreement | Missing) -> TableBlock | Paragraph:
+def _law(law: WrittenLawCheck) -> TableBlock | Paragraph:
     title = "Control law"
-    if isinstance(law, Missing):
-        return paragraph(f"not checked: {law.reason}", title=title)
+    if law.passed is None:
+        return paragraph(f"not checked: {law.meaning.removeprefix(NOT_EVALUATED)}", title=title)
     rows = [
         ["declared law leaves", _percent(law.residual_percent)],
         ["with factors of its own", _percent(law.fitted_residual_percent)],
         ["delay [samples]", str(law.delay)],
-        *([f"factor of {name}", f"{factor:.5g}"] for name, factor in law.factors.items()),
+        *([f"factor of {name}", f"{factor:.5g}"] for name, factor in (law.factors or {}).items()),
     ]
     return text_table(["recorded control", ""], rows, title=title)
 
 
-def _by_record(diagnosis: Diagnosis) -> TableBlock:
+def _by_record(records: Sequence[WrittenMember]) -> TableBlock:
     """The control law and the delay of the force, record by record."""
     return text_table(
         ("", "declared law leaves", "delay [samples]", "force fits best earlier by [samples]"),
@@ -244,21 +252,21 @@ def _by_record(diagnosis: Diagnosis) -> TableBlock:
                 f"record {i}",
                 *(
                     ("-", "-")
-                    if isinstance(each.law, Missing)
-                    else (_percent(each.law.residual_percent), str(each.law.delay))
+                    if each.law_check.passed is None
+                    else (_percent(each.law_check.residual_percent), str(each.law_check.delay))
                 ),
                 "-"
-                if isinstance(each.alignment, Missing)
+                if each.alignment.best is None
                 else f"{each.alignment.best:.3f} +- {each.alignment.deviation:.2g}",
             ]
-            for i, each in enumerate(diagnosis.records, 1)
+            for i, each in enumerate(records, 1)
         ),
         title="By record",
     )
 
 
-def _percent(value: float | None) -> str:
-    return "-" if value is None else f"{figure_text(value)} %"
+def _percent(value: object) -> str:
+    return f"{figure_text(value)} %" if isinstance(value, float) else "-"
 
 
 def _instruments(preferred: SavedEstimate, tests: InstrumentTests | None) -> TableBlock | Paragraph:
@@ -277,9 +285,11 @@ def _instruments(preferred: SavedEstimate, tests: InstrumentTests | None) -> Tab
     )
 
 
-def _differences(diagnosis: Diagnosis, units: Mapping[str, str]) -> TableBlock | Paragraph:
+def _differences(
+    differences: Mapping[str, Mapping[str, HausmanTest]], units: Mapping[str, str]
+) -> TableBlock | Paragraph:
     title = "Estimates less another, Hausman, HAC"
-    if not diagnosis.differences:
+    if not differences:
         return paragraph(
             "not tested: no two are of the same rows, or instruments are weak", title=title
         )
@@ -295,7 +305,7 @@ def _differences(diagnosis: Diagnosis, units: Mapping[str, str]) -> TableBlock |
                 f"{each.p_value:.2g}",
                 f"{each.joint_p_value:.2g}",
             )
-            for pair, of_one in diagnosis.differences.items()
+            for pair, of_one in differences.items()
             for name, each in of_one.items()
         ),
         labels=2,
@@ -303,16 +313,15 @@ def _differences(diagnosis: Diagnosis, units: Mapping[str, str]) -> TableBlock |
     )
 
 
-def _alignment(preferred: SavedEstimate, alignment: Alignment | Missing) -> Paragraph:
+def _alignment(preferred: SavedEstimate, alignment: WrittenAlignment) -> Paragraph:
     title = "Alignment"
-    if isinstance(alignment, Missing):
+    if alignment.best is None:
         return paragraph(f"not measured: {alignment.reason}", title=title)
     by = "instruments" if alignment.by_instruments else "least squares"
-    own = dict(zip(alignment.names, alignment.units, strict=True))
-    units = {q.name: q.unit for q in preferred.quantities} | own
+    units = {q.name: q.unit for q in preferred.quantities}
     moved = ", ".join(
         f"{name} {slope:+.3g} {units.get(name, '')}".rstrip()
-        for name, slope in zip(alignment.names, alignment.sensitivity, strict=True)
+        for name, slope in (alignment.sensitivity or {}).items()
     )
     end = " (the end of the range)" if alignment.at_the_end else ""
     return paragraph(
@@ -322,7 +331,7 @@ def _alignment(preferred: SavedEstimate, alignment: Alignment | Missing) -> Para
     )
 
 
-def _motions(found: Mapping[str, ColumnComparison | Missing]) -> Document:
+def _motions(found: Mapping[str, ColumnComparison]) -> Document:
     """Measured velocity and acceleration beside what is differentiated; none without them."""
     rows = [
         (
@@ -333,7 +342,6 @@ def _motions(found: Mapping[str, ColumnComparison | Missing]) -> Document:
             f"{m.left_percent:.3g}",
         )
         for role, m in found.items()
-        if not isinstance(m, Missing)
     ]
     table = text_table(
         ["", "factor", "samples late", "constant, SI", "left, %"],

@@ -67,44 +67,43 @@ def saved_document(
     drawn = () if is_nothing(draws) else (draws_table(result.estimates, draws),)
     if not (every or full):
         return (*_screen(result), *drawn)
-    estimates, diagnosis = [*result.estimates.values()], result.diagnosis
+    estimates, document = [*result.estimates.values()], result.document
     notes = [
         *_notes(estimates),
         *shared_remarks(estimates),
         *physical_notes(result.physical),
         *(
-            [f"Verdict: of {diagnosis.preferred.upper()}, where a check is of one estimate."]
+            [f"Verdict: of {document.judged.upper()}, where a check is of one estimate."]
             * (len(estimates) > 1)
         ),
-        *moves_notes(diagnosis),
+        *moves_notes(document),
         *several_notes(result),
         f"{rows_of(result)}{signals_text(result.signals)} Generated code {result.signature[:12]}.",
-        *missing_notes({**result.skipped, **result.failed}, diagnosis.verdict),
+        *missing_notes({**result.skipped, **result.failed}, result.verdict),
     ]
     return (
         _heading(result),
         *(
-            _estimates_table(beside, diagnosis, result.record.provenance.truth)
+            _estimates_table(beside, document.model_bands or {}, result.record.provenance.truth)
             # Two of a form are as wide as a terminal; those of the inverse model first.
             for form in ([e for e in estimates if e.is_direct == way] for way in (False, True))
             for beside in (form[i : i + 2] for i in range(0, len(form), 2))
         ),
         *_physical_tables(result),
         *((records_table(result),) if result.of_records else ()),
-        verdict_block(diagnosis.verdict),
+        verdict_block(result.verdict),
         Notes(tuple(notes)),
         *drawn,
-        *(details_document(result.estimates, diagnosis) if full else ()),
+        *(details_document(result) if full else ()),
     )
 
 
 def _screen(result: SavedIdentification) -> Document:
     """Heading, the judged estimate, the verdict without what it only notes, and of what rows."""
-    diagnosis = result.diagnosis
-    noted = [check.line for check in by_weight(diagnosis.verdict) if check.status == "note"]
-    missing = missing_notes({**result.skipped, **result.failed}, diagnosis.verdict)
+    noted = [check.line for check in by_weight(result.verdict) if check.status == "note"]
+    missing = missing_notes({**result.skipped, **result.failed}, result.verdict)
     remarks = shared_remarks([result.preferred])
-    verdict = verdict_block(diagnosis.verdict)
+    verdict = verdict_block(result.verdict)
     more = f"notes on {', '.join(dict.fromkeys(noted))} and " * bool(noted)
     return (
         _heading(result),
@@ -142,7 +141,7 @@ def _rows_in_short(result: SavedIdentification) -> str:
 def judged_table(result: SavedIdentification) -> TableBlock:
     """The values to believe: each the centre of its interval, less what filter and noise move."""
     judged, plain = result.preferred, result.estimates.get("idm-ls")
-    bands = result.diagnosis.bands.get(judged.method, {})
+    bands = (result.document.model_bands or {}).get(judged.method, {})
     physical = result.physical.get(judged.method)
     beside = {} if plain is None or plain is judged else plain.parameters
     more = physical.parameters if physical and physical.shows_more else {}
@@ -230,14 +229,16 @@ def _truth(parameters: Iterable[Parameter], truth: Mapping[str, float]) -> str:
 
 
 def _estimates_table(
-    estimates: Sequence[SavedEstimate], diagnosis: Diagnosis, truth: Mapping[str, float]
+    estimates: Sequence[SavedEstimate],
+    bands: Mapping[str, Mapping[str, JackknifeInterval]],
+    truth: Mapping[str, float],
 ) -> TableBlock:
     first, methods = estimates[0], [e.method for e in estimates]
     rows = _value_rows(
         {e.method: e.parameters for e in estimates},
         _labels(first.quantities),
         truth,
-        [diagnosis.bands.get(method, {}) for method in methods],
+        [bands.get(method, {}) for method in methods],
     )
     rows += [
         *_value_rows(
