@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from axisid.presentation.documents import readable_unit
-from axisid.support.arrays import Array, frozen
+from axisid.support.arrays import Array
 from axisid.support.errors import Missing, UsageError
 
 Kind: TypeAlias = Literal["line", "points", "stems"]
@@ -68,12 +68,6 @@ class PlotSeries:
     broad: bool = False
     dashed: bool = False
     aside: bool = False
-
-    def __post_init__(self) -> None:
-        for name in ("x", "y", "low", "high"):
-            values = getattr(self, name)
-            if values is not None:
-                object.__setattr__(self, name, frozen(values))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
