@@ -11,9 +11,9 @@ from matplotlib.mathtext import MathTextParser
 
 from axisid import Axis, Parameter, derive, load_axis, newton
 from axisid.elements import Drive
+from axisid.presentation.documents import figure_text, readable_text
 from axisid.presentation.documents.axis_page import FORMATS, axis_page
 from axisid.presentation.documents.latex import symbol_latex, unit_latex
-from axisid.presentation.documents.numbers import figure_text, readable_text
 from tests.axes.bodies import J, body, energetic, m, rod, turn, x
 from tests.axes.drives import braked
 

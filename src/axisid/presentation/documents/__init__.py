@@ -26,7 +26,11 @@ from .document import (
     Status as Status,
     TableBlock as TableBlock,
     TableColumn as TableColumn,
+    decimals as decimals,
+    figure_text as figure_text,
     paragraph as paragraph,
+    readable_text as readable_text,
+    readable_unit as readable_unit,
     text_columns as text_columns,
     text_table as text_table,
 )
@@ -42,12 +46,6 @@ from .latex import (
     formula_mathml as formula_mathml,
     symbol_latex as symbol_latex,
     unit_latex as unit_latex,
-)
-from .numbers import (
-    decimals as decimals,
-    figure_text as figure_text,
-    readable_text as readable_text,
-    readable_unit as readable_unit,
 )
 from .plain import (
     PAGE_WIDTH as PAGE_WIDTH,

@@ -18,8 +18,9 @@ from .document import (
     QuantityCell,
     TableBlock,
     TableColumn,
+    readable_text,
+    readable_unit,
 )
-from .numbers import readable_text, readable_unit
 from .plain import joined
 
 _WIDTH, _HEIGHT, _EDGE = 170.0, 26.0, 6.0
