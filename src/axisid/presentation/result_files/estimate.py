@@ -219,12 +219,12 @@ def written_estimate(
             )
         }
         or None,
-        covariance=matrix(estimate.covariances["iid"]),
-        covariance_robust=matrix(estimate.covariances["robust"]),
-        covariance_hac=matrix(estimate.covariances["hac"]),
+        covariance=estimate.covariances["iid"],
+        covariance_robust=estimate.covariances["robust"],
+        covariance_hac=estimate.covariances["hac"],
         covariances=_further(estimate.covariances, estimate.chosen, _NAMED),
-        theta_ddm_covariance=matrix(estimate.ddm_covariances["iid"]) if direct else None,
-        theta_ddm_covariance_hac=matrix(estimate.ddm_covariances["hac"]) if direct else None,
+        theta_ddm_covariance=estimate.ddm_covariances["iid"] if direct else None,
+        theta_ddm_covariance_hac=estimate.ddm_covariances["hac"] if direct else None,
         theta_ddm_covariances=_further(estimate.ddm_covariances, estimate.chosen, {"iid", "hac"}),
         chains=tuple(each.likeliest for each in estimate.inference.chains) or UNSET,
         chosen_covariance=estimate.chosen,
@@ -260,7 +260,7 @@ def written_physical(physical: Physical, chosen: str) -> WrittenPhysical:
         WrittenPhysical,
         physical,
         parameters={n: _written(WrittenValue, v) for n, v in physical.parameters.items()},
-        covariance_hac=matrix(physical.covariances["hac"]),
+        covariance_hac=physical.covariances["hac"],
         covariances=_further(physical.covariances, chosen, {"hac"}),
         base={p.name: p.description for p in physical.combined},
         fixed={
@@ -277,13 +277,13 @@ def left_out(axis: GeneratedAxis) -> dict[str, float]:
 
 def _further(
     covariances: Mapping[str, Array], chosen: str, written_elsewhere: Set[str]
-) -> dict[str, Matrix] | UnsetType:
+) -> dict[str, Array] | UnsetType:
     """Covariances that are not written elsewhere: the chosen one, and those of later rows.
 
     Robust and i.i.d. ones that no interval is of are left out, as in every file so far.
     """
     wanted = {chosen, *(covariances.keys() - _NAMED)} - written_elsewhere
-    return {name: matrix(c) for name, c in covariances.items() if name in wanted} or UNSET
+    return {name: c for name, c in covariances.items() if name in wanted} or UNSET
 
 
 def _written(kind: type[_Number], value: Value, **others: Any) -> _Number:
@@ -294,11 +294,6 @@ def _written(kind: type[_Number], value: Value, **others: Any) -> _Number:
         deviations={n: sd for n, sd in value.deviations.items() if n not in _NAMED} or UNSET,
         **others,
     )
-
-
-def matrix(values: Array) -> Matrix:
-    """An array as a document holds it."""
-    return tuple(map(tuple, values.tolist()))
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)

@@ -299,9 +299,7 @@ def written_identification(result: Identification, draws: int = 0) -> WrittenIde
         signature=result.axis.signature,
         left_out=left_out(result.axis),
         held={
-            each.name: written_as(
-                WrittenHeld, each, interval_95=tuple(sorted((each.bound, each.reach)))
-            )
+            each.name: written_as(WrittenHeld, each, interval_95=sorted((each.bound, each.reach)))
             for each in result.held
         }
         or UNSET,
@@ -311,9 +309,6 @@ def written_identification(result: Identification, draws: int = 0) -> WrittenIde
         drive_remark=drive.remark or UNSET,
         record=written_record(result.record),
         prefilter=written_prefilter(result.data.sampling),
-        requested=None
-        if result.requested is None
-        else written_as(WrittenRequest, result.requested),
         estimates=tuple(
             written_estimate(
                 e,

@@ -85,7 +85,10 @@ _hints: Callable[[Any], Mapping[str, Any]] = cache(get_type_hints)
 
 
 def written_as(kind: type[_Written], result: object, /, **others: Any) -> _Written:
-    """A result's members as those of a document; a number that is not finite is None.
+    """A result's members as those of a document.
+
+    An array is written as tuples, a dataclass as the object that the annotation names, and a number
+    that is not finite as None where the annotation has that.
 
     Parameters
     ----------
@@ -94,14 +97,13 @@ def written_as(kind: type[_Written], result: object, /, **others: Any) -> _Writt
     result : object
         Has every member by its name, but for the others.
     **others
-        Members that are made in another way.
+        What is to be written of members that are made in another way.
     """
-    same = {
-        name: _plain(getattr(result, _OF_FILES.get(name, name)), hint)
-        for name, hint in _hints(kind).items()
-        if name not in others
+    members = {
+        name: others[name] if name in others else getattr(result, _OF_FILES.get(name, name))
+        for name in _hints(kind)
     }
-    return kind(**same, **others)
+    return kind(**{name: _plain(each, _hints(kind)[name]) for name, each in members.items()})
 
 
 def read_as(

@@ -14,7 +14,7 @@ from axisid.estimation.misspecification import sentence
 from axisid.estimation.model_validation import FitValidation
 from axisid.estimation.output_error import FittedParameters, OutputFit, RecordError
 from axisid.modeling.parsing import FunctionLike
-from axisid.support.arrays import Array, Exact, MaybeInfinite, finite_or_none
+from axisid.support.arrays import Array, Exact, MaybeInfinite
 from axisid.support.errors import Missing
 from axisid.support.presentable import Presentable
 
@@ -216,9 +216,9 @@ def _fitted(fit: OutputFit, place: int, name: str) -> WrittenFitted:
     return written_as(
         WrittenFitted,
         value,
-        sd=finite_or_none(value.deviation),
+        sd=value.deviation,
         start=float(fit.start[place]),
-        bounds=(finite_or_none(fit.bounds[name][0]), finite_or_none(fit.bounds[name][1])),
+        bounds=fit.bounds[name],
         at_bound=fit.at_bound.get(name),
         fixed=name in fit.fixed,
         prior=None if known is None else WrittenKnown(value=known[0], sd=known[1]),

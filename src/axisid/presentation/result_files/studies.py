@@ -27,7 +27,6 @@ from axisid.estimation.monte_carlo import (
     declared_chain,
     declared_figures,
 )
-from axisid.support.arrays import finite_or_none
 from axisid.support.presentable import Presentable
 
 from .diagnosis import written_law
@@ -214,7 +213,7 @@ def _of_method(validation: MethodValidation) -> WrittenMethodValidation:
         reason=validation.reason or "",
         anew=again and by_name(again.names, again.own),
         anew_distances=again and by_name(again.names, again.distances),
-        anew_share_percent=again and finite_or_none(again.share_percent),
+        anew_share_percent=again and again.share_percent,
     )
 
 
