@@ -366,7 +366,7 @@ FOUND = DriveTime(
     [
         ({"lag": 2e-3}, None, "lag 0.001"),
         ({"logged": "current"}, None, "logged command"),
-        ({"lag": _lag(1e-3)}, None, "to be estimated"),
+        ({"lag": _lag(1e-3)}, None, "lag 0.001, but .* has it estimated from 0.001"),
         ({"relative_sd": 0.02}, None, "relative_sd 0.005"),
         ({}, None, ""),
         # The start of a lag that was found is part of the drive.

@@ -1,9 +1,8 @@
 """A result as a file has it: read, checked, and joined with its axis, ready to be exported."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from itertools import chain
 from pathlib import Path
 from typing import TypeVar, overload
 
@@ -65,16 +64,15 @@ def read_document(file: Path, *expected: type[Expected]) -> Expected:
         or lacks something of its schema.
     """
     content = read_result(file, DataError)
-    found = _schema(file, content)
-    for document in expected:
-        if found == schema_of(document):
-            try:
-                return msgspec.json.decode(content, type=document, dec_hook=from_json)
-            except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
-                raise DataError(
-                    f"{file} lacks what its schema promises: {_said(error)}. {WRITE_AGAIN}",
-                    code="result-file",
-                ) from error
+    found, documents = _schema(file, content), {schema_of(each): each for each in expected}
+    if found in documents:
+        try:
+            return msgspec.json.decode(content, type=documents[found], dec_hook=from_json)
+        except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
+            raise DataError(
+                f"{file} lacks what its schema promises: {_said(error)}. {WRITE_AGAIN}",
+                code="result-file",
+            ) from error
     if found in _REFUSED:
         raise DataError(f"{file} {_REFUSED[found]}", code="result-file")
     what = f"its schema is {found[:_SHOWN]!r}" if found else "it has no schema"
@@ -303,47 +301,44 @@ def refuse_differences(
         It has another lag, delay, place of the recorded control, or deviation of its gain, or other
         fixed values than those that the physical parameters are from.
     """
-    then = {name: _known(v.value, v.sd) for name, v in _fixed(saved).items()}
-    now = {p.name: _known(p.known, p.known_sd) for p in known}
-    fixed = (
-        (name, then.get(name, "free"), f"it {now.get(name, 'free')}")
-        for name in {**then, **now}
-        if then.get(name) != now.get(name)
-    )
-    for what, was, is_now in chain(_of_drive(saved, axis.drive), fixed):
-        raise UsageError(
-            f"{saved.file} was identified with {what} {was}, but {axis.name!r} as it is declared "
-            f"now has {is_now}; give the axis as it was then, or identify again.",
-            code="result-file",
-        )
+    drive, found = axis.drive, saved.drive_time
+    was, is_now = (_figures(each) for each in (saved.drive, drive))
+    was |= {name: _known(v.value, v.sd) for name, v in _fixed(saved).items()}
+    is_now |= {p.name: _known(p.known, p.known_sd) for p in known}
+    if found is not None:
+        start = found.parameter.nominal
+        was[f"the drive's {found.name}"] = _started(start)
+        if getattr(drive, found.name) in (start, found.value):
+            is_now[f"the drive's {found.name}"] = _started(start)
+    spread = saved.document.estimates[0].gain_relative_sd  # 0 too where the force was measured
+    if spread and not math.isclose(spread, drive.relative_sd, rel_tol=_SAME_DEVIATION):
+        was["the drive's relative_sd"] = f"{spread:g}"
+        is_now["the drive's relative_sd"] = f"{drive.relative_sd:g}"
+    for name in {**was, **is_now}:
+        then, now = was.get(name, "free"), is_now.get(name, "free")
+        if then != now:
+            raise UsageError(
+                f"{saved.file} was identified with {name} {then}, but {axis.name!r} as it is "
+                f"declared now has it {now}; give the axis as it was then, or identify again.",
+                code="result-file",
+            )
 
 
 def _known(value: float | None, sd: float) -> str:
     return f"fixed at {value!r}" + (f" +- {sd!r}" if sd else "")
 
 
-def _of_drive(saved: SavedIdentification, drive: Drive) -> Iterator[tuple[str, str, str]]:
-    """What differs of the drive, as it was and as it is."""
-    then, found = saved.drive, saved.drive_time
-    if found is not None:
-        start = float(getattr(drive, found.name))
-        if start not in (found.parameter.nominal, found.value):
-            yield (
-                f"the drive's {found.name}",
-                f"estimated from {found.parameter.nominal:g}",
-                f"{start:g}",
-            )
-        drive = drive.with_time(found.name, found.value)
-    elif drive.estimated is not None:
-        name = drive.estimated[0]
-        yield f"the drive's {name}", f"{getattr(then, name):g}", "it to be estimated"
-    for name in ("lag", "delay", "logged", *CommandPath.__dataclass_fields__):
-        old, new = getattr(then, name), getattr(drive, name)
-        if old != new:
-            yield f"the drive's {name}", str(old), str(new)
-    spread = saved.document.estimates[0].gain_relative_sd  # 0 too where the force was measured
-    if spread and not math.isclose(spread, drive.relative_sd, rel_tol=_SAME_DEVIATION):
-        yield "the drive's relative_sd", f"{spread:g}", f"{drive.relative_sd:g}"
+def _figures(drive: Drive) -> dict[str, str]:
+    """What is declared of how a drive follows its commands, in words."""
+    names = ("lag", "delay", "logged", *CommandPath.__dataclass_fields__)
+    figures = {f"the drive's {name}": str(getattr(drive, name)) for name in names}
+    if drive.estimated is not None:
+        figures[f"the drive's {drive.estimated[0]}"] = _started(drive.estimated[1].nominal)
+    return figures
+
+
+def _started(nominal: float) -> str:
+    return f"estimated from {nominal:g}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
