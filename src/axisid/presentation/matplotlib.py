@@ -330,9 +330,6 @@ def _set_ticks(axis: Axis, *, log: bool = False, whole: bool = False) -> None:
         axis.set_minor_locator(NullLocator())
 
 
-FORMATS = ("pdf", "svg", "png")
-
-
 #: Every figure that a result can have.
 NAMES = (
     *("force", "acceleration", "friction", "convergence", "tracking", "autocorrelation"),

@@ -8,7 +8,7 @@ import pytest
 from axisid import load_axis, sweep, twin_record
 from axisid.commands.options.outputs import is_earlier
 from axisid.paper import STUDY_FILES
-from axisid.presentation.matplotlib import FORMATS, write_figures
+from axisid.presentation.matplotlib import write_figures
 from axisid.presentation.plots import sweep_plot
 from tests.command_line import Run
 
@@ -60,7 +60,7 @@ def test_exports_are_written_anew(run: Run, here: Path, target: str) -> None:
     assert is_earlier(here / "exported", "export")
 
 
-@pytest.mark.parametrize("form", FORMATS)
+@pytest.mark.parametrize("form", ["pdf", "svg", "png"])
 def test_a_figure_of_every_form_is_known(here: Path, form: str) -> None:
     axis = load_axis("emps2015")
     plot = sweep_plot(sweep(axis, twin_record(axis), (30.0, 60.0)))
