@@ -374,8 +374,8 @@ class Estimate(EstimateFacts, Presentable, Exact):
         Parameters
         ----------
         function : str or SymPy expression
-            Such as ``"M/Fv"``, a time constant in s. Text may use + - * / ** and sqrt, abs, exp,
-            log, sin, cos, tan, atan, pi.
+            Such as ``"M/Fv"``, a time constant in s. Text may use + - * / **, pi and the
+            functions of an axis in TOML, such as sqrt, exp and log.
 
         Returns
         -------

@@ -11,6 +11,7 @@ import operator
 import re
 import sys
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from functools import partial
 from types import MappingProxyType
 from typing import Any
@@ -22,10 +23,11 @@ from axisid.support.errors import ModelError
 
 from .grammar import (
     DEEPEST,
+    FUNCTIONS,
     LARGEST,
+    NODES,
     ConstantValues,
     Elements,
-    Grammar,
     TextError,
     nearest,
     nested,
@@ -34,6 +36,7 @@ from .grammar import (
 )
 
 _LARGEST_POWER = 20
+_LONGEST = 2000  # characters
 _DEEPEST_CALLS = 6
 _EXACT = 10**9
 _SMALLEST, _LARGEST_FLOAT = math.ulp(0.0), sys.float_info.max
@@ -52,23 +55,24 @@ _CHAINED = ((ast.Add, ast.Sub), (ast.Mult, ast.Div))
 _NOT_FINITE = (sympy.nan, sympy.zoo, sympy.oo, -sympy.oo, sympy.I)
 
 
+@dataclass(slots=True)
 class ExpressionReader:
-    """Turns syntax into SymPy, node by node."""
+    """Turns syntax into SymPy, node by node.
 
-    def __init__(
-        self,
-        text: str,
-        start: int,
-        symbols: Mapping[str, sympy.Symbol],
-        grammar: Grammar,
-        elements: Elements,
-    ) -> None:
-        self._text = text
-        self._start = start
-        self._symbols = symbols
-        self._grammar = grammar
-        self._elements = elements
-        self._constants = ConstantValues({f.symbolic: f.number for f in grammar.functions.values()})
+    Attributes
+    ----------
+    text : str
+    start : int
+        Where in it the syntax begins.
+    symbols, elements : mapping
+        What it may name and call.
+    """
+
+    text: str
+    start: int
+    symbols: Mapping[str, sympy.Symbol]
+    elements: Elements
+    _constants: ConstantValues = field(init=False, default_factory=ConstantValues)
 
     def read(self, tree: ast.expr) -> sympy.Expr:
         """The expression of a whole text, of a size that can be derived."""
@@ -97,7 +101,7 @@ class ExpressionReader:
                 return self._chain(node, depth, calls)
             # Friction or a load, and no product of what is declared.
             case ast.Call(func=ast.Name(id=name)) if (
-                name in self._elements and name not in self._symbols
+                name in self.elements and name not in self.symbols
             ):
                 return self._element(node, name, depth, calls)
             case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
@@ -105,51 +109,50 @@ class ExpressionReader:
             case _:
                 piece = ast.unparse(node)
                 short = piece if len(piece) < _SHOWN else f"{piece[:_SHOWN]}..."
-                raise not_allowed(short, self._grammar, *self._at(node))
+                raise not_allowed(short, *self._at(node))
 
     def _check_size(self, result: sympy.Expr) -> None:
         """Refuse what would not stay small and real when it is derived."""
         in_exponents: set[sympy.Expr] = set()
         for count, node in enumerate(sympy.preorder_traversal(result)):
             if count > MOST_NODES:
-                raise TextError("it is too large; write it shorter.", self._text, 0)
+                raise TextError("it is too large; write it shorter.", self.text, 0)
             if node.is_Mul and joined_exponential(node) is not None:
                 in_exponents.add(node.args[0])
             is_held = not node.is_Number or node == 0 or _SMALLEST <= abs(node) <= _LARGEST_FLOAT
             if node not in in_exponents and not is_held:
                 raise TextError(
-                    "a number in it is too large or too small for a float.", self._text, 0
+                    "a number in it is too large or too small for a float.", self.text, 0
                 )
             plain = node.is_Symbol or node.is_Number or node.is_NumberSymbol
-            if not plain and node.func not in self._grammar.nodes:
+            if not plain and node.func not in NODES:
                 raise TextError(
                     f"it may not be real: it comes out with {type(node).__name__}, which has no "
                     "meaning here.",
-                    self._text,
+                    self.text,
                     0,
                 )
             if not self._constants.fits(node):
                 raise TextError(
                     "with the numbers of its constants a part of it has no value, or one beyond "
                     f"{LARGEST:g}; change the constants or what is made of them.",
-                    self._text,
+                    self.text,
                     0,
                 )
 
     def _symbol(self, node: ast.AST, name: str) -> sympy.Expr:
-        if name in self._symbols:
-            return self._symbols[name]
+        if name in self.symbols:
+            return self.symbols[name]
         if name == "pi":
             return sympy.Float(math.pi)
-        there, functions = ", ".join(self._symbols), self._grammar.functions
-        if name in functions:
+        if name in FUNCTIONS:
             raise TextError(
                 f"{name} is a function; write {name}(...).",
                 *self._at(node),
             )
         raise TextError(
-            f"there is no {self._grammar.names} {_shortened(name)}; there are {there}."
-            f"{nearest(name, self._symbols)}",
+            f"there is no name {_shortened(name)}; there are {', '.join(self.symbols)}."
+            f"{nearest(name, self.symbols)}",
             *self._at(node),
         )
 
@@ -177,7 +180,7 @@ class ExpressionReader:
         if isinstance(node.op, ast.Div) and 0 in (right, self._constants.value(right)):
             raise TextError("this divides by zero.", *self._at(node.right))
         self._check_constants(node, operation, left, right)
-        result = self._tried(node, operation, left, right)
+        result = self._real(node, operation, left, right)
         if isinstance(node.op, ast.Pow):  # powers of powers multiply
             for factor in sympy.Mul.make_args(result):
                 self._check_exponent(node, *factor.as_base_exp())
@@ -186,10 +189,9 @@ class ExpressionReader:
     def _call(
         self, node: ast.Call, name: str, arguments: list[ast.expr], depth: int, calls: int
     ) -> sympy.Expr:
-        functions = self._grammar.functions
-        if name not in functions:
-            listed = ", ".join([*functions, *self._elements])
-            if name in self._symbols:
+        if name not in FUNCTIONS:
+            listed = ", ".join([*FUNCTIONS, *self.elements])
+            if name in self.symbols:
                 raise TextError(
                     f"{name} is no function; write {name}*(...) for a product.",
                     *self._at(node),
@@ -199,7 +201,7 @@ class ExpressionReader:
                 f"{listed}.",
                 *self._at(node),
             )
-        function = functions[name]
+        function = FUNCTIONS[name]
         if len(arguments) != function.arguments:
             raise TextError(
                 f"{name}(...) with {len(arguments)} arguments cannot be used; give "
@@ -212,7 +214,7 @@ class ExpressionReader:
         self._check_constants(node, function.number, *inner)
         if function.symbolic is sympy.exp:
             self._check_logarithm(node, inner[0])
-        return self._tried(node, function.symbolic, *inner)
+        return self._real(node, function.symbolic, *inner)
 
     def _element(self, node: ast.Call, name: str, depth: int, calls: int) -> sympy.Expr:
         """Friction or a load by its name, its arguments like any expression."""
@@ -220,10 +222,10 @@ class ExpressionReader:
         named: dict[str, sympy.Expr] = {}
         for keyword in node.keywords:
             if keyword.arg is None:
-                raise not_allowed("**", self._grammar, *self._at(node))
+                raise not_allowed("**", *self._at(node))
             named[keyword.arg] = self._evaluated(keyword.value, depth - 1, calls - 1)
         try:
-            made = self._tried(node, partial(self._elements[name], **named), *arguments)
+            made = self._real(node, partial(self.elements[name], **named), *arguments)
         except ModelError as error:
             raise TextError(str(error), *self._at(node), code=error.code) from error
         for power in sorted(made.atoms(sympy.Pow), key=str):
@@ -281,31 +283,29 @@ class ExpressionReader:
 
     def _number(self, node: ast.AST, operation: Callable[..., Any], *numbers: Any) -> float:
         """What an operation of floats gives, or a refusal if that is no finite real number."""
-        try:
-            value = operation(*numbers)
-        except CANNOT as error:
-            raise self._without_value(node, error) from error
+        value = self._tried(node, operation, *numbers)
         if isinstance(value, complex) or not math.isfinite(value):
             raise TextError(f"this number is {value}, not a finite real one.", *self._at(node))
         return float(value)
 
-    def _without_value(self, node: ast.AST, error: Exception) -> TextError:
-        # An overflow has a number before its words; a refusal is a sentence.
-        said = "".join(map(str, error.args[-1:])).rstrip(".")
-        return TextError(f"this has no value: {said}.", *self._at(node))
-
-    def _tried(self, node: ast.AST, make: Callable[..., Any], *parts: Any) -> sympy.Expr:
-        try:
-            result = make(*parts)
-        except CANNOT as error:
-            raise self._without_value(node, error) from error
+    def _real(self, node: ast.AST, make: Callable[..., Any], *parts: Any) -> sympy.Expr:
+        """What is made of expressions, or a refusal if that has no finite real value."""
+        result = self._tried(node, make, *parts)
         if any(part in _NOT_FINITE for part in (result, *result.args)):
             raise TextError("this has no finite real value.", *self._at(node))
         return result
 
+    def _tried(self, node: ast.AST, make: Callable[..., Any], *parts: Any) -> Any:
+        try:
+            return make(*parts)
+        except CANNOT as error:
+            # An overflow has a number before its words; a refusal is a sentence.
+            said = "".join(map(str, error.args[-1:])).rstrip(".")
+            raise TextError(f"this has no value: {said}.", *self._at(node)) from error
+
     def _at(self, node: ast.AST) -> tuple[str, int]:
         """The text, and where in it the node begins."""
-        return self._text, self._start + getattr(node, "col_offset", 0)
+        return self.text, self.start + getattr(node, "col_offset", 0)
 
 
 def _shortened(name: str) -> str:
@@ -320,7 +320,6 @@ _FOREIGN = re.compile(r"[^\w\s.+\-*/(),=]", re.ASCII)
 def read_expression(
     text: str,
     symbols: Mapping[str, sympy.Symbol],
-    grammar: Grammar,
     elements: Elements = MappingProxyType({}),
 ) -> sympy.Expr:
     """Return the expression that a text says.
@@ -330,7 +329,6 @@ def read_expression(
     text : str
     symbols : mapping of str to sympy.Symbol
         What it may name, beside ``pi``.
-    grammar : Grammar
     elements : mapping of str to callable, optional
         Friction and loads that it may call; none by default.
 
@@ -339,17 +337,17 @@ def read_expression(
     TextError
         It says something else, or too much.
     """
-    if len(text) > grammar.longest:
+    if len(text) > _LONGEST:
         raise TextError(
-            f"it has {len(text)} characters; write {grammar.longest} or fewer.",
+            f"it has {len(text)} characters; write {_LONGEST} or fewer.",
             text,
-            grammar.longest,
+            _LONGEST,
         )
     if not text.strip():
         raise TextError("it is empty.", text, 0)
     if foreign := _FOREIGN.search(text):
         hint = "; write ** for a power" if foreign[0] == "^" else ""
-        raise not_allowed(foreign[0], grammar, text, foreign.start(), hint)
+        raise not_allowed(foreign[0], text, foreign.start(), hint)
     if run_on := _RUN_ON.search(text):
         raise TextError(
             f"{run_on[0]!r} cannot be used: a number runs into what follows; write an operator "
@@ -369,4 +367,4 @@ def read_expression(
         ) from error
     except (RecursionError, MemoryError, ValueError) as error:
         raise nested(text, 0) from error
-    return ExpressionReader(text, start, symbols, grammar, elements).read(tree)
+    return ExpressionReader(text, start, symbols, elements).read(tree)

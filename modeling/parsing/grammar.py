@@ -15,6 +15,7 @@ import operator
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import partial
+from types import MappingProxyType
 from typing import Any, TypeAlias
 
 import sympy
@@ -95,31 +96,8 @@ class Function:
     arguments: int = 1
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Grammar:
-    """What a text may say.
-
-    Attributes
-    ----------
-    what : str
-        What it is, for messages: ``a function of the parameters``.
-    names : str
-        What its names are, for messages: ``parameter``.
-    functions : mapping of str to Function
-    nodes : collection of type
-        SymPy classes that may come out.
-    longest : int
-        Characters.
-    """
-
-    what: str
-    names: str
-    functions: Mapping[str, Function]
-    nodes: Collection[Any]
-    longest: int
-
-
-_FUNCTIONS = {
+#: What text may call; code is generated for each of them.
+FUNCTIONS = {
     "sin": Function(sympy.sin, math.sin),
     "cos": Function(sympy.cos, math.cos),
     "tan": Function(sympy.tan, math.tan),
@@ -139,21 +117,15 @@ _FUNCTIONS = {
     "max": Function(Max, max, 2),
 }
 
-#: Of every expression in a TOML declaration; code is generated for each of its functions.
-DYNAMICS = Grammar(
-    what="an expression",
-    names="name",
-    functions=_FUNCTIONS,
-    nodes=frozenset({sympy.Add, sympy.Mul, sympy.Pow, *(f.symbolic for f in _FUNCTIONS.values())}),
-    longest=2000,
-)
+#: SymPy classes of what text may say.
+NODES = frozenset({sympy.Add, sympy.Mul, sympy.Pow, *(f.symbolic for f in FUNCTIONS.values())})
 
 
-def not_allowed(piece: str, grammar: Grammar, text: str, offset: int, hint: str = "") -> TextError:
+def not_allowed(piece: str, text: str, offset: int, hint: str = "") -> TextError:
     """What is said of a piece of text that no expression has."""
     return TextError(
-        f"{piece!r} cannot be used in {grammar.what}; write numbers, {grammar.names}s, pi, "
-        f"+ - * / **, parentheses and functions such as sqrt(...){hint}.",
+        f"{piece!r} cannot be used in an expression; write numbers, names, pi, + - * / **, "
+        f"parentheses and functions such as sqrt(...){hint}.",
         text,
         offset,
     )
@@ -175,20 +147,17 @@ _FLOATS: dict[Any, Callable[..., float]] = {
     sympy.Add: lambda *terms: math.fsum(terms),
     sympy.Mul: lambda *factors: math.prod(factors),
     sympy.Pow: operator.pow,
+    sympy.Heaviside: lambda x, at_0: at_0 if x == 0 else float(x > 0),  # slopes of min and max
+    **{function.symbolic: function.number for function in FUNCTIONS.values()},
 }
 
 
 class ConstantValues:
     """Floats of expressions, each worked out once."""
 
-    def __init__(
-        self,
-        functions: Mapping[Any, Callable[..., float]],
-        known: Mapping[sympy.Expr, float] | None = None,
-    ) -> None:
-        """Take the functions of floats by their SymPy classes, and values of symbols."""
-        self._functions = {**functions, **_FLOATS}
-        self._found: dict[sympy.Expr, float | None] = dict(known or {})
+    def __init__(self, known: Mapping[sympy.Expr, float] = MappingProxyType({})) -> None:
+        """Take the values of symbols."""
+        self._found: dict[sympy.Expr, float | None] = dict(known)
 
     def value(self, expression: sympy.Expr) -> float | None:
         """None where something unknown is in it, NaN where it is no finite real number."""
@@ -222,9 +191,9 @@ class ConstantValues:
         values = [self.value(part) for part in expression.args]
         if not all(value is not None for value in values):
             return None
-        if expression.func not in self._functions:
+        if expression.func not in _FLOATS:
             return math.nan
-        value = self._functions[expression.func](*values)
+        value = _FLOATS[expression.func](*values)
         return value if not isinstance(value, complex) and math.isfinite(value) else math.nan
 
 
@@ -235,8 +204,6 @@ def small(value: float) -> bool:
 
 #: Friction and loads that text may call, by name.
 Elements: TypeAlias = Mapping[str, Callable[..., sympy.Expr]]
-
-_COORDINATE = "coordinate"
 
 
 def elements_along(coordinate: Coordinate | None) -> Elements:
@@ -259,8 +226,9 @@ def _made(
     try:
         bound = signature.bind(*arguments, **named)
     except TypeError as error:
+        bare = [each.replace(annotation=each.empty) for each in signature.parameters.values()]
         raise ModelError(
-            f"{element}(...) cannot be used so; write {_written(element, along)}."
+            f"{element}(...) cannot be used so: {error}; write {element}{inspect.Signature(bare)}."
         ) from error
     for key, value in bound.arguments.items():
         bound.arguments[key] = _taken(element, along, key, value)
@@ -268,7 +236,7 @@ def _made(
 
 
 def _taken(element: str, along: Coordinate, key: str, value: sympy.Expr) -> Any:
-    if key == _COORDINATE:
+    if key == "coordinate":
         if value != along.symbol:
             raise ModelError(
                 f"the coordinate of {element}(...) is {value}; give {along.name}.",
@@ -278,14 +246,3 @@ def _taken(element: str, along: Coordinate, key: str, value: sympy.Expr) -> Any:
     if isinstance(value, sympy.Integer):
         return int(value)
     return float(value) if value.is_Number else value
-
-
-def _written(element: str, along: Coordinate) -> str:
-    """A call with all that it may be given, such as ``spring(stiffness, x, rest)``."""
-    parts = []
-    for key, parameter in inspect.signature(ELEMENTS[element]).parameters.items():
-        shown = along.name if key == _COORDINATE else key
-        default = "" if parameter.default is parameter.empty else str(parameter.default)
-        by_name = parameter.kind is parameter.KEYWORD_ONLY
-        parts.append(f"{key}={default or '...'}" if by_name else shown)
-    return f"{element}({', '.join(parts)})"

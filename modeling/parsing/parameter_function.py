@@ -6,7 +6,7 @@ Text is read by a parser of its own, for arithmetic and a few functions; nothing
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import sympy
 
@@ -22,30 +22,10 @@ from axisid.modeling.quantities import (
 from axisid.support.errors import UsageError
 
 from .expression import read_expression
-from .grammar import DYNAMICS, ConstantValues, Grammar
+from .grammar import FUNCTIONS, NODES, ConstantValues
 
 #: What may be given as a function of parameters.
 FunctionLike: TypeAlias = str | sympy.Expr | Symbolic | float
-
-_LONGEST_TEXT = 500
-
-
-_FUNCTIONS = {
-    name: DYNAMICS.functions[name] for name in "sqrt abs exp log sin cos tan atan".split()
-}
-_FLOATS: dict[Any, Callable[..., float]] = {
-    function.symbolic: function.number
-    for function in (*_FUNCTIONS.values(), DYNAMICS.functions["sign"])
-}
-#: SymPy classes of a function.
-_NODES = frozenset({*_FLOATS, sympy.Add, sympy.Mul, sympy.Pow})
-_GRAMMAR = Grammar(
-    what="a function of the parameters",
-    names="parameter",
-    functions=_FUNCTIONS,
-    nodes=_NODES,
-    longest=_LONGEST_TEXT,
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,8 +60,7 @@ class ParameterFunction:
 
     def _numbers(self, values: Sequence[float]) -> Callable[[sympy.Expr], float]:
         """What works out expressions in floating point: exact it could take for ever."""
-        known = dict(zip(self.parameters, map(float, values), strict=True))
-        found = ConstantValues(_FLOATS, known)
+        found = ConstantValues(dict(zip(self.parameters, map(float, values), strict=True)))
 
         def number(expression: sympy.Expr) -> float:
             value = found.value(expression)
@@ -96,8 +75,7 @@ def parameter_function(what: FunctionLike, units: Mapping[str, str]) -> Paramete
     Parameters
     ----------
     what : str or SymPy expression
-        Of the names in `units`. Text may use + - * / ** and sqrt, abs, exp, log, sin, cos, tan,
-        atan, pi.
+        Of the names in `units`. Text may use + - * / **, pi and `FUNCTIONS`, sqrt and the like.
     units : mapping of str to str
         Of the parameters.
 
@@ -108,7 +86,7 @@ def parameter_function(what: FunctionLike, units: Mapping[str, str]) -> Paramete
     """
     symbols = {name: sympy.Symbol(name, real=True) for name in units}
     if isinstance(what, str):
-        written = read_expression(what, symbols, _GRAMMAR)
+        written = read_expression(what, symbols)
     else:
         written = expression(what, "the function")
     unknown = sorted(str(s) for s in written.free_symbols if str(s) not in symbols)
@@ -118,10 +96,10 @@ def parameter_function(what: FunctionLike, units: Mapping[str, str]) -> Paramete
         )
     function = written.xreplace({s: symbols[str(s)] for s in written.free_symbols})
     for node in sympy.preorder_traversal(function):
-        if not (node.is_Symbol or node.is_Number or node.is_NumberSymbol or node.func in _NODES):
+        if not (node.is_Symbol or node.is_Number or node.is_NumberSymbol or node.func in NODES):
             raise UsageError(
                 f"{type(node).__name__!r} cannot be used in a function of the parameters; use "
-                f"arithmetic, pi and {', '.join(_FUNCTIONS)}.",
+                f"arithmetic, pi and {', '.join(FUNCTIONS)}.",
                 code="formula",
             )
     by_symbol = {symbols[name]: parse_unit(unit) for name, unit in units.items()}

@@ -22,7 +22,7 @@ from axisid.support.errors import FileError, ModelError, UsageError
 from axisid.support.files import opened_regular
 
 from .expression import read_expression
-from .grammar import DYNAMICS, Elements, TextError, nearest
+from .grammar import Elements, TextError, nearest
 
 T = TypeVar("T")
 Symbols = Mapping[str, sympy.Symbol]
@@ -267,7 +267,7 @@ def _number(value: object) -> float:
 def _expression(value: Any, symbols: Symbols, elements: Elements) -> Any:
     """An expression as text, or a number as it is."""
     if isinstance(value, str):
-        return read_expression(value, symbols, DYNAMICS, elements)
+        return read_expression(value, symbols, elements)
     if isinstance(value, (list, Mapping)):
         raise ModelError(
             f"it is {value!r}; give an expression in quotes, or a number.", code="toml"

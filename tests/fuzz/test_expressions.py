@@ -13,7 +13,6 @@ import pytest
 
 from axisid import build, load_axis
 from axisid.modeling.parsing.expression import read_expression
-from axisid.modeling.parsing.grammar import DYNAMICS
 from axisid.modeling.quantities.symbols import Coordinate
 from tests.fuzz.cases import Fuzz, WrongError, one_of, spoilt
 
@@ -248,7 +247,7 @@ def test_spoilt_text_is_read_or_refused_at_once() -> None:
         name="spoilt expressions",
         count=1000,
         draw=lambda rng: spoilt(random_text(rng, NAMES), rng, _JUNK),
-        check=lambda text: read_expression(text, symbols, DYNAMICS) and None,
+        check=lambda text: read_expression(text, symbols) and None,
         shown=repr,
     ).run()
 

@@ -11,7 +11,7 @@ from axisid import UsageError
 from axisid.codegen.lowering.expressions import Lowering
 from axisid.codegen.lowering.program import Builder
 from axisid.modeling.parsing.expression import read_expression
-from axisid.modeling.parsing.grammar import DYNAMICS, TextError
+from axisid.modeling.parsing.grammar import FUNCTIONS, TextError
 from axisid.modeling.quantities.constants import Constant
 from tests.bounded import within
 from tests.refusals import refuses
@@ -26,7 +26,7 @@ pi, G, h, s, k, a = CONSTANTS.values()
 
 
 def read(text: str) -> sympy.Expr:
-    return read_expression(text, SYMBOLS | CONSTANTS, DYNAMICS)
+    return read_expression(text, SYMBOLS | CONSTANTS)
 
 
 @pytest.mark.parametrize(
@@ -169,7 +169,7 @@ def lowered(expression: sympy.Expr) -> None:
 
 FRAGMENTS = [
     *SYMBOLS,
-    *DYNAMICS.functions,
+    *FUNCTIONS,
     *"+-*/(),.9 \n",
     "**",
     "1e3",
@@ -188,8 +188,8 @@ TREES = st.recursive(
         st.tuples(inner, st.sampled_from(["+", "-", "*", "/", "**"]), inner).map(
             lambda t: f"({t[0]}{t[1]}{t[2]})"
         ),
-        st.tuples(st.sampled_from(sorted(DYNAMICS.functions)), inner, inner).map(
-            lambda t: f"{t[0]}({', '.join(t[1 : 1 + DYNAMICS.functions[t[0]].arguments])})"
+        st.tuples(st.sampled_from(sorted(FUNCTIONS)), inner, inner).map(
+            lambda t: f"{t[0]}({', '.join(t[1 : 1 + FUNCTIONS[t[0]].arguments])})"
         ),
         inner.map(lambda e: f"-{e}"),
     ),
@@ -207,7 +207,7 @@ def test_any_text_is_an_expression_of_declared_names_that_lowers_or_is_refused(t
     with within(100_000), warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
-            expression = read_expression(text, SYMBOLS, DYNAMICS)
+            expression = read_expression(text, SYMBOLS)
         except TextError as error:
             assert isinstance(error, UsageError)
             assert error.reason.endswith((".", "?"))

@@ -469,7 +469,10 @@ def test_elements_are_those_of_python(tmp_path: Path, call: str) -> None:
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        ("stribeck(a, q)", r"write stribeck\(excess, q, velocity=..., exponent=2\)"),
+        (
+            "stribeck(a, q)",
+            r"'velocity'; write stribeck\(excess, coordinate, \*, velocity, e",
+        ),
         ("stribeck(a, q, velocity=0.01, width=2)", r"write stribeck\("),
         ("stribeck(a, dq, velocity=0.01)", r"the coordinate of stribeck\(...\) is dq; give q"),
         ("stribeck(a, q, velocity=-0.01)", "give a positive number"),
