@@ -104,12 +104,12 @@ def feed_forward(
         ),
         code="export",
     )
-    axis, q = model.axis, model.axis.coordinate
+    axis, q, drive = model.axis, model.axis.coordinate, model.axis.drive
     at_rest = f"up to a speed of {dead_zone!r} {q.unit}/s" if dead_zone else "at rest"
-    limit = axis.drive.limit
-    reach = "" if math.isinf(limit) else f", within {-limit:g} and {limit:g}"
-    reach += f", over the dead band of {axis.drive.deadband:g}" if axis.drive.deadband else ""
-    reach += "" if axis.drive.is_immediate else ", once the drive has followed"
+    reach = "" if math.isinf(drive.limit) else f", within {-drive.limit:g} and {drive.limit:g}"
+    reach += f", over the dead band of {drive.deadband:g}" if drive.deadband else ""
+    follows = drive.lag or drive.delay or drive.path.is_limited
+    reach += ", once the drive has followed" if follows else ""
     return FeedForward(
         name=axis.name,
         about=about,

@@ -8,6 +8,7 @@ from typing import Any
 import sympy
 
 from axisid.modeling.quantities import (
+    DIRECTION,
     FORCE,
     NUMBER,
     ConstantSymbol,
@@ -174,12 +175,9 @@ class Axis:
     @property
     def unchecked_terms(self) -> tuple[str, ...]:
         """Terms of the equation of motion whose unit a plain number in them leaves open."""
-        return checked_terms(self.force, self.coordinate, self.parameters, self._beside)
-
-    @property
-    def _beside(self) -> tuple[Signal | State, ...]:
-        """What stands in the force beside motion and parameters."""
-        return (*self.signals, *self.states)
+        return checked_terms(
+            self.force, self.coordinate, self.parameters, (*self.signals, *self.states)
+        )
 
     @property
     def response(self) -> Response | None:
@@ -199,7 +197,9 @@ class Axis:
     @property
     def drives_by_motion(self) -> bool:
         """Whether the force that its drive makes of a control depends on the motion."""
-        return self.drive.is_by_motion(self.coordinate)
+        along = self.drive.along(self.coordinate)
+        motion = (*along, *along.values(), DIRECTION)
+        return not self.drive.force.free_symbols.isdisjoint(motion)
 
     @property
     def has_stribeck(self) -> bool:
@@ -428,7 +428,9 @@ class Axis:
     def _check_units(self) -> None:
         try:
             check_states(self.states, self.coordinate, self.parameters)
-            checked_terms(self.force, self.coordinate, self.parameters, self._beside)
+            checked_terms(
+                self.force, self.coordinate, self.parameters, (*self.signals, *self.states)
+            )
             units = unit_table(self.coordinate, (*self.parameters, *self.signals))
             for name, of in (
                 ("profile", "the force over its nominal value"),

@@ -96,24 +96,6 @@ class CommandPath:
         return f"the command {', '.join(said)}" if said else ""
 
 
-def check_within(path: CommandPath, limit: float) -> None:
-    """Refuse a way through which no command within the limit comes.
-
-    Raises
-    ------
-    ModelError
-        No command within the limit makes a force.
-    """
-    if math.isinf(limit) or path.end(limit) > 0:
-        return
-    what = "quantisation" if path.quantisation > limit else "deadband"
-    raise ModelError(
-        f"the drive's {what} is {getattr(path, what):g} and its limit {limit:g}, so that no "
-        f"command makes a force; give a {what} below the limit, both in the control's unit.",
-        code="drive",
-    )
-
-
 def estimated_time(
     given: Mapping[str, object], before: tuple[str, Parameter] | None, logged: object
 ) -> tuple[str, Parameter] | None:
@@ -160,49 +142,3 @@ def estimated_time(
             code="drive",
         )
     return one
-
-
-def checked_time(value: float, what: str) -> float:
-    """A time that is not negative, s.
-
-    Raises
-    ------
-    ModelError
-        It is, or it is no finite number.
-    """
-    time = number(value, what)
-    if time < 0:
-        raise ModelError(
-            f"{what} is {quoted(value)} s; give a time of 0 or more: a force follows its command.",
-            code="drive",
-        )
-    return time
-
-
-def check_logged(logged: object, lag: float, delay: float, path: CommandPath) -> None:
-    """Refuse a place of the recorded control that nothing declared tells from another.
-
-    Raises
-    ------
-    ModelError
-        There is no such place, or what it lies behind is not declared.
-    """
-    refuse(
-        ModelError,
-        (
-            logged not in LOGGED,
-            f"logged is {quoted(logged)}; give {', '.join(LOGGED[:-1])} or {LOGGED[-1]}: where the "
-            "recorded control was taken",
-        ),
-        (
-            logged == "applied" and not delay and path.is_plain,
-            "logged='applied' is what acts after the drive's delay, rate limit, quantisation and "
-            "dead band, and none is declared; declare delay=..., or what is, or logged='command'",
-        ),
-        (
-            logged == "current" and not lag,
-            "logged='current' is what is there after the drive's lag, and no lag is declared; "
-            "declare lag=..., or logged='command'",
-        ),
-        code="drive",
-    )

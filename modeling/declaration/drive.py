@@ -9,7 +9,6 @@ import sympy
 
 from axisid.modeling.quantities import (
     CONTROL,
-    DIRECTION,
     FORCE,
     POSITION,
     VELOCITY,
@@ -26,15 +25,12 @@ from axisid.modeling.quantities import (
     with_numbers,
     written,
 )
-from axisid.support.errors import ModelError, refuse
+from axisid.support.errors import ModelError, quoted, refuse
 
 from .command_path import (
     HIDDEN_FROM,
     LOGGED,
     CommandPath,
-    check_logged,
-    check_within,
-    checked_time,
     estimated_time,
 )
 
@@ -74,30 +70,6 @@ class Response:
     period: float
     steepest: float = math.inf
     by_motion: bool = False
-
-    @classmethod
-    def of(
-        cls,
-        lag: float,
-        delay: float,
-        period: float,
-        rate_limit: float = math.inf,
-        *,
-        by_motion: bool = False,
-    ) -> "Response":
-        """Of a lag and a delay, s, and a limited rate, per s, for samples of a period, s."""
-        samples = delay / period
-        whole = math.floor(samples + _WHOLE)
-        share = samples - whole
-        share = share if share > _WHOLE else 0.0
-        return cls(
-            lag=lag,
-            whole=whole,
-            share=share,
-            period=period,
-            steepest=rate_limit * period,
-            by_motion=by_motion,
-        )
 
     @property
     def is_held(self) -> bool:
@@ -232,39 +204,67 @@ class Drive:
             relative_sd=number(self.relative_sd, "the drive gain's relative deviation"),
             profile=expression(self.profile, "the drive's profile"),
             scaled_by=expression(self.scaled_by, "the drive's scaled_by"),
-            lag=checked_time(self.lag, "the drive's lag"),
-            delay=checked_time(self.delay, "the drive's delay"),
+            lag=number(self.lag, "the drive's lag"),
+            delay=number(self.delay, "the drive's delay"),
             **asdict(path),
         )
         missing = signals_in(self.scaled_by) - signals_in(self.force)
+        hides = "quantisation" if self.quantisation > self.limit else "deadband"
         refuse(
             ModelError,
             (
                 self.gain == 0,
                 f"the drive gain is {self.gain!r}; give a finite number other than 0",
-                "",
+                "model",
             ),
             (
                 not 0 <= self.relative_sd < 1,
                 f"the drive gain's relative deviation is {self.relative_sd!r}; give a fraction "
                 "from 0 to below 1, such as 0.005 for 0.5 %",
-                "drive",
             ),
             (
                 missing,
                 f"the drive {type(self).__name__} has a force of its own, which scaled_by "
                 f"({self.scaled_by}) does not enter; write {', '.join(map(str, missing))} into its "
                 "force and inverse",
-                "drive",
             ),
             (
                 not self.limit > 0,
                 f"the drive limit is {self.limit!r}; give a positive number",
-                "",
+                "model",
             ),
+            *(
+                (
+                    getattr(self, name) < 0,
+                    f"the drive's {name} is {getattr(self, name)!r} s; give a time of 0 or more: a "
+                    "force follows its command",
+                )
+                for name in HIDDEN_FROM
+            ),
+            (
+                math.isfinite(self.limit) and not path.end(self.limit) > 0,
+                f"the drive's {hides} is {getattr(path, hides):g} and its limit {self.limit:g}, so "
+                f"that no command makes a force; give a {hides} below the limit, both in the "
+                "control's unit",
+            ),
+            (
+                self.logged not in LOGGED,
+                f"logged is {quoted(self.logged)}; give {', '.join(LOGGED[:-1])} or {LOGGED[-1]}: "
+                "where the recorded control was taken",
+            ),
+            (
+                self.logged == "applied" and not self.delay and path.is_plain,
+                "logged='applied' is what acts after the drive's delay, rate limit, quantisation "
+                "and dead band, and none is declared; declare delay=..., or what is, or "
+                "logged='command'",
+            ),
+            (
+                self.logged == "current" and not self.lag,
+                "logged='current' is what is there after the drive's lag, and no lag is declared; "
+                "declare lag=..., or logged='command'",
+            ),
+            code="drive",
         )
-        check_within(path, self.limit)
-        check_logged(self.logged, self.lag, self.delay, path)
 
     @property
     def force(self) -> sympy.Expr:
@@ -297,11 +297,6 @@ class Drive:
     def constants(self) -> Mapping[sympy.Symbol, float]:
         """Value of each symbol in `force` and `inverse` that is no signal."""
         return {DRIVE_GAIN: self.gain}
-
-    @property
-    def is_immediate(self) -> bool:
-        """Whether a command acts at once, whatever came before it."""
-        return not (self.lag or self.delay or self.path.is_limited)
 
     def with_time(self, name: str, value: float) -> "Drive":
         """The same with a number, s, for its lag or its delay, which is no longer estimated."""
@@ -349,16 +344,21 @@ class Drive:
 
     def response(self, period: float, *, by_motion: bool = False) -> Response:
         """From commands that are held for a period, s, to the force."""
-        return Response.of(self.lag, self.delay, period, self.rate_limit, by_motion=by_motion)
+        samples = self.delay / period
+        whole = math.floor(samples + _WHOLE)
+        share = samples - whole
+        return Response(
+            lag=self.lag,
+            whole=whole,
+            share=share if share > _WHOLE else 0.0,
+            period=period,
+            steepest=self.rate_limit * period,
+            by_motion=by_motion,
+        )
 
     def along(self, coordinate: Coordinate) -> dict[sympy.Symbol, sympy.Symbol]:
         """What position and velocity of its expressions are on an axis."""
         return {POSITION: coordinate.symbol, VELOCITY: coordinate.velocity}
-
-    def is_by_motion(self, coordinate: Coordinate) -> bool:
-        """Whether the force depends on the motion of an axis, beside the control."""
-        along = self.along(coordinate)
-        return not self.force.free_symbols.isdisjoint((*along, *along.values(), DIRECTION))
 
     def check_on(self, coordinate: Coordinate, signals: Iterable[Signal]) -> None:
         """Refuse an axis that the drive's figures or formulas do not fit; a gain fits any."""

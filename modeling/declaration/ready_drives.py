@@ -70,15 +70,16 @@ def figure(
     return found
 
 
-def check_others(made_by: str, others: Mapping[str, Any]) -> None:
-    """Refuse an argument that a drive has not.
+def check_others(made_by: str, others: Mapping[str, Any], *made: str) -> None:
+    """Refuse an argument that a drive has not, or that is made of its figures.
 
     Raises
     ------
     ModelError
         There is one.
     """
-    known = [f.name for f in fields(Drive) if f.name not in ("gain", "unit", "estimated")]
+    own = ("gain", "unit", "estimated", *made)
+    known = [f.name for f in fields(Drive) if f.name not in own]
     if unknown := [name for name in others if name not in known]:
         raise ModelError(
             f"{made_by} has no argument {unknown[0]!r}; beside its own it takes "
@@ -464,8 +465,7 @@ def voltage_drive(
     ----------
     [Krishnan2001]_, section 2.3.
     """
-    _check_free(others, gain="kt, ratio and resistance", lag="inductance and resistance")
-    check_others("voltage_drive", others)
+    check_others("voltage_drive", others, "lag")
     control, volt = parse_unit(unit), parse_unit("V")
     own = own_unit(volts)
     refuse(
@@ -544,7 +544,6 @@ def current_drive(
     ----------
     [Krishnan2001]_, section 2.3.
     """
-    _check_free(others, gain="kt and ratio")
     check_others("current_drive", others)
     if not parse_unit(unit).same_dimension(parse_unit("A")):
         raise ModelError(
@@ -571,22 +570,6 @@ def current_drive(
         most = sympy.Float(abs(gain) / ohms * volts) - sympy.Float(gain / ohms * emf) * VELOCITY
     return MotorDrive(
         gain=gain, unit=unit, reach=most, efficiency=efficiency, figures=(kt, ke, ratio), **others
-    )
-
-
-def _check_free(others: dict[str, Any], **made_of: str) -> None:
-    """Refuse what a drive makes of other figures."""
-    refuse(
-        ModelError,
-        *(
-            (
-                name in others,
-                f"the drive's {name} is that of {figures}, and given too; leave it out, or declare "
-                "a Drive with it",
-            )
-            for name, figures in made_of.items()
-        ),
-        code="drive",
     )
 
 

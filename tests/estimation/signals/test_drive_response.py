@@ -10,7 +10,6 @@ from axisid.elements import Drive
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.signals.drive_response import lagged_force
-from axisid.modeling.declaration import Response
 from benchmarks.motor_joint import OHMS, TRUTH, Motor, integrated, joint, on_voltage
 
 PERIOD, FINE = 1e-3, 4000
@@ -37,7 +36,7 @@ def by_fine_steps(forces: np.ndarray, lag: float, delay: float) -> tuple[np.ndar
 )
 def test_mean_and_samples_are_those_of_small_steps(lag: float, delay: float) -> None:
     forces = np.random.default_rng(3).normal(size=20)
-    response = Response.of(lag, delay, PERIOD)
+    response = Drive(gain=1.0, lag=lag, delay=delay).response(PERIOD)
     found = lagged_force(forces, response)
     at_samples, mean = by_fine_steps(forces, lag, delay)
     assert np.allclose(found.mean, mean, rtol=0, atol=1e-9)

@@ -8,16 +8,16 @@ import pytest
 from axisid import Axis, ModelError
 from axisid.control import cascade_pd
 from axisid.elements import Drive
-from axisid.modeling.declaration import CommandPath, Response
+from axisid.modeling.declaration import CommandPath
 from tests.axes.lagging import PERIOD, Fc, Fv, M, lagging
 from tests.refusals import refused, refuses
 
 
 def test_a_delay_is_whole_samples_and_a_part_of_one() -> None:
-    response = Response.of(0.0, 2.35e-3, 1e-3)
+    response = Drive(gain=1.0, delay=2.35e-3).response(1e-3)
     assert (response.whole, round(response.share, 9), response.late) == (2, 0.35, 3)
     assert not response.is_held
-    whole = Response.of(0.0, 3 * 0.1e-3, 0.1e-3)  # 3 but for rounding
+    whole = Drive(gain=1.0, delay=3 * 0.1e-3).response(0.1e-3)  # 3 but for rounding
     assert (whole.whole, whole.share, whole.late, whole.is_held) == (3, 0.0, 3, True)
 
 

@@ -103,7 +103,10 @@ def test_formulas_are_read_with_the_motion_of_the_axis(tmp_path: Path) -> None:
             'kind = "voltage_drive", kt = 1, resistance = 1, gear = 3',
             "drive.gear: there is no such",
         ),
-        ('kind = "voltage_drive", kt = 1, resistance = 1, gain = 3', "that of kt, ratio and"),
+        (
+            'kind = "voltage_drive", kt = 1, resistance = 1, gain = 3',
+            "drive.gain: voltage_drive has",
+        ),
         ('kind = "voltage_drive", kt = 1, resistance = 1, efficiency = 3', "efficiency is 3"),
         ('kind = "voltage_drive", kt = "x", resistance = 1', "kt"),
         ('force = "control - heat"', "drive.force"),
