@@ -11,17 +11,11 @@ from .axis import (
     check_axis as check_axis,
     equation_of_motion as equation_of_motion,
 )
-from .cascades import (
-    cascade_p_pi as cascade_p_pi,
-    cascade_pd as cascade_pd,
-    cascade_pd_averaged as cascade_pd_averaged,
-    cascade_pd_difference as cascade_pd_difference,
-    velocity_variants as velocity_variants,
-)
 from .column import Column as Column, column_texts as column_texts
 from .command_path import HIDDEN_FROM as HIDDEN_FROM, CommandPath as CommandPath
 from .control import ControlLaw as ControlLaw, Memory as Memory, gain as gain
 from .control_blocks import (
+    BLOCKS as BLOCKS,
     Block as Block,
     difference as difference,
     low_pass as low_pass,
@@ -69,7 +63,14 @@ from .ready_drives import (
     formula_drive as formula_drive,
     voltage_drive as voltage_drive,
 )
-from .ready_laws import BLOCKS as BLOCKS, LAWS as LAWS
+from .ready_laws import (
+    LAWS as LAWS,
+    cascade_p_pi as cascade_p_pi,
+    cascade_pd as cascade_pd,
+    cascade_pd_averaged as cascade_pd_averaged,
+    cascade_pd_difference as cascade_pd_difference,
+    velocity_variants as velocity_variants,
+)
 from .single_loops import (
     dynamixel_position as dynamixel_position,
     impedance as impedance,

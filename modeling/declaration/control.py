@@ -189,15 +189,6 @@ class ControlLaw:
         return signals_in(self.output, *(memory.following for memory in self.memory))
 
     @property
-    def remembers_gains(self) -> bool:
-        """Whether what it remembers depends on its gains, so that no product of them scales it."""
-        gains = {gain(name) for name in self.gains}
-        return any(
-            memory.following.has(LIMITED_OUTPUT) or memory.following.free_symbols & gains
-            for memory in self.memory
-        )
-
-    @property
     def takes_velocity(self) -> bool:
         """Whether it reads the velocity of an ideal sensor."""
         values = (self.output, *(memory.following for memory in self.memory))
@@ -216,7 +207,12 @@ class ControlLaw:
     @property
     def is_polynomial(self) -> bool:
         """Whether its control is a sum of products of its gains with signals that have none."""
-        return not self.remembers_gains and self.terms != ((sympy.S.One, self.output),)
+        gains = {gain(name) for name in self.gains}
+        remembered = any(  # what it remembers depends on them: no product of gains scales it
+            memory.following.has(LIMITED_OUTPUT) or memory.following.free_symbols & gains
+            for memory in self.memory
+        )
+        return not remembered and self.terms != ((sympy.S.One, self.output),)
 
     @property
     def terms(self) -> tuple[tuple[sympy.Expr, sympy.Expr], ...]:

@@ -5,8 +5,9 @@ several of a kind. A number in a block is a plain one or an expression, such as 
 `gain("cutoff")`, which the law check can then name.
 """
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TypeAlias
 
 import sympy
@@ -16,7 +17,6 @@ from axisid.modeling.quantities import (
     PERIOD,
     REFERENCE,
     Symbolic,
-    check_symbol,
     expression,
     number,
     within,
@@ -132,7 +132,7 @@ def difference(signal: Amount, *, name: str = "last", start: Amount = 0.0) -> Bl
         The signal before the first sample.
     """
     value = _signal(signal)
-    last = Memory(_named(name), following=value, start=expression(start, "the start of a block"))
+    last = Memory(name, following=value, start=_start(start))
     return Block((value - last.symbol) / PERIOD, (last,))
 
 
@@ -158,7 +158,7 @@ def low_pass(
     `LowPassFilter` of [Skuric2022]_.
     """
     value, constant = _signal(signal), amount(time_constant, "the time constant of a low-pass")
-    last = sympy.Symbol(_named(name), real=True)
+    last = sympy.Symbol(name, real=True)
     smooth = last + PERIOD / (PERIOD + constant) * (value - last)
     return Block(smooth, (Memory(name, following=smooth, start=_start(start)),))
 
@@ -196,7 +196,7 @@ def notch(
     value, rest = _signal(signal), _start(start)
     turn = sympy.pi * amount(frequency, "the frequency of a notch") * PERIOD
     edge = sympy.tan(turn / amount(quality, "the quality of a notch", positive=True))
-    names = [_named(f"{name}_{what}") for what in ("in1", "in2", "out1", "out2")]
+    names = [f"{name}_{what}" for what in ("in1", "in2", "out1", "out2")]
     in1, in2, out1, out2 = (sympy.Symbol(each, real=True) for each in names)
     middle = 2 * sympy.cos(2 * turn)
     out = (value - middle * in1 + in2 + middle * out1 - (1 - edge) * out2) / (1 + edge)
@@ -224,7 +224,7 @@ def pll_velocity(*, bandwidth: Amount, name: str = "pll") -> Block:
     """
     b = amount(bandwidth, "the bandwidth of a phase-locked loop")
     position, velocity = (
-        sympy.Symbol(_named(f"{name}_{what}"), real=True) for what in ("position", "velocity")
+        sympy.Symbol(f"{name}_{what}", real=True) for what in ("position", "velocity")
     )
     predicted = position + PERIOD * velocity
     off = MEASURED_POSITION - predicted
@@ -253,7 +253,7 @@ def rate_limit(signal: Amount, *, rate: Amount, name: str = "ramp", start: Amoun
     """
     value = _signal(signal)
     most = PERIOD * amount(rate, "the rate of a rate limit", positive=True)
-    last = sympy.Symbol(_named(name), real=True)
+    last = sympy.Symbol(name, real=True)
     ramp = last + within(value - last, most)
     return Block(ramp, (Memory(name, following=ramp, start=_start(start)),))
 
@@ -268,8 +268,8 @@ def reference_acceleration(names: tuple[str, str] = ("reference1", "reference2")
 
     Its first memory is that of `reference_velocity`, which a law may have besides.
     """
-    first = Memory(_named(names[0]), following=REFERENCE, start=REFERENCE)
-    second = Memory(_named(names[1]), following=first.symbol, start=REFERENCE)
+    first = Memory(names[0], following=REFERENCE, start=REFERENCE)
+    second = Memory(names[1], following=first.symbol, start=REFERENCE)
     return Block((REFERENCE - 2 * first.symbol + second.symbol) / PERIOD**2, (first, second))
 
 
@@ -281,6 +281,18 @@ def _start(start: Amount) -> sympy.Expr:
     return expression(start, "the start of a block")
 
 
-def _named(name: str) -> str:
-    check_symbol(name, "a memory of a control law", control=True)
-    return name
+#: The blocks that ship, as TOML declarations know them.
+BLOCKS: Mapping[str, Callable[..., Block]] = MappingProxyType(
+    {
+        block.__name__: block
+        for block in (
+            difference,
+            low_pass,
+            notch,
+            pll_velocity,
+            rate_limit,
+            reference_velocity,
+            reference_acceleration,
+        )
+    }
+)

@@ -62,9 +62,14 @@ def formed_velocity(
         )
     formed = _FORMED[how]()
     if filter_time:
-        smooth = low_pass(formed.value, time_constant=gain("velocity_filter"), name="velocity1")
-        formed = Block(smooth.value, (*formed.memory, *smooth.memory))
+        formed = smoothed(formed, "velocity_filter", "velocity1")
     return formed, without_zeros({"pll_bandwidth": bandwidth, "velocity_filter": filter_time})
+
+
+def smoothed(block: Block, filter_time: str, name: str) -> Block:
+    """A block behind a low-pass, whose time constant is the gain of a name, as is its memory."""
+    smooth = low_pass(block.value, time_constant=gain(filter_time), name=name)
+    return Block(smooth.value, (*block.memory, *smooth.memory))
 
 
 _Q1 = Memory("q1", following=MEASURED_POSITION, start=MEASURED_POSITION)

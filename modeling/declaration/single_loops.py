@@ -8,7 +8,14 @@ from axisid.modeling.quantities import MEASURED_POSITION, PERIOD, REFERENCE
 
 from .control import ControlLaw, Memory, gain
 from .control_blocks import Amount, Block, added, chosen, difference, in_range, positive_among
-from .control_parts import commanded, formed_velocity, joined, with_integral, without_zeros
+from .control_parts import (
+    commanded,
+    formed_velocity,
+    joined,
+    smoothed,
+    with_integral,
+    without_zeros,
+)
 
 #: Of what the derivative may be.
 DERIVATIVES = ("error", "position")
@@ -65,18 +72,15 @@ def pid(
     ----------
     [AstromHagglund2006]_, chapter 3, implicit differences; [Pieper2024]_.
     """
-    gains = {"kp": kp, **_of_derivative(kd, filter_time), **({"ki": ki} if ki else {})}
-    derivative = _derivative(derivative_of, filter_time)
-    output = gain("kp") * _ERROR + added(feed_forward)
-    output += gain("kd") * derivative.value if kd else 0
-    memory = derivative.memory if kd else ()
+    derivative, own = _derivative(derivative_of, filter_time, "kd", kd)
+    output = gain("kp") * _ERROR + gain("kd") * derivative.value + added(feed_forward)
     output += gain("ki") * gain("integral") if ki else 0
     return with_integral(
         _name(ki, kd),
         period=period,
         output=output,
-        gains=gains,
-        memory=memory,
+        gains={"kp": kp, **own, **without_zeros({"ki": ki})},
+        memory=derivative.memory,
         error=_ERROR,
         time=gain("kp") / gain("ki"),
         anti_windup=anti_windup,
@@ -123,11 +127,10 @@ def pid_ideal(
     ----------
     [AstromHagglund2006]_, equation (3.1).
     """
-    gains = {"k": k, **_of_derivative(in_range(td, "the derivative time td"), filter_time, "td")}
-    derivative = _derivative(derivative_of, filter_time)
-    inner = _ERROR + (gain("td") * derivative.value if td else 0)
-    memory = derivative.memory if td else ()
-    output = gain("k") * inner + added(feed_forward)
+    in_range(td, "the derivative time td")
+    derivative, own = _derivative(derivative_of, filter_time, "td", td)
+    gains = {"k": k, **own}
+    output = gain("k") * (_ERROR + gain("td") * derivative.value) + added(feed_forward)
     if ti is not None:
         gains["ti"] = in_range(ti, "the integral time ti", positive=True)
         output += gain("k") * gain("integral") / gain("ti")
@@ -136,7 +139,7 @@ def pid_ideal(
         period=period,
         output=output,
         gains=gains,
-        memory=memory,
+        memory=derivative.memory,
         error=_ERROR,
         time=gain("ti"),
         anti_windup=anti_windup,
@@ -144,25 +147,22 @@ def pid_ideal(
     )
 
 
-def _of_derivative(value: float, filter_time: float, name: str = "kd") -> dict[str, float]:
-    """The derivative's gain and the time constant of its filter, where there are any."""
-    smooth = in_range(filter_time, "the filter time of a derivative")
-    if not value:
-        return {}
-    return {name: value, **({"filter_time": smooth} if smooth else {})}
+def _derivative(
+    of: str, filter_time: float, name: str, value: float
+) -> tuple[Block, dict[str, float]]:
+    """Derivative of the error or the position behind its filter, and its gains, by name.
 
-
-def _derivative(of: str, filter_time: float) -> Block:
-    """Of the error or the position, by implicit differences behind a filter."""
+    Nothing where its gain is 0.
+    """
     chosen(of, "derivative_of", DERIVATIVES)
-    value = _ERROR if of == "error" else -MEASURED_POSITION
-    plain = difference(value, name="last", start=value)
-    if not filter_time:
-        return plain
-    (last,) = plain.memory
-    time, name = gain("filter_time"), "derivative"
-    rate = (time * sympy.Symbol(name, real=True) + value - last.symbol) / (time + PERIOD)
-    return Block(rate, (last, Memory(name, following=rate, start=sympy.S.Zero)))
+    in_range(filter_time, "the filter time of a derivative")
+    if not value:
+        return Block(sympy.S.Zero), {}
+    signal = _ERROR if of == "error" else -MEASURED_POSITION
+    formed = difference(signal, name="last", start=signal)
+    if filter_time:
+        formed = smoothed(formed, "filter_time", "derivative")
+    return formed, {name: value, **without_zeros({"filter_time": filter_time})}
 
 
 def _name(integral: float, derivative: float) -> str:
@@ -211,7 +211,7 @@ def impedance(
     """
     formed, own = formed_velocity(velocity, velocity_filter, pll_bandwidth)
     along = commanded("velocity", reference_velocity)
-    spring = gain("kp") * (REFERENCE - MEASURED_POSITION)
+    spring = gain("kp") * _ERROR
     damper = gain("kd") * (along.value - formed.value)
     return ControlLaw(
         name="impedance",
@@ -268,9 +268,8 @@ def state_feedback(
     """
     formed, own = formed_velocity(velocity, velocity_filter, pll_bandwidth)
     gains = {"k_position": k_position, "k_velocity": k_velocity, **own}
-    error = REFERENCE - MEASURED_POSITION
     if k_reference is None:
-        output = gain("k_position") * error
+        output = gain("k_position") * _ERROR
     else:
         gains["k_reference"] = k_reference
         output = gain("k_reference") * REFERENCE - gain("k_position") * MEASURED_POSITION
@@ -284,7 +283,7 @@ def state_feedback(
         output=output,
         gains=gains,
         memory=formed.memory,
-        error=error,
+        error=_ERROR,
         time=gain("k_position") / gain("k_integral"),
         anti_windup=anti_windup,
         tracking_time=tracking_time,
@@ -335,7 +334,7 @@ def dynamixel_position(
     registers = {"i": i, "d": d, "ff1": ff1, "ff2": ff2}
     gains = {"p": p, **without_zeros(registers)}
     by_count = in_range(counts, "the counts of a turn", positive=True) / (2 * math.pi)
-    error, reference = by_count * (REFERENCE - MEASURED_POSITION), by_count * REFERENCE
+    error, reference = by_count * _ERROR, by_count * REFERENCE
     before = [sympy.Symbol(name, real=True) for name in ("q1", "reference1", "reference2")]
     q1, r1, r2 = (by_count * symbol for symbol in before)
     terms = {

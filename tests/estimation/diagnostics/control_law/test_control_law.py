@@ -28,7 +28,7 @@ from axisid.control import BALANCED, cascade_p_pi, gain
 from axisid.estimation import LawAgreement, Repairs, law_agreement
 from axisid.estimation.diagnostics.control_law.law_faults import position_zero
 from axisid.modeling.declaration import back_and_forth
-from axisid.modeling.declaration.cascades import CASCADES
+from axisid.modeling.declaration.ready_laws import CASCADES
 from axisid.support.errors import Missing
 from tests.axes.cascaded import cascaded
 from tests.axes.ready_laws import LAWS, with_law
