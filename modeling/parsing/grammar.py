@@ -206,10 +206,9 @@ def small(value: float) -> bool:
 Elements: TypeAlias = Mapping[str, Callable[..., sympy.Expr]]
 
 
-def elements_along(coordinate: Coordinate | None) -> Elements:
+def elements_along(coordinate: Coordinate) -> Elements:
     """The elements of an axis, made of what text gives them; text names the coordinate."""
-    along = Coordinate("x") if coordinate is None else coordinate
-    return {name: partial(_made, name, along) for name in ELEMENTS}
+    return {name: partial(_made, name, coordinate) for name in ELEMENTS}
 
 
 def _made(

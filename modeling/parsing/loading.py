@@ -91,20 +91,16 @@ def _line(error: BaseException, file: Path) -> str:
 
 
 def _only_axis(bound: dict[str, Any], file: Path, variable: str) -> Axis:
+    """The axis of a variable; else the one there is, or of several the one called ``axis``."""
     axes = {name: value for name, value in bound.items() if isinstance(value, Axis)}
-    if variable:
-        if variable not in axes:
-            raise ModelError(f"{file} has no axis {variable!r}; it has {_listed(axes)}.")
-        return axes[variable]
-    distinct = {id(axis): axis for axis in axes.values()}
-    if len(distinct) == 1:
-        return next(iter(axes.values()))
-    if "axis" in axes:
-        return axes["axis"]
-    what = f"declares {_listed(axes)}" if axes else "declares no axis"
-    fix = f"choose one with {file}:NAME" if axes else "bind the result of newton(...) to a name"
-    raise ModelError(f"{file} {what}; {fix}.", code="axis-file")
-
-
-def _listed(axes: dict[str, Axis]) -> str:
-    return ", ".join(axes) or "none"
+    wanted = variable or (next(iter(axes)) if len(axes) == 1 else "axis")
+    refuse(
+        ModelError,
+        (not axes, f"{file} declares no axis; bind the result of newton(...) to a name"),
+        (
+            wanted not in axes,
+            f"{file} declares {', '.join(axes)}; choose one with {file}:NAME",
+        ),
+        code="axis-file",
+    )
+    return axes[wanted]

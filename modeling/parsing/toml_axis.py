@@ -5,7 +5,6 @@ Expressions are text, read by `read_expression`. All mistakes of a file are told
 
 import inspect
 import math
-import re
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -237,7 +236,9 @@ def _axis(root: TomlTable) -> Axis | None:
     title = root.read("title", str) if "title" in root.values else ""
     named = root.attempt("name", lambda: check_name(name, "the axis"))
     before = len(root.mistakes)
-    coordinate, moving = _coordinate(root)
+    coordinate = _coordinate(root)
+    motion = (coordinate.symbol, coordinate.velocity, coordinate.acceleration) if coordinate else ()
+    moving: Symbols = {str(symbol): symbol for symbol in motion}
     parameters = root.table("parameters").each(Parameter)
     signals = root.table("signals").each(Signal)
     unknown: Symbols = {name: sympy.Symbol(name, real=True) for name in parameters}
@@ -249,11 +250,7 @@ def _axis(root: TomlTable) -> Axis | None:
     kept = states.each(State, symbols=before_states, given={"parts": ()})
     remembered = {name: state.symbol if state else own[name] for name, state in kept.items()}
     symbols = {**constants, **unknown, **recorded, **remembered, **moving} if moving else {}
-    along = coordinate
-    if along is None:  # elements are read with another one where its unit is wrong
-        with suppress(ModelError):
-            along = Coordinate(next(iter(moving), "x"))
-    declare = _dynamics(root, symbols, elements_along(along))
+    declare = _dynamics(root, symbols, elements_along(coordinate) if coordinate else {})
     readable = len(root.mistakes) == before
     drive = read_drive(root, {**constants, **recorded, **moving}) or Drive(gain=1.0)
     columns = read_columns(root.table("columns"), (*ROLES, *recorded, "injected_at"))
@@ -283,17 +280,14 @@ def _axis(root: TomlTable) -> Axis | None:
     return axis
 
 
-def _coordinate(root: TomlTable) -> tuple[Coordinate | None, Symbols]:
-    """The coordinate, and the symbols of its motion even where its unit is wrong."""
+def _coordinate(root: TomlTable) -> Coordinate | None:
+    """The coordinate; where its unit is wrong, which has been told, one of its name."""
     if "coordinate" not in root.values:
-        return None, {}
+        return None
     table = root.table("coordinate")
-    coordinate = table.made(Coordinate)
-    name = table.values.get("name", "x")
-    if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z]\w{0,30}", name, re.ASCII):
-        return None, {}
-    motion = (name, f"d{name}", f"dd{name}")
-    return coordinate, {symbol: sympy.Symbol(symbol, real=True) for symbol in motion}
+    with suppress(ModelError):
+        return table.made(Coordinate) or Coordinate(table.values.get("name", "x"))
+    return None
 
 
 def _constants(table: TomlTable, unknown: Symbols, recorded: Symbols, moving: Symbols) -> Symbols:
@@ -357,8 +351,9 @@ def _moves(table: TomlTable) -> tuple[Move, ...]:
     if len(given) != 1:
         table.say("", f"give one of moves and back_and_forth, not {len(given)}.")
         return (stand_in,)
+    moves = table.items(given[0])
     found = (
-        tuple(move.made(Move) or stand_in for move in table.tables("moves"))
+        tuple(moves.table(key).made(Move) or stand_in for key in moves.values)
         if given == ["moves"]
         else table.table("back_and_forth").made(back_and_forth)
     )

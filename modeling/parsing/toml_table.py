@@ -92,16 +92,12 @@ class TomlTable:
             value = {}
         return TomlTable(self.at(key), value, self.mistakes)
 
-    def tables(self, key: str) -> "list[TomlTable]":
-        """The tables that are listed under a key."""
-        listed = self.values.get(key, [])
-        if isinstance(listed, list) and all(isinstance(item, Mapping) for item in listed):
-            return [
-                TomlTable(f"{self.at(key)}[{i}]", item, self.mistakes)
-                for i, item in enumerate(listed, 1)
-            ]
-        self.say(key, f"it is {listed!r}; give a list of tables, as in [{{ ... }}, {{ ... }}].")
-        return []
+    def items(self, key: str) -> "TomlTable":
+        """What is listed under a key, each by its number; one alone is a list of one."""
+        value, items = self.values[key], {key: self.values[key]}
+        if isinstance(value, list):
+            items = {f"{key}[{i}]": item for i, item in enumerate(value, 1)}
+        return TomlTable(self.path, items, self.mistakes)
 
     def attempt(self, key: str, make: Callable[[], T]) -> T | None:
         """What is made, or None and a mistake."""
@@ -138,12 +134,9 @@ class TomlTable:
             Friction and loads that an expression may call.
         """
         value = self.values[key]
-        if get_origin(kind) in (tuple, Iterable):  # one alone is a list of one
-            items = {key: value}
-            if isinstance(value, list):
-                items = {f"{key}[{i}]": item for i, item in enumerate(value, 1)}
-            inner = TomlTable(self.path, items, self.mistakes)
-            found = [inner.read(each, get_args(kind)[0], symbols, elements) for each in items]
+        if get_origin(kind) in (tuple, Iterable):
+            inner = self.items(key)
+            found = [inner.read(k, get_args(kind)[0], symbols, elements) for k in inner.values]
             return None if None in found else found
         if kind in _KINDS:
             return self.attempt(key, lambda: _KINDS[kind](value))
@@ -334,24 +327,6 @@ def toml_document(file: Path, error: type[FileError]) -> dict[str, Any]:
     FileError
         Of that type: the file cannot be read, or is not TOML.
     """
-    text = _text(file, error)
-    try:
-        return tomllib.loads(text)
-    except (ValueError, RecursionError) as wrong:
-        place = re.search(r"\(at line (\d+), column (\d+)\)", str(wrong))
-        lines = text.splitlines()
-        pointer = []
-        if place and int(place[1]) <= len(lines):
-            line, column = lines[int(place[1]) - 1], int(place[2]) - 1
-            start = max(0, column - 40)
-            shown = "".join(c if c.isprintable() else " " for c in line[start : start + 80])
-            pointer = [f"{shown}\n{' ' * (column - start)}^"]
-        what = "it is nested too deeply" if isinstance(wrong, RecursionError) else str(wrong)
-        hint = " (text and expressions stand in quotes)" if "Invalid value" in what else ""
-        raise error(f"{file} is not valid TOML: {what}{hint}.", pointer) from wrong
-
-
-def _text(file: Path, error: type[FileError]) -> str:
     try:
         with opened_regular(file) as stream:
             content = stream.read(_LARGEST_FILE + 1)
@@ -363,11 +338,8 @@ def _text(file: Path, error: type[FileError]) -> str:
             f"{file} is larger than such a file may be, {_LARGEST_FILE} bytes.", code="toml"
         )
     try:
-        return content.decode("utf-8-sig").replace("\r\n", "\n")
-    except UnicodeDecodeError as wrong:
-        line = content.count(b"\n", 0, wrong.start) + 1
-        raise error(
-            f"{file} is not UTF-8 text: see byte 0x{content[wrong.start]:02x} in line {line}. Save "
-            "it as UTF-8.",
-            code="toml",
-        ) from wrong
+        return tomllib.loads(content.decode("utf-8-sig"))
+    except (ValueError, RecursionError) as wrong:  # of text that is no UTF-8 too
+        what = "it is nested too deeply" if isinstance(wrong, RecursionError) else str(wrong)
+        hint = " (text and expressions stand in quotes)" if "Invalid value" in what else ""
+        raise error(f"{file} is not valid TOML: {what}{hint}.") from wrong

@@ -283,8 +283,8 @@ def test_one_mistake_is_told_with_its_place(
             "declaration",
             "drive.gain: it is a whole number of 2400 digits",
         ),
-        (b"name = '\xe9'", "toml", "0xe9 in line 1"),
-        (b"\x00\xff" * 50, "toml", ""),
+        (b"name = '\xe9'", "declaration", "not valid TOML: .*utf-8.* byte 0xe9"),
+        (b"\x00\xff" * 50, "declaration", ""),
         (b"\x7fELF\x01", "declaration", "not valid TOML"),
         (b"#" * 10_000_000, "toml", ""),
         (
