@@ -4,8 +4,8 @@ In: TOML, formulas, names of files. Out: `Axis`, expressions, tables; nothing of
 Knows nothing of models and of code.
 """
 
+from .axis_files import load_axis as load_axis
 from .grammar import nearest as nearest
-from .loading import load_axis as load_axis
 from .parameter_function import (
     FunctionLike as FunctionLike,
     parameter_function as parameter_function,

@@ -1,12 +1,17 @@
-"""Declare an axis in TOML: the same as in Python, as data. Nothing in the file is run.
+"""Axes by their name in the library, or from a file of the user's.
 
-Expressions are text, read by `read_expression`. All mistakes of a file are told at once.
+A Python file is run. TOML says the same as data, and nothing in it is run: expressions are text,
+read by `read_expression`. All mistakes of a TOML file are told at once.
 """
 
+import contextlib
 import inspect
 import math
+import os
+import runpy
+import sys
+import traceback
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -34,6 +39,7 @@ from axisid.modeling.declaration import (
     lagrange,
     newton,
 )
+from axisid.modeling.library import LIBRARY, library_axis
 from axisid.modeling.quantities import (
     BALANCED,
     CONTROL,
@@ -55,10 +61,101 @@ from axisid.modeling.quantities import (
     check_name,
     parse_unit,
 )
-from axisid.support.errors import DeclarationError, ModelError
+from axisid.support.errors import DeclarationError, ModelError, quoted, refuse
 
 from .grammar import Elements, elements_along
 from .toml_table import Symbols, TomlTable, read_columns, read_toml
+
+
+def load_axis(name: str | Path) -> Axis:
+    """Return a library axis by name, or the axis declared in a Python or TOML file.
+
+    A Python file is run as a program is: load those that you trust. A TOML file is only read.
+
+    Parameters
+    ----------
+    name : str or Path
+        A name of the library (``emps``), ``FILE.toml``, ``FILE.py`` or ``FILE.py:VARIABLE`` where
+        the file declares several axes.
+
+    Raises
+    ------
+    ModelError
+        There is no such axis, or the file does not import or declares none.
+    DeclarationError
+        The TOML file cannot be read, or with all that is wrong in it.
+    """
+    if not isinstance(name, (str, Path)):
+        raise ModelError(
+            f"the axis is {quoted(name)}; give the name of one of the library, or of a file that "
+            "declares one."
+        )
+    name = str(name)
+    if name in LIBRARY:
+        return library_axis(name)
+    path, _, variable = name.partition(".py:")
+    file = Path(f"{path}.py" if variable else name)
+    refuse(
+        ModelError,
+        (
+            file.suffix not in (".py", ".toml"),
+            f"there is no axis {name!r}: give one of the library ({', '.join(LIBRARY)}) or a "
+            "file that declares one, such as my_axis.toml or my_axis.py; `axisid new my_axis` "
+            "starts one",
+        ),
+        (
+            not os.path.isfile(file),  # which takes any name
+            f"there is no axis file {str(file)!r}, or it is no regular file; check the path",
+        ),
+        code="axis-file",
+    )
+    if file.suffix == ".toml":
+        return read_toml(file, _axis, DeclarationError)
+    return _only_axis(_run(file), file, variable)
+
+
+def _run(file: Path) -> dict[str, Any]:
+    """Names that the file binds. It is run from its text: compiled files may be of an older one."""
+    folder = str(file.resolve().parent)
+    sys.path.insert(0, folder)
+    try:
+        # What the file prints must not get between the results on standard output.
+        with contextlib.redirect_stdout(sys.stderr):
+            return runpy.run_path(str(file), run_name=f"axisid_user_{file.stem}")
+    except ModelError as error:
+        raise ModelError(f"{file}, {_line(error, file)}: {error}", code="axis-file") from error
+    except (Exception, SystemExit) as error:
+        raise ModelError(
+            f"{file} does not import: {type(error).__name__} at {_line(error, file)}: {error}",
+            code="axis-file",
+        ) from error
+    finally:
+        if folder in sys.path:
+            sys.path.remove(folder)
+
+
+def _line(error: BaseException, file: Path) -> str:
+    if isinstance(error, SyntaxError) and error.lineno:
+        return f"line {error.lineno}"
+    own = [f for f in traceback.extract_tb(error.__traceback__) if Path(f.filename) == file]
+    return f"line {own[-1].lineno}" if own else "an unknown line"
+
+
+def _only_axis(bound: dict[str, Any], file: Path, variable: str) -> Axis:
+    """The axis of a variable; else the one there is, or of several the one called ``axis``."""
+    axes = {name: value for name, value in bound.items() if isinstance(value, Axis)}
+    wanted = variable or (next(iter(axes)) if len(axes) == 1 else "axis")
+    refuse(
+        ModelError,
+        (not axes, f"{file} declares no axis; bind the result of newton(...) to a name"),
+        (
+            wanted not in axes,
+            f"{file} declares {', '.join(axes)}; choose one with {file}:NAME",
+        ),
+        code="axis-file",
+    )
+    return axes[wanted]
+
 
 _INPUTS = {str(s): s for s in (REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD)}
 _AT_REST = {str(s): s for s in (MEASURED_POSITION, REFERENCE, BALANCED)}
@@ -217,17 +314,6 @@ _EQUATIONS: Mapping[str, tuple[Callable[..., Axis], tuple[str, ...]]] = {
 _OF_FORCES = ("inertia", "resistance", "generalised_force")
 
 
-def axis_from_toml(file: Path) -> Axis:
-    """Return the axis that a TOML file declares.
-
-    Raises
-    ------
-    DeclarationError
-        The file cannot be read, or with all that is wrong in it.
-    """
-    return read_toml(file, _axis, DeclarationError)
-
-
 def _axis(root: TomlTable) -> Axis | None:
     """The axis, or None and mistakes; each part is read whatever is wrong with the others."""
     root.only("name", "title", *_PARTS[:5], *_EQUATIONS, *_PARTS[5:])
@@ -285,7 +371,7 @@ def _coordinate(root: TomlTable) -> Coordinate | None:
     if "coordinate" not in root.values:
         return None
     table = root.table("coordinate")
-    with suppress(ModelError):
+    with contextlib.suppress(ModelError):
         return table.made(Coordinate) or Coordinate(table.values.get("name", "x"))
     return None
 
