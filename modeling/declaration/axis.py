@@ -23,7 +23,6 @@ from axisid.modeling.quantities import (
     check_name,
     check_size,
     listed,
-    number,
     settle,
     signals_in,
     states_in,
@@ -249,31 +248,31 @@ class Axis:
         )
 
     def _check_types(self) -> None:
-        wanted: dict[str, type | UnionType] = {
-            "coordinate": Coordinate,
-            "force": sympy.Expr,
-            "drive": Drive,
-            "control": ControlLaw | None,
-            "experiment": Experiment | None,
-            "columns": Mapping,
-            "title": str,
+        wanted: dict[str, tuple[type | UnionType, str]] = {
+            "coordinate": (Coordinate, "a Coordinate"),
+            "force": (sympy.Expr, "an Expr"),
+            "drive": (Drive, "a Drive"),
+            "control": (ControlLaw | None, "a ControlLaw"),
+            "experiment": (Experiment | None, "an Experiment"),
+            "columns": (Mapping, "a Mapping"),
+            "title": (str, "a text"),
         }
-        for name, kind in wanted.items():
-            if not isinstance(getattr(self, name), kind):
-                expected = (kind.__args__[0] if isinstance(kind, UnionType) else kind).__name__
-                raise ModelError(
-                    f"axis {self.name!r}: {name} is {quoted(getattr(self, name))}; give "
-                    f"{'an' if expected[0] in 'AEIOU' else 'a'} {expected}.",
-                    code="axis",
+        refuse(
+            ModelError,
+            *(
+                (
+                    not isinstance(getattr(self, name), kind),
+                    f"axis {self.name!r}: {name} is {quoted(getattr(self, name))}; give {one}",
                 )
-        try:
-            settle(
-                self,
-                parameters=listed(self.parameters, Parameter, "the parameters have"),
-                signals=listed(self.signals, Signal, "the signals have"),
-            )
-        except ModelError as error:
-            raise ModelError(f"axis {self.name!r}: {error}") from error
+                for name, (kind, one) in wanted.items()
+            ),
+            code="axis",
+        )
+        settle(
+            self,
+            parameters=listed(self.parameters, Parameter, "the parameters have"),
+            signals=listed(self.signals, Signal, "the signals have"),
+        )
 
     def _check_symbols(self) -> None:
         q = self.coordinate
@@ -411,8 +410,6 @@ class Axis:
     def _check_truth(self) -> None:
         if self.experiment is None:
             return
-        for name, value in self.experiment.truth.items():
-            number(value, f"axis {self.name!r}: the experiment's truth of {name!r}")
         for said, used, kind, declared in (
             ("'s truth has", self.experiment.truth, "parameters", self.parameters),
             (" has the signal", self.experiment.signals, "signals", self.signals),

@@ -8,7 +8,6 @@ several of a kind. A number in a block is a plain one or an expression, such as 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TypeAlias
 
 import sympy
 
@@ -16,7 +15,7 @@ from axisid.modeling.quantities import (
     MEASURED_POSITION,
     PERIOD,
     REFERENCE,
-    Symbolic,
+    Amount,
     expression,
     number,
     within,
@@ -24,27 +23,6 @@ from axisid.modeling.quantities import (
 from axisid.support.errors import ModelError, is_among, quoted
 
 from .control import Memory
-
-#: What a block takes in place of a number, and a law in place of a recorded signal.
-Amount: TypeAlias = sympy.Expr | Symbolic | float
-
-
-#: Numbers of ready laws that are above 0 where they are among the gains: a time or a limit of 0
-#: makes another law, or none.
-_POSITIVE = (
-    "tn",
-    "ti",
-    "tracking_time",
-    "speed_limit",
-    "filter_time",
-    "velocity_filter",
-    "pll_bandwidth",
-)
-
-
-def positive_among(gains: Collection[str]) -> tuple[str, ...]:
-    """Which gains of a ready law are above 0 whatever they change to."""
-    return tuple(name for name in _POSITIVE if name in gains)
 
 
 def amount(value: Amount, what: str, *, positive: bool = False) -> sympy.Expr:

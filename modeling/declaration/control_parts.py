@@ -13,13 +13,13 @@ from axisid.modeling.quantities import (
     MEASURED_POSITION,
     MEASURED_VELOCITY,
     PERIOD,
+    Amount,
     expression,
 )
 from axisid.support.errors import ModelError
 
 from .control import ControlLaw, Memory, gain
 from .control_blocks import (
-    Amount,
     Block,
     amount,
     chosen,
@@ -27,7 +27,6 @@ from .control_blocks import (
     in_range,
     low_pass,
     pll_velocity,
-    positive_among,
     reference_acceleration,
     reference_velocity,
 )
@@ -151,16 +150,29 @@ def integral(
     return Memory(name, following=following, start=start)
 
 
-def with_integral(
+#: Numbers of ready laws that are above 0 where they are among the gains: a time or a limit of 0
+#: makes another law, or none.
+_POSITIVE = (
+    "tn",
+    "ti",
+    "tracking_time",
+    "speed_limit",
+    "filter_time",
+    "velocity_filter",
+    "pll_bandwidth",
+)
+
+
+def ready_law(
     name: str,
     *,
     period: float,
     output: sympy.Expr,
     gains: Mapping[str, float],
     memory: tuple[Memory, ...],
-    error: sympy.Expr,
-    time: sympy.Expr,
-    anti_windup: str,
+    error: sympy.Expr = sympy.S.Zero,
+    time: sympy.Expr = sympy.S.One,
+    anti_windup: str = "none",
     tracking_time: float | None = None,
 ) -> ControlLaw:
     """A ready law, with the memory of the integral that stands in its output, if one does.
@@ -212,5 +224,5 @@ def with_integral(
         output=output,
         gains=gains,
         memory=memory,
-        positive=positive_among(gains),
+        positive=tuple(name for name in _POSITIVE if name in gains),
     )

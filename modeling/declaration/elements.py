@@ -11,16 +11,16 @@ a `Constant`. A plain number has the unit of its place.
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Literal, TypeAlias
+from typing import Literal
 
 import sympy
 
 from axisid.modeling.quantities import (
+    Amount,
     Coordinate,
     G,
     State,
     StatePart,
-    Symbolic,
     check_coordinate,
     expression,
     positive,
@@ -28,9 +28,6 @@ from axisid.modeling.quantities import (
     with_unit,
 )
 from axisid.support.errors import ModelError, is_whole, quoted
-
-#: What an element takes in place of a number.
-Amount: TypeAlias = sympy.Expr | Symbolic | float
 
 _AMOUNT = "an amount of an element"
 

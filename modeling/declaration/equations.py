@@ -7,9 +7,9 @@ from typing import Any
 import sympy
 
 from axisid.modeling.quantities import (
+    Amount,
     Coordinate,
     Parameter,
-    Symbolic,
     check_coordinate,
     expression,
     float_at,
@@ -33,8 +33,8 @@ def newton(
     *,
     coordinate: Coordinate,
     parameters: Iterable[Parameter],
-    inertia: sympy.Expr | Symbolic | float,
-    resistance: Iterable[sympy.Expr | Symbolic | float],
+    inertia: Amount,
+    resistance: Iterable[Amount],
     **declaration: Any,
 ) -> Axis:
     """Declare an axis by Newton's law: ``inertia * ddq = tau - sum of resistances``.
@@ -96,7 +96,7 @@ def lagrange(
     kinetic: sympy.Expr,
     potential: sympy.Expr | float = 0,
     dissipation: sympy.Expr | float = 0,
-    generalised_force: sympy.Expr | Symbolic | float = 0,
+    generalised_force: Amount = 0,
     **declaration: Any,
 ) -> Axis:
     """Declare an axis by Lagrange's equation with a dissipation function.

@@ -39,10 +39,14 @@ class Move:
     def __post_init__(self) -> None:
         names = ("distance", "speed", "acceleration", "dwell")
         settle(self, **{n: number(getattr(self, n), f"the {n} of a move") for n in names})
-        if not self.dwell >= 0:
-            raise ModelError(f"{self}: give a dwell of 0 s or more.", code="twin")
-        if min(self.speed, self.acceleration) <= 0:
-            raise ModelError(f"{self}: give a positive speed and a positive acceleration.")
+        refuse(
+            ModelError,
+            (not self.dwell >= 0, f"{self}: give a dwell of 0 s or more", "twin"),
+            (
+                min(self.speed, self.acceleration) <= 0,
+                f"{self}: give a positive speed and a positive acceleration",
+            ),
+        )
         if not self.duration < _LONGEST:
             raise ModelError(
                 f"{self} takes {self.duration:g} s; give a faster one (an experiment takes less "
@@ -138,7 +142,9 @@ class Experiment:
             self,
             signals=FrozenMapping(of_time),
             moves=listed(self.moves, Move, "the moves of an experiment have"),
-            truth=FrozenMapping(self.truth),
+            truth=FrozenMapping(
+                {name: number(v, f"the truth of {name!r}") for name, v in self.truth.items()}
+            ),
             position_noise=number(self.position_noise, "the position noise"),
             resolution=number(self.resolution, "the encoder's resolution"),
         )

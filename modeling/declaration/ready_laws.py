@@ -9,11 +9,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from axisid.modeling.quantities import MEASURED_POSITION, REFERENCE, number, within
+from axisid.modeling.quantities import MEASURED_POSITION, REFERENCE, Amount, number, within
 
 from .control import ControlLaw, gain
-from .control_blocks import Amount, added, in_range
-from .control_parts import commanded, formed_velocity, joined, with_integral, without_zeros
+from .control_blocks import added, in_range
+from .control_parts import commanded, formed_velocity, joined, ready_law, without_zeros
 from .single_loops import dynamixel_position, impedance, pid, pid_ideal, state_feedback
 
 
@@ -189,7 +189,7 @@ def cascade_p_pi(
         gains["tn"] = in_range(tn, "the integral time tn", positive=True)
         corrected += gain("integral") / gain("tn")
     output = gain("kv") * corrected + further
-    return with_integral(
+    return ready_law(
         "cascade P-P" if tn is None else "cascade P-PI",
         period=period,
         output=output,

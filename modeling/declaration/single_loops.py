@@ -4,16 +4,16 @@ import math
 
 import sympy
 
-from axisid.modeling.quantities import MEASURED_POSITION, PERIOD, REFERENCE
+from axisid.modeling.quantities import MEASURED_POSITION, PERIOD, REFERENCE, Amount
 
 from .control import ControlLaw, Memory, gain
-from .control_blocks import Amount, Block, added, chosen, difference, in_range, positive_among
+from .control_blocks import Block, added, chosen, difference, in_range
 from .control_parts import (
     commanded,
     formed_velocity,
     joined,
+    ready_law,
     smoothed,
-    with_integral,
     without_zeros,
 )
 
@@ -75,7 +75,7 @@ def pid(
     derivative, own = _derivative(derivative_of, filter_time, "kd", kd)
     output = gain("kp") * _ERROR + gain("kd") * derivative.value + added(feed_forward)
     output += gain("ki") * gain("integral") if ki else 0
-    return with_integral(
+    return ready_law(
         _name(ki, kd),
         period=period,
         output=output,
@@ -134,7 +134,7 @@ def pid_ideal(
     if ti is not None:
         gains["ti"] = in_range(ti, "the integral time ti", positive=True)
         output += gain("k") * gain("integral") / gain("ti")
-    return with_integral(
+    return ready_law(
         f"{_name(0 if ti is None else 1, td)}, ideal form",
         period=period,
         output=output,
@@ -213,13 +213,12 @@ def impedance(
     along = commanded("velocity", reference_velocity)
     spring = gain("kp") * _ERROR
     damper = gain("kd") * (along.value - formed.value)
-    return ControlLaw(
-        name="impedance",
+    return ready_law(
+        "impedance",
         period=period,
         output=spring + damper + added(feed_forward),
         gains={"kp": kp, "kd": kd, **own},
         memory=joined(formed.memory, along.memory),
-        positive=positive_among(own),
     )
 
 
@@ -277,7 +276,7 @@ def state_feedback(
     if k_integral:
         gains["k_integral"] = k_integral
         output += gain("k_integral") * gain("integral")
-    return with_integral(
+    return ready_law(
         "state feedback",
         period=period,
         output=output,
@@ -352,7 +351,7 @@ def dynamixel_position(
     read = output.free_symbols | ({before[1]} if before[2] in output.free_symbols else set())
     kept = [each for each in memory if each.symbol in read]
     output += gain("i") / 65536 * gain("integral") if i else 0
-    return with_integral(
+    return ready_law(
         "Dynamixel position",
         period=period,
         output=output,

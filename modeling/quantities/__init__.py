@@ -80,6 +80,7 @@ from .symbols import (
     REFERENCE as REFERENCE,
     TIME as TIME,
     VELOCITY as VELOCITY,
+    Amount as Amount,
     Coordinate as Coordinate,
     Parameter as Parameter,
     Symbolic as Symbolic,

@@ -17,7 +17,7 @@ from sympy.functions.elementary.miscellaneous import Max, Min
 from axisid.support.errors import ModelError, is_among, quoted
 
 from .names import check_name, check_symbol, number, settle
-from .symbols import Symbolic, expression
+from .symbols import Amount, Symbolic, expression
 from .units import Unit, parse_unit
 
 
@@ -125,14 +125,14 @@ class Constant(Symbolic):
 G = Constant(9.80665, "m/s^2", "G")
 
 
-def with_unit(value: sympy.Expr | Symbolic | float, unit: str, what: str) -> sympy.Expr:
+def with_unit(value: Amount, unit: str, what: str) -> sympy.Expr:
     """What an element is told: a plain number takes the unit of its place; others have theirs."""
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return Constant(number(value, what), unit).symbol
     return expression(value, what)
 
 
-def positive(value: sympy.Expr | Symbolic | float, unit: str, what: str) -> sympy.Expr:
+def positive(value: Amount, unit: str, what: str) -> sympy.Expr:
     """The same where a number must be positive.
 
     Raises

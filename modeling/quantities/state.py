@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal
 
 import sympy
 
@@ -11,10 +11,8 @@ from axisid.support.errors import ModelError
 
 from .constants import with_numbers
 from .names import check_symbol, settle
-from .symbols import Symbolic, expression
+from .symbols import Amount, Symbolic, expression
 from .units import parse_unit
-
-Value: TypeAlias = sympy.Expr | Symbolic | float
 
 #: What to give where a part may not be any number.
 _GIVE = {"positive": "a positive number", "0 or more": "0 or more"}
@@ -103,9 +101,9 @@ class State(Symbolic):
 
     name: str
     unit: str
-    following: Value | Callable[[sympy.Symbol], Value]
-    limit: Value | None = None
-    start: Value = 0
+    following: Amount | Callable[[sympy.Symbol], Amount]
+    limit: Amount | None = None
+    start: Amount = 0
     description: str = ""
     parts: tuple[StatePart, ...] = field(default=(), compare=False)
 

@@ -7,7 +7,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import sympy
 
@@ -74,6 +74,10 @@ class Symbolic(ABC):
 
     def __neg__(self) -> sympy.Expr:
         return -self.symbol
+
+
+#: What a declaration may give in place of a number.
+Amount: TypeAlias = sympy.Expr | Symbolic | float
 
 
 @dataclass(frozen=True, slots=True)
@@ -250,7 +254,7 @@ def check_size(value: sympy.Expr, what: str) -> None:
         raise ModelError(f"{what} is nested too deeply; simplify it.") from error
 
 
-def expression(value: sympy.Expr | Symbolic | float, what: str) -> sympy.Expr:
+def expression(value: Amount, what: str) -> sympy.Expr:
     """A SymPy expression from what a declaration may give; text is refused (it could run code)."""
     if isinstance(value, Symbolic):
         return value.symbol

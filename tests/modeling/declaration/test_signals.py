@@ -80,7 +80,7 @@ test_what_is_wrong_with_signals_is_refused = refused(
             "the signals temperature",
             lambda: axis(signals=(pressure, temperature)),
         ),
-        ("model", "'pressure'; give Signal objects", lambda: axis(signals=("pressure",))),
+        ("axis", "'pressure'; give Signal objects", lambda: axis(signals=("pressure",))),
         ("axis", "pressure", lambda: axis(signals=(pressure, pressure))),
         (
             "units",
