@@ -257,17 +257,12 @@ class Axis:
             "columns": (Mapping, "a Mapping"),
             "title": (str, "a text"),
         }
-        refuse(
-            ModelError,
-            *(
-                (
-                    not isinstance(getattr(self, name), kind),
-                    f"axis {self.name!r}: {name} is {quoted(getattr(self, name))}; give {one}",
+        for name, (kind, one) in wanted.items():
+            if not isinstance(getattr(self, name), kind):
+                raise ModelError(
+                    f"axis {self.name!r}: {name} is {quoted(getattr(self, name))}; give {one}.",
+                    code="axis",
                 )
-                for name, (kind, one) in wanted.items()
-            ),
-            code="axis",
-        )
         settle(
             self,
             parameters=listed(self.parameters, Parameter, "the parameters have"),

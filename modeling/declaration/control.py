@@ -34,6 +34,7 @@ from axisid.support.mappings import FrozenMapping
 #: Samples of a delay, at most.
 LONGEST_DELAY = 100
 _INPUTS = frozenset({REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD})
+_AT_REST = frozenset({MEASURED_POSITION, REFERENCE, BALANCED})
 
 
 #: How a reference may run between the samples of a log, first what it does by default.
@@ -132,19 +133,19 @@ class ControlLaw:
             output=expression(self.output, "the control law's output"),
             positive=several(self.positive),
         )
-        for name in self.positive:
-            if not is_among(name, self.gains) or not self.gains[name] > 0:
-                said = f"{self.gains[name]:g}" if is_among(name, self.gains) else "not declared"
-                raise ModelError(
-                    f"control law {self.name!r}: the gain {quoted(name)}, which is positive, is "
-                    f"{said}; give a number above 0.",
-                    code="law",
-                )
         for name in (*self.gains, *(memory.name for memory in self.memory)):
             check_symbol(name, f"a gain or memory of control law {self.name!r}", control=True)
         refuse(
             ModelError,
             (not self.period > 0, f": period {self.period!r} is not positive", ""),
+            *(
+                (
+                    not (is_among(name, self.gains) and self.gains[name] > 0),
+                    f": the gain {quoted(name)}, which is positive, is "
+                    f"{self.gains.get(name, 'not declared')}; give a number above 0",
+                )
+                for name in self.positive
+            ),
             (
                 not (is_whole(self.delay) and 0 <= self.delay <= LONGEST_DELAY),
                 f": delay {quoted(self.delay)}; give whole samples, 0 to {LONGEST_DELAY}",
@@ -161,22 +162,22 @@ class ControlLaw:
                 " is continuous but has a memory, a delay or the period in it, which only a "
                 "sampled law has. Leave them out, or leave out continuous=True",
             ),
+            *(
+                (
+                    memory.start != BALANCED and memory.start.has(BALANCED),
+                    f": memory {memory.name!r} starts at {memory.start}; what balances stands "
+                    "alone there",
+                )
+                for memory in self.memory
+            ),
             before=f"control law {self.name!r}",
             code="law",
         )
-        allowed = _INPUTS | {gain(name) for name in self.names}
-        allowed |= self.signals
+        allowed = _INPUTS | {gain(name) for name in self.names} | self.signals
         self._check(self.output, allowed, "output")
         for memory in self.memory:
             self._check(memory.following, allowed | {LIMITED_OUTPUT}, f"memory {memory.name!r}")
-            at_rest = {MEASURED_POSITION, REFERENCE, BALANCED}
-            self._check(memory.start, at_rest, f"start of memory {memory.name!r}")
-            if memory.start != BALANCED and memory.start.has(BALANCED):
-                raise ModelError(
-                    f"control law {self.name!r}: memory {memory.name!r} starts at {memory.start}; "
-                    "what balances stands alone there.",
-                    code="law",
-                )
+            self._check(memory.start, _AT_REST, f"start of memory {memory.name!r}")
 
     @property
     def names(self) -> tuple[str, ...]:

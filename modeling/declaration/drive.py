@@ -305,12 +305,10 @@ class Drive:
 
     def estimating(self, name: str) -> "Drive":
         """The same with its lag or its delay to be estimated, from where it is declared."""
-        if self.estimated is not None and self.estimated[0] == name:
-            return self
         nominal = float(getattr(self, name))
         changed: dict[str, Any] = {name: Parameter(name, "s", nominal=nominal, lower=0.0)}
-        if self.estimated is not None:
-            changed[self.estimated[0]] = self.estimated[1]
+        if self.estimated is not None:  # as it was declared, and beside another one refused
+            changed |= dict([self.estimated])
         return replace(self, **changed)
 
     @property

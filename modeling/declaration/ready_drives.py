@@ -265,8 +265,6 @@ class MotorDrive(Drive):
 
     def force_text(self, coordinate: Coordinate, digits: int = 6) -> str:
         """What the force is, in words."""
-        if self.is_gain:
-            return f"{self.gain_text(coordinate, digits)} times the control"
         control = "the control"
         if self.back_emf:
             unit = f"{self.unit}/({coordinate.velocity_unit})"

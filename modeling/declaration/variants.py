@@ -8,7 +8,7 @@ from dataclasses import replace
 import sympy
 
 from axisid.modeling.quantities import Parameter, number, replaced_in, states_in
-from axisid.support.errors import UsageError, is_among, quoted
+from axisid.support.errors import UsageError, is_among, quoted, refuse
 
 from .axis import Axis, check_axis
 
@@ -35,21 +35,19 @@ def fix(axis: Axis, /, **values: float | tuple[float, float]) -> Axis:
     ModelError
         A value is outside its parameter's bounds, or a deviation is negative.
     """
-    check_axis(axis)
-    declared = [p.name for p in axis.parameters]
-    for name, value in values.items():
-        if name not in declared:
-            raise UsageError(
-                f"there is no parameter {name!r} to fix; axis {axis.name!r} has "
-                f"{', '.join(declared)}.",
-                code="parameters",
-            )
-        if isinstance(value, (tuple, list)) and len(value) != 2:
-            raise UsageError(
+    _check_declared(axis, values, "fix")
+    refuse(
+        UsageError,
+        *(
+            (
+                isinstance(value, (tuple, list)) and len(value) != 2,
                 f"the fixed value of {name!r} is {value!r}; give a number, or a number and its "
-                "standard deviation.",
-                code="parameters",
+                "standard deviation",
             )
+            for name, value in values.items()
+        ),
+        code="parameters",
+    )
     pairs = {n: v if isinstance(v, (tuple, list)) else (v, 0.0) for n, v in values.items()}
     return replace(
         axis,
@@ -111,15 +109,7 @@ def leave_out(axis: Axis, /, *names: str, **values: float) -> Axis:
     ModelError
         Without them the axis has no inertia.
     """
-    check_axis(axis)
-    declared = {p.name: p for p in axis.parameters}
-    for name in (*names, *values):
-        if not is_among(name, declared):
-            raise UsageError(
-                f"there is no parameter {quoted(name)} to leave out; axis {axis.name!r} has "
-                f"{', '.join(declared)}.",
-                code="parameters",
-            )
+    _check_declared(axis, (*names, *values), "leave out")
     held = {
         p.symbol: number(values[name], f"the value that stands for {name!r}")
         if (name := p.name) in values
@@ -165,6 +155,19 @@ def leave_out(axis: Axis, /, *names: str, **values: float) -> Axis:
 def left_out_text(axis: Axis) -> str:
     """What stands for the parameters that were left out, in words; empty for none."""
     return ", ".join(f"{p.name} = {known_text(p)} {p.unit}" for p in axis.left_out)
+
+
+def _check_declared(axis: Axis, names: Iterable[str], what: str) -> None:
+    """Refuse an axis that is none, and names that none of its parameters has."""
+    check_axis(axis)
+    declared = [p.name for p in axis.parameters]
+    for name in names:
+        if not is_among(name, declared):
+            raise UsageError(
+                f"there is no parameter {quoted(name)} to {what}; axis {axis.name!r} has "
+                f"{', '.join(declared)}.",
+                code="parameters",
+            )
 
 
 def _held(axis: Axis, parameter: Parameter) -> float:

@@ -107,9 +107,7 @@ class ExpressionReader:
             case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
                 return self._call(node, name, arguments, depth, calls)
             case _:
-                piece = ast.unparse(node)
-                short = piece if len(piece) < _SHOWN else f"{piece[:_SHOWN]}..."
-                raise not_allowed(short, *self._at(node))
+                raise not_allowed(_shortened(ast.unparse(node)), *self._at(node))
 
     def _check_size(self, result: sympy.Expr) -> None:
         """Refuse what would not stay small and real when it is derived."""
@@ -308,8 +306,8 @@ class ExpressionReader:
         return self.text, self.start + getattr(node, "col_offset", 0)
 
 
-def _shortened(name: str) -> str:
-    return name if len(name) < _SHOWN else f"{name[:_SHOWN]}..."
+def _shortened(text: str) -> str:
+    return text if len(text) < _SHOWN else f"{text[:_SHOWN]}..."
 
 
 # Of any text a number that runs into a name, such as ``2x``; and what no expression has.
