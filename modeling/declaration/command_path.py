@@ -128,17 +128,19 @@ def estimated_time(
         return None
     name, p = one
     bounded = p.lower not in (0.0, -math.inf) or p.upper != math.inf
-    if p.unit != "s" or p.nominal < 0 or p.known is not None or bounded:
-        raise ModelError(
+    refuse(
+        ModelError,
+        (
+            p.unit != "s" or p.nominal < 0 or p.known is not None or bounded,
             f"the drive's {name} is the parameter {p.name!r} of {p.nominal:g} {p.unit}, which the "
             "search for it does not take; give one in s, with a nominal value of 0 or more, no "
             f"known value and no bound but 0, or what is known as a number, {name}=...",
-            code="drive",
-        )
-    if logged in HIDDEN_FROM[name]:
-        raise ModelError(
+        ),
+        (
+            logged in HIDDEN_FROM[name],
             f"the drive's {name} is to be estimated, and the control was recorded behind it "
-            f"(logged={logged!r}), so that no motion shows it; give it as a number.",
-            code="drive",
-        )
+            f"(logged={logged!r}), so that no motion shows it; give it as a number",
+        ),
+        code="drive",
+    )
     return one

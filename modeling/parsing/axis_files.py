@@ -287,12 +287,10 @@ def _arguments(make: Callable[..., Drive]) -> dict[str, inspect.Parameter]:
 
     What it makes itself is among these, so that it is said of what it is made.
     """
-    own = inspect.signature(make).parameters
-    shared = dict(inspect.signature(Drive).parameters)
-    if make is not Drive:
-        shared = {key: each.replace(default=None) for key, each in shared.items()}
-    unused = ("estimated", "scaled_by") if make is formula_drive else ("estimated",)
-    return {key: each for key, each in {**shared, **own}.items() if key not in (*unused, "others")}
+    of_any = inspect.signature(Drive).parameters
+    shared = {key: each.replace(default=None) for key, each in of_any.items()}
+    known = {**shared, **inspect.signature(make).parameters}
+    return {key: each for key, each in known.items() if key not in ("estimated", "others")}
 
 
 _PARTS = (
@@ -306,12 +304,11 @@ _PARTS = (
     "columns",
     "experiment",
 )
-#: What makes an axis of the table of its equation of motion, whose first key is needed.
+#: What makes an axis of the table of its equation of motion, and the keys there.
 _EQUATIONS: Mapping[str, tuple[Callable[..., Axis], tuple[str, ...]]] = {
     "newton": (partial(newton, resistance=()), ("inertia", "resistance")),
     "lagrange": (lagrange, ("kinetic", "potential", "dissipation", "generalised_force")),
 }
-_OF_FORCES = ("inertia", "resistance", "generalised_force")
 
 
 def _axis(root: TomlTable) -> Axis | None:
@@ -401,18 +398,14 @@ def _dynamics(root: TomlTable, symbols: Symbols, elements: Elements) -> Callable
         return None
     if not symbols:
         return None
-    table, (declare, keys) = root.table(given[0]), _EQUATIONS[given[0]]
-    table.only(*keys)
-    table.needs(keys[0])
-    arguments = inspect.signature(declare).parameters
-    fields = {
-        key: table.read(
-            key, arguments[key].annotation, symbols, elements if key in _OF_FORCES else {}
-        )
-        for key in keys
-        if key in table.values
-    }
-    return partial(declare, **fields)
+    declare, keys = _EQUATIONS[given[0]]
+    known = inspect.signature(declare).parameters
+    return root.table(given[0]).made(
+        lambda **said: partial(declare, **said),
+        symbols,
+        arguments={key: known[key] for key in keys},
+        elements=elements,
+    )
 
 
 def _experiment(root: TomlTable, unknown: Symbols, recorded: Symbols) -> Experiment | None:

@@ -168,6 +168,11 @@ class ConstantValues:
                 self._found[expression] = math.nan
         return self._found[expression]
 
+    def number(self, expression: sympy.Expr) -> float:
+        """NaN where it has no value."""
+        value = self.value(expression)
+        return math.nan if value is None else value
+
     def fits(self, node: sympy.Expr) -> bool:
         """Whether what the constants of a sum or product make, or another node, is small enough."""
         if node.is_Symbol or not node.has(ConstantSymbol):

@@ -3,8 +3,7 @@
 Text is read by a parser of its own, for arithmetic and a few functions; nothing in it is run.
 """
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -46,7 +45,7 @@ class ParameterFunction:
 
     def at(self, values: Sequence[float]) -> tuple[float, list[float], list[list[float]]]:
         """Value, gradient (p,) and Hessian (p, p); NaN where one is no finite real number."""
-        number = self._numbers(values)
+        number = self._floats(values).number
         slopes = [plain_slope(self.expression, p) for p in self.parameters]
         return (
             number(self.expression),
@@ -56,17 +55,10 @@ class ParameterFunction:
 
     def value(self, values: Sequence[float]) -> float:
         """Value for parameters (p,); NaN where it is no finite real number."""
-        return self._numbers(values)(self.expression)
+        return self._floats(values).number(self.expression)
 
-    def _numbers(self, values: Sequence[float]) -> Callable[[sympy.Expr], float]:
-        """What works out expressions in floating point: exact it could take for ever."""
-        found = ConstantValues(dict(zip(self.parameters, map(float, values), strict=True)))
-
-        def number(expression: sympy.Expr) -> float:
-            value = found.value(expression)
-            return value if value is not None and math.isfinite(value) else math.nan
-
-        return number
+    def _floats(self, values: Sequence[float]) -> ConstantValues:
+        return ConstantValues(dict(zip(self.parameters, map(float, values), strict=True)))
 
 
 def parameter_function(what: FunctionLike, units: Mapping[str, str]) -> ParameterFunction:

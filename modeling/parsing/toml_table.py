@@ -8,7 +8,7 @@ import inspect
 import re
 import tomllib
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -48,15 +48,6 @@ class TomlTable:
     path: str
     values: Mapping[str, Any]
     mistakes: list[str]
-    _before: int = field(init=False, default=0)
-
-    def __post_init__(self) -> None:
-        self._before = len(self.mistakes)
-
-    @property
-    def fine(self) -> bool:
-        """Whether nothing was wrong since this table was opened."""
-        return len(self.mistakes) == self._before
 
     def say(self, key: str, problem: str, pointer: str = "") -> None:
         """Add a mistake; the pointer, a line of text over a caret, is set off."""
@@ -157,6 +148,7 @@ class TomlTable:
         given: Mapping[str, Any] = _NONE,
         beside: Collection[str] = (),
         own: Mapping[str, Symbols] = _NONE,
+        elements: Elements = _NONE,
     ) -> T | None:
         """What is made of a table whose keys are arguments, or None and all mistakes.
 
@@ -175,7 +167,10 @@ class TomlTable:
             Keys that are no arguments.
         own : mapping of str to mapping
             What the expressions of single keys may name.
+        elements : mapping of str to callable
+            Friction and loads that expressions may call.
         """
+        before = len(self.mistakes)
         others = {*given, "name"} if name else given
         known = arguments or inspect.signature(make).parameters
         keys = {key: argument for key, argument in known.items() if key not in others}
@@ -183,7 +178,7 @@ class TomlTable:
         self.only(*beside, *keys)
         self.needs(*(key for key in needed if key in keys))
         found = {
-            key: self.read(key, keys[key].annotation, own.get(key, symbols))
+            key: self.read(key, keys[key].annotation, own.get(key, symbols), elements)
             for key in self.values
             if key in keys
         }
@@ -196,10 +191,10 @@ class TomlTable:
         result = make(**{**neutral, **fields}) if error is None else None
         while error is not None:
             key, fields = _without_guilty(make, neutral, fields, stand_ins, error)
-            if found.get(key, "") is not None and (key or self.fine):
+            if found.get(key, "") is not None and (key or len(self.mistakes) == before):
                 self.say(key if key in self.values else "", str(error))
             error = _error(make, {**neutral, **fields}) if key else None
-        return result if self.fine else None
+        return result if len(self.mistakes) == before else None
 
     def each(self, make: Callable[..., T], **how: Any) -> dict[str, T | None]:
         """What is made of the tables of this one, which have names for keys; see `made`."""
