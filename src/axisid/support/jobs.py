@@ -1,25 +1,25 @@
 """Many jobs on many workers: none of them harms another, and an interrupt ends them all.
 
-They run on processes of their own or on any executor of `concurrent.futures`. A pool of the
-standard library is broken by one process that dies, with all that it was to do. Here each process
-has one job at a time, so it is known which one that was.
+They run on any executor of `concurrent.futures`; on threads, each of which has a process of its
+own, where there is none. A pool of processes of the standard library is broken by one that dies,
+with all that it was to do. Here each process has one job at a time, so it is known which one that
+was.
 """
 
 import contextlib
-import math
 import os
 import signal
 import threading
 from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures import BrokenExecutor, Executor, Future
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
-from itertools import chain, islice
+from itertools import islice
 from multiprocessing import get_context, parent_process, resource_tracker
 from multiprocessing.connection import Connection, wait
 from queue import SimpleQueue
 from time import monotonic
-from typing import Any, Literal, TypeAlias, TypeVar
+from typing import Any, Literal, TypeVar
 
 from .errors import UsageError
 from .one_thread import started_with_one_thread, without_arithmetic_warnings
@@ -27,10 +27,7 @@ from .progress import Progress
 
 Item = TypeVar("Item")
 Value = TypeVar("Value")
-#: The place of an item, the item, and which attempt this is.
-_Job: TypeAlias = tuple[int, Any, int]
 
-_START: _Job = (-1, None, 1)  # the first job of a worker: to be ready
 _PATIENCE = 1.0  # s until a worker that was told to end is killed
 _ATTEMPTS = 2  # how often a job is begun whose worker is killed: it may be innocent once
 _MOST_STILLBORN = 3  # workers in a row that end before they are ready
@@ -78,8 +75,7 @@ def run_jobs(
         nothing shields.
     executor : Executor, optional
         Any of `concurrent.futures` in place of processes, such as a `Client.get_executor()` of
-        Dask. It is not shut down. What an executor of processes did not do when one of them died
-        goes on processes of our own, as many as it had, which tell the item that did it.
+        Dask. It is not shut down.
     limit : float, optional
         Seconds for one item. A process that takes longer is killed; a thread is left behind.
     progress : callable, optional
@@ -89,16 +85,16 @@ def run_jobs(
     Raises
     ------
     UsageError
-        No process can be started, mostly since a script lacks ``if __name__ == "__main__":``.
+        No process can be started, mostly since a script lacks ``if __name__ == "__main__":``; or
+        the executor is broken, as one of processes is when one of them dies.
     """
-    places = enumerate(items)
     made: Generator[tuple[int, Value | Failure], None, None]
     if executor is not None:
-        made = _on_executor(function, places, executor, limit)
+        made = _on_executor(partial(_within, function, limit), items, executor)
     elif jobs == 0:
-        made = ((place, _attempt(function, item)) for place, item in places)
+        made = ((place, _attempt(function, item)) for place, item in enumerate(items))
     else:
-        made = _Processes(function, places, min(jobs, max(total, 1)), limit).outcomes()
+        made = _Processes(function, limit).outcomes(items, min(jobs, max(total, 1)))
     begin = monotonic()
     with contextlib.closing(made):
         for done, outcome in enumerate(made, 1):
@@ -144,16 +140,8 @@ class _Worker:
         with started_with_one_thread(), _without_interrupts():
             self.process.start()
         theirs.close()  # so that the pipe ends when the process does
-        self.job: _Job | None = _START
-        self.until = math.inf  # when its job is given up
 
-    def begin(self, job: _Job, limit: float | None) -> None:
-        """Give it a job; that it is dead, if it is, is heard when it should answer."""
-        self.job, self.until = job, monotonic() + (limit or math.inf)
-        with contextlib.suppress(BrokenPipeError):
-            self.pipe.send(job[1])
-
-    def end(self, patience: float = 0.0) -> str:
+    def end(self, patience: float) -> str:
         """Let it end by itself, or kill it after so many seconds; how it came to its end."""
         self.pipe.close()
         self.process.join(patience)
@@ -171,11 +159,7 @@ def _serve(pipe: Connection, function: Callable[[Any], Any]) -> None:
     with contextlib.suppress(EOFError, OSError):
         pipe.send(None)
         while True:
-            made = _attempt(function, pipe.recv())
-            try:
-                pipe.send(made)
-            except (TypeError, ValueError, AttributeError) as error:  # it cannot be pickled
-                pipe.send(_failure_of(error))
+            pipe.send(_attempt(function, pipe.recv()))
 
 
 def _end_with_parent() -> None:
@@ -201,113 +185,104 @@ def _without_interrupts() -> Iterator[None]:
 
 
 class _Processes:
-    """Workers, each with one job at a time; all of them end when nobody asks for outcomes."""
+    """A worker for each of several threads; all of them end when nobody asks for outcomes."""
 
-    def __init__(
-        self,
-        function: Callable[[Any], Any],
-        items: Iterable[tuple[int, Any]],
-        jobs: int,
-        limit: float | None,
-    ) -> None:
-        self._function, self._jobs, self._limit = function, jobs, limit
-        self._queue: Iterator[_Job] = ((place, item, 1) for place, item in items)
-        self._workers: list[_Worker] = []
-        self._stillborn = 0
+    def __init__(self, function: Callable[[Any], Any], limit: float | None) -> None:
+        self._function, self._limit = function, limit
+        self._workers: dict[int, _Worker] = {}  # by thread
+        self._starting = threading.Lock()  # while the environment and signals are others
+        self._has_ended = False
 
-    def outcomes(self) -> Generator[tuple[int, Any], None, None]:
+    def outcomes(self, items: Iterable[Any], jobs: int) -> Generator[tuple[int, Any], None, None]:
         """What becomes of the items, as they end."""
+        threads = ThreadPoolExecutor(jobs)
         try:
-            while busy := self._busy():
-                first = min(worker.until for worker in busy) - monotonic()
-                told = wait([w.pipe for w in busy], None if first == math.inf else max(first, 0.0))
-                for worker in busy:
-                    if worker.pipe in told:
-                        yield from self._heard(worker)
-                    elif worker.job is not None and worker.until < monotonic():
-                        self._leave(worker)
-                        yield worker.job[0], _timed_out(self._limit)
+            yield from _on_executor(self._outcome, items, threads)
+        except BaseException:
+            with self._starting:
+                self._has_ended = True
+            for worker in [*self._workers.values()]:
+                worker.process.kill()  # its thread hears of it
+            raise
         finally:
-            for worker in self._workers:
-                worker.end(_PATIENCE if worker.job is None else 0.0)
+            threads.shutdown()
+            for worker in self._workers.values():
+                worker.end(_PATIENCE)
 
-    def _busy(self) -> list[_Worker]:
-        """Workers that are to say something, after those that wait were given jobs."""
-        idle = [worker for worker in self._workers if worker.job is None]
-        while (idle or len(self._workers) < self._jobs) and (job := next(self._queue, None)):
-            if idle:
-                idle.pop().begin(job, self._limit)
+    def _outcome(self, item: Any) -> Any:
+        """What this thread's worker makes of an item, or why nothing."""
+        how = ""
+        for _ in range(_ATTEMPTS):
+            worker = self._workers.get(threading.get_ident()) or self._started()
+            try:
+                worker.pipe.send(item)
+                if worker.pipe.poll(self._limit):
+                    return worker.pipe.recv()
+            except (EOFError, OSError):
+                how = self._leave(_PATIENCE)
             else:
-                self._workers.append(_Worker(self._function))
-                self._queue = chain([job], self._queue)
-        return [worker for worker in self._workers if worker.job is not None]
+                self._leave(0.0)
+                return _timed_out(self._limit)
+        return Failure("killed", f"its worker was killed ({how}), {_ATTEMPTS} times")
 
-    def _heard(self, worker: _Worker) -> Iterator[tuple[int, Any]]:
-        """What a worker says: that it is ready, what it made of its job, or that it is dead."""
-        place, item, attempts = job = worker.job or _START
-        try:
-            made = worker.pipe.recv()
-        except (EOFError, OSError):
-            how = self._leave(worker, _PATIENCE)
-            if job is _START:
-                self._stillborn += 1
-            elif attempts < _ATTEMPTS:
-                self._queue = chain([(place, item, attempts + 1)], self._queue)
+    def _started(self) -> _Worker:
+        """A new worker of this thread, which is ready."""
+        how = ""
+        for _ in range(_MOST_STILLBORN):
+            with self._starting:
+                if self._has_ended:
+                    raise CancelledError
+                worker = self._workers[threading.get_ident()] = _Worker(self._function)
+            try:
+                worker.pipe.recv()
+            except (EOFError, OSError):
+                how = self._leave(_PATIENCE)
             else:
-                yield place, Failure("killed", f"its worker was killed ({how}), {attempts} times")
-            if self._stillborn == _MOST_STILLBORN:
-                raise UsageError(
-                    f"processes end before they begin to work ({how}); what they say on standard "
-                    "error tells why. A script has to call it under if __name__ == "
-                    '"__main__":, since each process reads the script again.',
-                    code="jobs",
-                ) from None
-            return
-        worker.job, worker.until, self._stillborn = None, math.inf, 0
-        if job is not _START:
-            yield place, made
+                return worker
+        raise UsageError(
+            f"processes end before they begin to work ({how}); what they say on standard error "
+            'tells why. A script has to call it under if __name__ == "__main__":, since each '
+            "process reads the script again.",
+            code="jobs",
+        )
 
-    def _leave(self, worker: _Worker, patience: float = 0.0) -> str:
-        self._workers.remove(worker)
-        return worker.end(patience)
+    def _leave(self, patience: float) -> str:
+        """End this thread's worker; how it came to its end."""
+        return self._workers.pop(threading.get_ident()).end(patience)
 
 
 def _on_executor(
-    function: Callable[[Any], Any],
-    items: Iterator[tuple[int, Any]],
-    executor: Executor,
-    limit: float | None,
+    work: Callable[[Any], Any], items: Iterable[Any], executor: Executor
 ) -> Generator[tuple[int, Any], None, None]:
-    work = partial(_within, function, limit)
-    left: dict[int, Any] = {}  # what a broken executor did not do
-    pending: dict[Future[Any], tuple[int, Any]] = {}
+    places = enumerate(items)
+    pending: dict[Future[Any], int] = {}
     done: SimpleQueue[Future[Any]] = SimpleQueue()
     try:
         while True:
-            with contextlib.suppress(BrokenExecutor):  # who is pending tells it
-                for place, item in islice(items, 0 if left else _MOST_AHEAD - len(pending)):
-                    left[place] = item  # unless it is submitted
-                    future = executor.submit(work, item)
-                    pending[future] = (place, left.pop(place))
-                    future.add_done_callback(done.put)
+            for place, item in islice(places, _MOST_AHEAD - len(pending)):
+                future = executor.submit(work, item)
+                pending[future] = place
+                future.add_done_callback(done.put)
             if not pending:
                 break
             future = done.get()
-            place, item = pending.pop(future)
-            error = None if future.cancelled() else future.exception()
-            if isinstance(error, BrokenExecutor):
-                left[place] = item
-            elif future.cancelled():
-                yield place, Failure("error", "it was cancelled")
-            else:
-                yield place, future.result() if error is None else _failure_of(error)
+            place = pending.pop(future)
+            try:
+                made = future.result()
+            except (BrokenExecutor, UsageError):
+                raise
+            except Exception as error:
+                made = _failure_of(error)
+            yield place, made
+    except BrokenExecutor as error:
+        raise UsageError(
+            f"the executor is broken: {error}. Give another one, or none, for processes of which "
+            "one that dies harms no other.",
+            code="jobs",
+        ) from error
     finally:
         for future in pending:
             future.cancel()
-    if left:
-        rest = chain(sorted(left.items()), items)
-        jobs = getattr(executor, "_max_workers", 1)
-        yield from _Processes(function, rest, jobs, limit).outcomes()
 
 
 def _within(function: Callable[[Item], Value], limit: float | None, item: Item) -> Value | Failure:
