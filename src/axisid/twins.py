@@ -22,7 +22,7 @@ from axisid.estimation.records.columns import log_content
 from axisid.estimation.simulation import twin_plan
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import UsageError, is_real, is_whole, quoted, refuse
-from axisid.support.files import axis_file, csv_text, kept_if_filled, replace_file, write_file
+from axisid.support.files import axis_file, csv_text, replace_file, write_file
 from axisid.support.progress import Progress, with_progress
 
 _FIRST_DAY = date(2026, 1, 1)
@@ -230,14 +230,12 @@ def write_twins(
     Raises
     ------
     UsageError, AxisidError
-        As `write_twin`; the folder is as it was.
+        As `write_twin`; the files of the folder are as they were.
     """
     place = Path(folder).resolve()
     try:
-        with (
-            kept_if_filled(place),
-            tempfile.TemporaryDirectory(prefix=".twins-", dir=place) as made,
-        ):
+        place.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".twins-", dir=place) as made:
             names = _log_names(machines, ending)
             declared, rows = machines.axis.declared, []
             units = {p.name: p.unit for p in declared.parameters}

@@ -273,9 +273,8 @@ def test_result_is_read_from_standard_input(tmp_path: Path, run: Run, refused: R
     done = shell(f"compare-results /dev/stdin {file} < {file}")
     assert (done.returncode, done.stderr) == (0, "")
     assert "the settings are the same" in done.stdout
-    with Path("/dev/zero").open("rb") as endless:
-        place = f"/dev/fd/{endless.fileno()}"
-        refused("compare-results", place, file, says="is larger than any result", code=3)
+    os.truncate(file, 10**8)
+    refused("compare-results", file, file, says="is larger than any result", code=3)
 
 
 def test_axis_file_that_prints_does_not_spoil_json(run: Run, tmp_path: Path) -> None:

@@ -241,6 +241,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         return row_for(item, axis="emps2015", status="ok", key=key)
 
     monkeypatch.setattr(sys.modules[fleet.__module__], "identify_log", identified)
+    (tmp_path / "out").mkdir()
     for name in ("x", "y"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "a.csv").write_text(name)
@@ -250,14 +251,6 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def run(place: Path, *names: str, serial: str = "", resume: bool = True) -> Fleet:
     items = [FleetItem(log=str(place / name / "a.csv"), serial=serial) for name in names]
     return fleet(items, "emps2015", place / "out", jobs=0, native=False, resume=resume)
-
-
-def test_a_result_keeps_its_name_when_another_log_of_that_name_comes(place: Path) -> None:
-    assert "Fleet of 1 log\n" in str(run(place, "x"))
-    grown = run(place, "x", "y")
-    assert [row.status for row in grown] == ["skipped", "ok"]
-    assert [row.name for row in run(place, "y", "x")] == [row.name for row in grown][::-1]
-    assert len(list((place / "out").glob("*.json"))) == 2
 
 
 def test_what_is_put_right_of_a_log_that_is_done_goes_into_the_ledger(place: Path) -> None:

@@ -107,7 +107,6 @@ def fleet(
     check_folder(output, "--output", stages.written_files(items), force=force)
     affinity = getattr(os, "sched_getaffinity", None)  # not on macOS and Windows
     cores = len(affinity(0)) if affinity is not None else os.cpu_count() or 1
-    before = _written(output)
     try:
         with ProgressLine(f"identifying {len(items)} logs") as line:
             result = stages.fleet(
@@ -127,10 +126,7 @@ def fleet(
                 loss=loss,
             )
     except KeyboardInterrupt:
-        if _written(output) != before:
-            click.echo(
-                f"axisid: what is done is in {output}; --resume goes on from there", err=True
-            )
+        click.echo(f"axisid: --resume goes on from what is done in {output}", err=True)
         raise
     print_result(result)
     click.echo(f"wrote {result.write()}")
@@ -141,11 +137,6 @@ def fleet(
             "reasons are above and in fleet.jsonl.",
             code="fleet",
         )
-
-
-def _written(folder: str) -> dict[Path, int]:
-    """The results and the ledger of a folder, and when each was written."""
-    return {file: file.lstat().st_mtime_ns for file in Path(folder).glob("*.json*")}
 
 
 @click.command(

@@ -1,7 +1,7 @@
 """Many logs, one by one or side by side; what is wrong with all of them is refused once."""
 
 import math
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
 from functools import partial
@@ -22,18 +22,17 @@ from axisid.support.errors import (
     DataError,
     ModelError,
     UsageError,
-    first_of,
     is_real,
     is_whole,
     quoted,
     refuse,
 )
-from axisid.support.files import is_unchanged, kept_if_filled
+from axisid.support.files import is_unchanged
 from axisid.support.jobs import Failure, run_jobs
 from axisid.support.progress import Progress
 
 from .items import FleetItem, gather_items
-from .ledger import LEDGER, FleetRow, read_ledger, strays, write_rows
+from .ledger import LEDGER, FleetRow, read_ledger, write_rows
 from .one_log import Settings, identify_log, log_digest, result_file, result_of, row_for
 from .result import TABLES, Fleet
 
@@ -171,23 +170,12 @@ def fleet(
     return Fleet(
         folder=str(out),
         rows=tuple(rows[item.name] for item in items),
-        notes=tuple(_notes(Path(out), {*before, *rows}, broken if resume else "")),
+        notes=(
+            f"{broken}, as a run leaves that is cut off; logs that no other line has were "
+            "identified again.",
+        )
+        * bool(resume and broken),
     )
-
-
-def _notes(folder: Path, names: Container[str], broken: str) -> Iterator[str]:
-    """What is said of the ledger as it was, and of results that it does not have now."""
-    if broken:
-        yield (
-            f"{broken}, as a run leaves that is cut off; logs that no other line has "
-            "were identified again."
-        )
-    if left := strays(folder, names):
-        of = "1 result is" if len(left) == 1 else f"{len(left)} results are"
-        yield (
-            f"{of} in the folder from before, of no log of this fleet: {first_of(left)}. A trend "
-            "of the folder leaves that out; give the files by name, or take them away."
-        )
 
 
 def written_files(items: Sequence[FleetItem]) -> dict[str, str]:
@@ -216,7 +204,7 @@ def _work(
         partial(identify_log, settings), todo, total=len(todo), said="identifying logs", **how
     )
     folder = Path(settings.folder)
-    with kept_if_filled(folder), closing(made):
+    with closing(made):
         told = ((todo[place], _row_of(todo[place], found)) for place, found in made)
         rows = (
             (row for _, row in told)
@@ -250,13 +238,8 @@ def _finished(
 ) -> Iterator[tuple[str, FleetRow]]:
     """Rows of what was done before with the same log, axis and options, by the items' names.
 
-    What was killed or took too long has no key: another time it may not. A row keeps the name of
-    its result, which is another one where another log of that name has come since.
+    What was killed or took too long has no key: another time it may not.
     """
-    now = {item.name for item in items}
-    others = {
-        (Path(row.log).resolve(), row.key): row for row in before.values() if row.name not in now
-    }
     for item in items:
         try:
             key = settings.key(item, log_digest(Path(item.log)))
@@ -264,8 +247,8 @@ def _finished(
             continue
         row = before.get(item.name)
         if row is None or row.key != key:
-            row = others.pop((Path(item.log).resolve(), key), None)
-        if row and not (row.has_result and not _is_whole(result_file(settings.folder, row.name))):
+            continue
+        if not row.has_result or _is_whole(result_file(settings.folder, row.name)):
             said = {n: getattr(item, n) for n in ("log", "serial", "columns", "conditions")}
             yield item.name, msgspec.structs.replace(row, **said)
 

@@ -80,33 +80,18 @@ def with_names(items: Sequence[FleetItem]) -> list[FleetItem]:
     return [replace(item, name=name) for item, name in zip(items, names, strict=True)]
 
 
-def _first_rows(file: Path) -> tuple[list[str], list[str]]:
-    """Column names of a table, and of a text its first row; empty where there are none."""
+def _heads_of(file: Path) -> list[str]:
+    """Column names of a table; empty where there are none."""
     kind = file.suffix.lower()
     # What cannot be read is told by who reads it; pyarrow's errors are of these.
     with suppress(OSError, ValueError, NotImplementedError):
         if kind in _PARQUET:
-            return _parquet(file).schema_arrow.names, []
+            return [*_parquet(file).schema_arrow.names]
         if kind in _TEXT:
             with opened_regular(file) as stream:
-                lines = stream.read(_LOOKED_AT).decode("utf-8-sig", "replace").splitlines()
-            first, second, *_ = (_heads(line) for line in (*lines, "", ""))
-            return first, second
-    return [], []
-
-
-def _check_no_manifest(file: Path, heads: Sequence[str], cells: Sequence[str]) -> None:
-    """Refuse a table that names logs in another column than a manifest does, which is no log."""
-    for head, cell in zip(heads, cells, strict=False):
-        path = file.parent / cell
-        with suppress(OSError):
-            names_log = path.suffix.lower() in log_endings() and path.is_file()
-            if names_log and not path.samefile(file):
-                raise DataError(
-                    f"{file} names logs and has no column {_LOG!r}, which a manifest has; it has "
-                    f"{', '.join(heads)}. Call the column {head!r} {_LOG!r}.",
-                    code="manifest",
-                )
+                text = stream.read(_LOOKED_AT).decode("utf-8-sig", "replace")
+            return _heads(text.partition("\n")[0])
+    return []
 
 
 def _manifest_items(file: Path) -> Iterator[tuple[FleetItem, str]]:
@@ -249,8 +234,7 @@ def _items(given: object, out: Path, place: int) -> Iterator[tuple[FleetItem, st
             code="fleet",
         )
     path, files = Path(given), [Path(given)]
-    in_folder = path.is_dir() and not (path / "metadata.yaml").is_file()  # a ROS 2 bag is one log
-    if in_folder:
+    if path.is_dir() and not (path / "metadata.yaml").is_file():  # a ROS 2 bag is one log
         files = [file for file in sorted(path.rglob("*")) if _may_be_log(file, out)]
         # A file of that name says what a log is, though it be wrong.
         runs = {f for f in files if f.name == "run.toml" or log_of(f) != f}
@@ -259,12 +243,9 @@ def _items(given: object, out: Path, place: int) -> Iterator[tuple[FleetItem, st
         named = map(Path, sorted(glob.glob(str(path), recursive=True)))
         files = [file for file in named if _may_be_log(file, out)]
     for file in files:
-        heads, cells = _first_rows(file) if file.is_file() else ([], [])
-        if _LOG in heads:
+        if file.is_file() and _LOG in _heads_of(file):
             yield from _manifest_items(file)
         else:
-            if not in_folder:
-                _check_no_manifest(file, heads, cells)
             yield FleetItem(log=str(file)), _BY_PATH
 
 

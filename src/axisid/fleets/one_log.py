@@ -3,7 +3,6 @@
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
-from functools import lru_cache
 from pathlib import Path
 from time import process_time
 from typing import Any
@@ -16,7 +15,7 @@ from axisid.modeling.declaration import Axis, fix, leave_out
 from axisid.modeling.library import LIBRARY
 from axisid.modeling.parsing import load_axis
 from axisid.support.errors import AxisidError, DataError, UsageError
-from axisid.support.files import axis_file, json_text, opened_regular, read_regular, write_file
+from axisid.support.files import axis_file, digest_of, json_text, read_regular, stamps, write_file
 from axisid.support.version import __version__
 
 from .items import FleetItem
@@ -112,38 +111,19 @@ class Settings:
                 code="fleet",
             )
         mark = _canonical(axis) if isinstance(axis, Axis) else _mark(axis)
-        return _built(
-            _Same(axis, mark),
-            tuple(sorted(self.fixed.items())),
-            self.left_out,
-            self.drive_time,
-            self.native,
-        )
+        how = (sorted(self.fixed.items()), self.left_out, self.drive_time, self.native)
+        key = (mark, repr(how))
+        if key not in _BUILT:
+            axis = fix(axis if isinstance(axis, Axis) else load_axis(axis), **self.fixed)
+            if self.drive_time:
+                axis = replace(axis, drive=axis.drive.estimating(self.drive_time))
+            axis = leave_out(axis, *self.left_out)
+            _BUILT[key] = build(axis, native=self.native), _digest(_canonical(axis))
+        return _BUILT[key]
 
 
-@dataclass(frozen=True, slots=True)
-class _Same:
-    """An axis, or what names one, that is the same as another by its mark."""
-
-    axis: Axis | str = field(compare=False)
-    mark: str
-
-
-@lru_cache(maxsize=32)
-def _built(
-    source: _Same,
-    fixed: tuple[tuple[str, Any], ...],
-    left_out: tuple[str, ...],
-    drive_time: str,
-    native: bool,
-) -> tuple[GeneratedAxis, str]:
-    """An axis built as it is identified, and a digest of its declaration."""
-    axis = source.axis if isinstance(source.axis, Axis) else load_axis(source.axis)
-    axis = fix(axis, **dict(fixed))
-    if drive_time:
-        axis = replace(axis, drive=axis.drive.estimating(drive_time))
-    axis = leave_out(axis, *left_out)
-    return build(axis, native=native), _digest(_canonical(axis))
+#: The axes that a process has built, by what they were built of, with digests of declarations.
+_BUILT: dict[tuple[str, str], tuple[GeneratedAxis, str]] = {}
 
 
 def _mark(name: str) -> str:
@@ -174,18 +154,10 @@ def log_digest(log: Path) -> str:
     OSError
         It cannot be read.
     """
-    chain, digest = [log], ""
+    chain = [log]
     while (named := log_of(chain[-1])) not in chain:
         chain.append(named)
-    for each in reversed(chain):
-        made = hashlib.sha256(digest.encode())
-        for file in sorted(p for p in each.rglob("*") if p.is_file()) if each.is_dir() else [each]:
-            if each.is_dir():
-                made.update(f"{file.relative_to(each)}\0".encode(errors="replace"))
-            with opened_regular(file) as stream:
-                made.update(hashlib.file_digest(stream, "sha256").digest())
-        digest = made.hexdigest()
-    return digest
+    return digest_of([file for each in chain for file in stamps(each)])
 
 
 def row_for(item: FleetItem, **what: Any) -> FleetRow:

@@ -269,7 +269,7 @@ class Fleet(Checked, Shown):
     rows : tuple of FleetRow
         In the order in which the logs were named.
     notes : tuple of str
-        What is said of the folder: lines that cannot be read, results of other logs.
+        What is said of the folder: lines that cannot be read.
     """
 
     folder: str

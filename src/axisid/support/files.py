@@ -9,7 +9,6 @@ import errno
 import hashlib
 import io
 import json
-import math
 import os
 import re
 import secrets
@@ -20,7 +19,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from .errors import AxisidError, DataError, EstimationError, UsageError
+from .errors import DataError, EstimationError, UsageError
 
 
 @contextmanager
@@ -138,26 +137,6 @@ def write_by_ending(
     return write_file(path, writers[path.suffix]())
 
 
-@contextmanager
-def kept_if_filled(place: Path) -> Iterator[None]:
-    """A folder, which is not left behind empty where it is new and what is done ends early.
-
-    Raises
-    ------
-    OSError
-        It cannot be made.
-    """
-    fresh = not place.exists()
-    place.mkdir(parents=True, exist_ok=True)
-    try:
-        yield
-    except BaseException:
-        if fresh:
-            with suppress(OSError):
-                place.rmdir()
-        raise
-
-
 #: What tells a file from the same file at another time: device, number, size and time of change.
 Stamp = tuple[int, int, int, int]
 
@@ -179,10 +158,10 @@ def stamps(path: Path) -> dict[Path, Stamp]:
 
 
 def digest_of(files: list[Path]) -> str:
-    """SHA-256 of the contents of files, one after the other."""
+    """SHA-256 of the contents of regular files, one after the other."""
     digest = hashlib.sha256()
     for file in files:
-        with file.open("rb") as stream:
+        with opened_regular(file) as stream:
             hashlib.file_digest(stream, lambda: digest)
     return digest.hexdigest()
 
@@ -216,48 +195,26 @@ GIVE_RESULT = f"Give a result of identify, {HOW_SAVED}."
 WRITE_AGAIN = f"Identify again; the result is {HOW_SAVED}."
 
 _LARGEST = 64_000_000  # bytes; a result has some ten thousand
-#: What was opened by whoever started the program, and can be read to its end.
-_OPENED = re.compile(r"/dev/stdin|(/dev|/proc/self)/fd/\d+")
 
 
-def read_result(file: Path, error: type[AxisidError]) -> bytes:
-    """The bytes of a file that has an end and the size of a result.
-
-    Parameters
-    ----------
-    file : Path
-        A regular file, or what the program was given opened, as ``/dev/stdin`` is.
-    error : type
-        Of what is raised.
+def read_result(file: Path) -> bytes:
+    """The bytes of a regular file of the size of a result.
 
     Raises
     ------
-    AxisidError
-        As `error` says: it cannot be read, is no regular file, or too large.
+    DataError
+        It cannot be read, is no regular file, or too large.
     """
     try:
-        kind = file.stat().st_mode
-        if not stat.S_ISREG(kind) and (stat.S_ISDIR(kind) or not _OPENED.fullmatch(str(file))):
-            raise error(
-                f"{file} cannot be read: it is "
-                f"{'a folder' if stat.S_ISDIR(kind) else 'a pipe, a device or a socket'}. "
-                f"{GIVE_RESULT}",
-                code="result-file",
-            )
-        with file.open("rb") as stream:
+        with opened_regular(file) as stream:
             content = stream.read(_LARGEST + 1)
-    except AxisidError:
-        raise  # it is a ValueError too
-    except ValueError as refused:  # a null, or half of a letter
-        raise error(
-            f"{str(file)!r} is no name of a file. {GIVE_RESULT}", code="result-file"
-        ) from refused
-    except OSError as refused:
-        raise error(
-            f"{file} cannot be read: {refused.strerror}. Check the path.", code="result-file"
-        ) from refused
+    except (OSError, ValueError) as error:  # no name has a null
+        why = getattr(error, "strerror", None) or error
+        raise DataError(
+            f"{file} cannot be read: {why}. {GIVE_RESULT}", code="result-file"
+        ) from error
     if len(content) > _LARGEST:
-        raise error(f"{file} is larger than any result, {_LARGEST // 10**6} MB. {GIVE_RESULT}")
+        raise DataError(f"{file} is larger than any result, {_LARGEST // 10**6} MB. {GIVE_RESULT}")
     return content
 
 
@@ -267,18 +224,17 @@ def json_text(document: Mapping[str, Any]) -> str:
     Raises
     ------
     EstimationError
-        A number in it is infinite or none; where it stands is said.
+        A number in it is infinite or none.
     """
     try:
         if "schema" in document:
             document = {**document, "digest": digest(document)}
         return json.dumps(document, indent=2, allow_nan=False) + "\n"
     except ValueError as error:
-        place, value = next(_not_finite(document, ""))
         raise EstimationError(
-            f"the result cannot be written as JSON, since {place} is {value}. Check the equation "
-            "of motion over the positions and speeds of the record, and its units: something in it "
-            "is beyond floating point.",
+            "the result cannot be written as JSON, since a number in it is infinite or none. Check "
+            "the equation of motion over the positions and speeds of the record, and its units: "
+            "something in it is beyond floating point.",
             code="result-file",
         ) from error
 
@@ -296,15 +252,6 @@ def digest(document: Mapping[str, Any]) -> str:
 def is_unchanged(document: Mapping[str, Any]) -> bool:
     """Whether a document that was read is as it was written, as far as it says what that was."""
     return "digest" not in document or document["digest"] == digest(document)
-
-
-def _not_finite(value: Any, place: str) -> Iterator[tuple[str, float]]:
-    """Where numbers stand that JSON does not know."""
-    if isinstance(value, float) and not math.isfinite(value):
-        yield place, value
-    items = enumerate(value) if isinstance(value, (list, tuple)) else ()
-    for key, inner in value.items() if isinstance(value, Mapping) else items:
-        yield from _not_finite(inner, f"{place}.{key}" if place else str(key))
 
 
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")

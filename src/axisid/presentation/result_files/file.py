@@ -63,7 +63,7 @@ def read_document(file: Path, *expected: type[Expected]) -> Expected:
         The file cannot be read, is no JSON, was changed after it was written, is another document,
         or lacks something of its schema.
     """
-    content = read_result(file, DataError)
+    content = read_result(file)
     found, documents = _schema(file, content), {schema_of(each): each for each in expected}
     if found in documents:
         try:
