@@ -22,7 +22,7 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
-from axisid.commands.new_and_show import scaffold
+from axisid.commands.axes import scaffold
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.estimates.value import Value
 from axisid.export_targets import TARGETS

@@ -156,7 +156,7 @@ def test_file_size_limit_leaves_the_old_file_whole(folder: Path) -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
 
     done = subprocess.run(
-        [sys.executable, "-B", "-m", "axisid", "generate", "--output", str(folder)],
+        [sys.executable, "-B", "-m", "axisid", "generate", "--force", "--output", str(folder)],
         capture_output=True,
         text=True,
         check=False,
@@ -186,11 +186,3 @@ def test_two_axes_of_one_name_are_refused(run: Run, tmp_path: Path) -> None:
     code, _, err = run("generate", "emps", "emps", "--output", tmp_path / "g")
     assert code == 2
     assert "two axes are named 'emps'" in err
-
-
-@pytest.mark.slow
-def test_a_folder_without_the_library_asks_which_axes_are_meant(run: Run, tmp_path: Path) -> None:
-    code, _, err = run("generate", "--check", "--output", tmp_path / "mine")
-    assert code == 2
-    assert "nothing of the library is generated in" in err
-    assert "axisid generate --check my_axis.toml" in err

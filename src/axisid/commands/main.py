@@ -22,12 +22,11 @@ from axisid.support.errors import AxisidError, asks_for_tracebacks
 from axisid.support.one_thread import one_thread, without_arithmetic_warnings
 from axisid.support.version import __version__
 
+from .axes import export, generate, new, show
 from .compare import compare, compare_results
-from .export_and_generate import export, generate
 from .fit_sweep_law import fit, law, sweep
 from .fleet_and_trend import fleet, trend
 from .identify import identify
-from .new_and_show import new, show
 from .simulation_commands import paper, study, twin
 
 _USAGE, _DATA, _INTERRUPTED = 2, 3, 130

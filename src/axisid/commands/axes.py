@@ -1,0 +1,257 @@
+"""``axisid new``, ``show``, ``generate`` and ``export``: an axis that is declared, and as text."""
+
+import os
+import sys
+from importlib import resources
+from importlib.util import find_spec
+from pathlib import Path
+
+import click
+
+from axisid.commands.options import (
+    Command,
+    ProgressLine,
+    Target,
+    check_folder,
+    check_idle,
+    check_replaced,
+    check_targets,
+    complete_axis,
+    complete_file,
+    force_option,
+    print_document,
+    stages,
+    write_output,
+)
+from axisid.estimation.choices import method_names
+from axisid.export_targets import TARGETS
+from axisid.support.errors import ModelError, UsageError, refuse
+
+_NAMES = tuple(target.name for target in TARGETS)
+_LANGUAGES = [target.language for target in TARGETS if target.language]
+
+
+@click.command(
+    cls=Command,
+    short_help="Start a declaration, or a run.toml of a log.",
+    epilog="Examples: axisid new my_axis && axisid identify my_axis.toml, or "
+    "axisid new --record log.csv && axisid identify my_axis.toml run.toml",
+)
+@click.argument("name", required=False)
+@click.option("--newton/--lagrange", default=True, help="By forces or by energies.  [newton]")
+@click.option("--toml/--python", default=True, help="As data, or as a program.  [toml]")
+@click.option(
+    "--record",
+    metavar="LOG",
+    shell_complete=complete_file,
+    help="In place of a declaration start a run.toml (or NAME.toml) beside a log: what is said of "
+    "it, with what was found in it. It stands in the place of the log in every command.",
+)
+def new(name: str | None, newton: bool, toml: bool, record: str | None) -> None:
+    """Start a declaration, NAME.toml or NAME.py in this folder, with comments.
+
+    It is complete: a linear stage (a pendulum with --lagrange) with its control law, and an
+    experiment whose twin can be identified at once.
+    """
+    if record is not None:
+        for option in ("--newton", "--toml"):
+            check_idle(
+                option, "or its opposite is of a declaration, and --record starts a run.toml"
+            )
+        log, name = Path(record), name or "run"
+        if Path(name).name != name:
+            raise UsageError(
+                f"{name!r} is no name of a file beside {log}; give one without a folder."
+            )
+        file = log.parent / f"{name.removesuffix('.toml')}.toml"
+        _check_free(file)
+        write_output(str(file), stages.started_run(log))
+        click.echo(f"wrote {file}; take the # away from what is wanted in it, then:")
+        click.echo(f"  axisid identify AXIS {file}")
+        return
+    if name is None:
+        raise click.UsageError("name the axis, or a log by --record LOG.")
+    file = Path(f"{name}.toml" if toml else f"{name}.py")
+    try:
+        stages.check_name(name, "the axis")
+    except ModelError as error:
+        raise UsageError(str(error)) from error
+    _check_free(file)
+    refuse(
+        UsageError,
+        (name in stages.LIBRARY, f"{name!r} is an axis of the library; choose another name"),
+        (
+            not toml and find_spec(name),
+            f"{name}.py would hide the Python module {name}; choose another name",
+        ),
+    )
+    write_output(str(file), scaffold(name, newton=newton, toml=toml))
+    click.echo(f"wrote {file}; edit it, then (the last line is of its twin; add your log to it):")
+    click.echo(f"  axisid show {file}")
+    click.echo(f"  axisid identify {file}")
+
+
+@click.command(cls=Command, epilog="Example: axisid show emps --format latex > emps.tex")
+@click.argument("axis", shell_complete=complete_axis)
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["text", "latex", "markdown"]),
+    default="text",
+    show_default=True,
+    help="A page for the terminal, a LaTeX document, or Markdown with formulas.",
+)
+def show(axis: str, form: str) -> None:
+    """Print what AXIS declares and what follows from it.
+
+    The equation of motion, the inverse and the direct model with their regressors, the map between
+    their parameters, what is identifiable, and the drive, control law and columns.
+    """
+    with ProgressLine(f"deriving {axis}"):
+        model = stages.derive(stages.load_axis(axis))
+        page = stages.axis_document(model) if form == "text" else stages.axis_page(model, form)
+    if isinstance(page, str):
+        click.echo(page, nl=False)
+    else:
+        print_document(page)
+
+
+def scaffold(name: str, *, newton: bool, toml: bool) -> str:
+    """The text of a declaration: one of `scaffolds`, in which the axis is called NAME."""
+    file = f"{'newton' if newton else 'lagrange'}.{'toml' if toml else 'py.txt'}"
+    template = resources.files("axisid.commands") / "scaffolds" / file
+    return template.read_text(encoding="utf-8").replace("NAME", name)
+
+
+def _check_free(file: Path) -> None:
+    if os.path.lexists(file):
+        raise UsageError(f"{file} is there already; choose another name or move it.")
+
+
+@click.command(
+    cls=Command,
+    short_help="Rewrite the generated code of axes.",
+    epilog="Example: axisid generate --check",
+)
+@click.argument("axes", nargs=-1, shell_complete=complete_axis)
+@click.option(
+    "--check", is_flag=True, help="Write nothing; exit 1 if anything is stale, or of no axis."
+)
+@click.option(
+    "--output",
+    type=click.Path(file_okay=False),
+    default="generated",
+    show_default=True,
+    help="Folder of the generated code.",
+)
+@force_option
+def generate(axes: tuple[str, ...], check: bool, output: str, force: bool) -> None:
+    """Rewrite the generated code of AXES, by default of the whole library.
+
+    Each axis gets a folder with its CasADi functions, its equations and a manifest. AXES are names
+    of the library or TOML or Python files that declare an axis.
+    """
+    declared = [stages.load_axis(name) for name in axes or stages.LIBRARY]
+    for name, axis in zip(axes, declared, strict=False):
+        if axis.name in stages.LIBRARY and name not in stages.LIBRARY:
+            raise UsageError(
+                f"{name} declares an axis named {axis.name!r}, whose folder belongs to the "
+                "library; rename the axis."
+            )
+    with ProgressLine("generating") as line:
+        files = stages.expected_files(declared, line)
+    if not check:
+        check_folder(output, "--output", {}, force=force)
+        places = {Path(output, path): "generate" for path in files}
+        check_replaced(places, "--output", axes, force=force)
+        written = stages.write_files(Path(output), files)
+        for path in written:
+            click.echo(f"wrote {Path(output, path)}")
+        click.echo(f"{len(written)} files written, {len(files) - len(written)} were current.")
+        return
+    findings = stages.check_files(Path(output), files, others=stages.LIBRARY if axes else None)
+    for finding in findings:
+        click.echo(f"{finding.state}: {Path(output, finding.path)}")
+        if finding.state == "stale":
+            click.echo(finding.diff)
+    if findings:
+        place = [] if output == "generated" else [f"--output {output}"]
+        orphans = any(finding.state == "orphan" for finding in findings)
+        click.echo(
+            f"not as generated: {len(findings)} of {len(files)}; run: "
+            + " ".join(["axisid generate", *axes, *place])
+            + "; remove the orphans, or name the axes that are meant" * orphans,
+            err=True,
+        )
+        sys.exit(1)
+    click.echo(f"{len(files)} files are current.")
+
+
+@click.command(
+    cls=Command,
+    epilog="Example: axisid identify emps2015 --json result.json && "
+    "axisid export result.json --axis emps2015 --to c -o emps2015.c",
+)
+@click.argument("result", shell_complete=complete_file)
+@click.option(
+    "--axis",
+    required=True,
+    help="The axis that was identified: of the library, or its file.",
+    shell_complete=complete_axis,
+)
+@click.option(
+    "--to",
+    type=click.Choice(_NAMES),
+    required=True,
+    help=f"Feed-forward functions in {', '.join(_LANGUAGES[:-1])} or {_LANGUAGES[-1]}; "
+    "or the parameters.",
+)
+@click.option(
+    "--method",
+    type=click.Choice(method_names()),
+    help="Estimator.  [default: the judged one]",
+)
+@click.option(
+    "--record",
+    "number",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="One of several records, whose parameters (by --local and --known) are wanted.",
+)
+@click.option(
+    "--dead-zone",
+    type=float,
+    default=0.0,
+    metavar="SPEED",
+    help="Speed up to which the friction direction is 0, in m/s or rad/s.  [default: 0]",
+)
+@click.option(
+    "-o",
+    "--output",
+    metavar="FILE",
+    help="In place of standard output.",
+    shell_complete=complete_file,
+)
+@force_option
+def export(
+    result: str,
+    axis: str,
+    to: str,
+    method: str | None,
+    number: int | None,
+    dead_zone: float,
+    output: str | None,
+    force: bool,
+) -> None:
+    """Write an identified axis for use elsewhere.
+
+    RESULT is what `axisid identify --json` wrote. The functions NAME_feedforward and NAME_control
+    take position, velocity and acceleration of the reference and give force and control; they need
+    nothing but the language. JSON, CSV and LaTeX hold all methods unless one is named.
+    """
+    check_targets([Target("--output", output, "export")], (result, axis), force=force)
+
+    write_output(
+        output,
+        stages.export(result, to, axis=axis, method=method, dead_zone=dead_zone, record=number),
+    )
