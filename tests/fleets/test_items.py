@@ -167,11 +167,11 @@ def test_what_no_log_can_be_identified_with_is_refused_before_any_is_read(
 
 def test_logs_without_an_axis_are_refused_at_once(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text("time,position\n")
-    for logs, says in (
-        ([tmp_path / "log.csv"], "log.csv has no axis; name one for all"),
-        (["emps2015", "log.csv"], "--axis emps2015"),  # before the logs as in identify
+    for logs, code, says in (
+        ([tmp_path / "log.csv"], "fleet", "log.csv has no axis; name one for all"),
+        (["emps2015", "log.csv"], "log-file", "named by --axis"),  # before the logs as in identify
     ):
-        with refuses("fleet", says=says):
+        with refuses(code, says=says):
             fleet(logs, out=tmp_path / "out", jobs=0)
     assert not (tmp_path / "out").exists()
 

@@ -1,7 +1,7 @@
 """What a fleet has done, as it is done: a file of one line for each log."""
 
 import os
-from collections.abc import Container, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from itertools import chain
 from pathlib import Path
@@ -15,7 +15,7 @@ from axisid.estimation.identification import Identification
 from axisid.presentation.result_files import JsonObject, about
 from axisid.support.arrays import MaybeNan, from_json
 from axisid.support.errors import DataError, UsageError, first_of
-from axisid.support.files import kinds_of, read_regular, write_file
+from axisid.support.files import read_regular, write_file
 
 from .robust_statistics import LARGEST
 
@@ -170,15 +170,6 @@ def read_ledger(folder: Path) -> tuple[dict[str, FleetRow], str]:
         rows[row.name] = row
     lines = "1 line" if len(broken) == 1 else f"{len(broken)} lines"
     return rows, f"{lines} of {file} cannot be read ({first_of(broken)})" if broken else ""
-
-
-def strays(folder: Path, names: Container[str]) -> list[str]:
-    """Names of the results in a folder that are not among those that are known, in their order."""
-    found = []
-    for file in sorted(file for file in folder.glob("*.json") if file.stem not in names):
-        with suppress(OSError):
-            found += [file.stem] * bool(kinds_of(file) & {"identify", "fit"})
-    return found
 
 
 def write_rows(folder: Path, rows: Iterable[FleetRow], *, anew: bool = False) -> None:

@@ -12,7 +12,6 @@ from axisid.estimation.identification import Identification, identify
 from axisid.estimation.records import log_of, read_record
 from axisid.estimation.signals import Prefilter
 from axisid.modeling.declaration import Axis, fix, leave_out
-from axisid.modeling.library import LIBRARY
 from axisid.modeling.parsing import load_axis
 from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.files import axis_file, digest_of, json_text, read_regular, stamps, write_file
@@ -94,14 +93,9 @@ class Settings:
         """
         axis = item.axis or self.axis
         if not axis and not Path(item.log).exists():  # a mistyped name of a manifest, most often
-            if item.log in LIBRARY:
-                raise UsageError(
-                    f"{item.log} is an axis of the library and no log; logs stand alone, and their "
-                    f"axis is named for all (--axis {item.log}, axis=).",
-                    code="fleet",
-                )
             raise DataError(
-                f"{item.log} cannot be read: there is no such file. Check the path.",
+                f"{item.log} cannot be read: there is no such file. Check the path; an axis is "
+                "named by --axis, axis=.",
                 code="log-file",
             )
         if not axis:

@@ -151,22 +151,9 @@ class Drift(Exact):
     line: Array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Change:
-    """What a series does; neither where nothing is told.
-
-    Attributes
-    ----------
-    steps : tuple of Step
-        In their order.
-    drift : Drift or None
-    """
-
-    steps: tuple[Step, ...] = ()
-    drift: Drift | None = None
-
-
-def change_in(values: Array, variances: Array, places: Array, level: float) -> Change:
+def change_in(
+    values: Array, variances: Array, places: Array, level: float
+) -> tuple[tuple[Step, ...], Drift | None]:
     """Tell whether a series changes, and whether by steps or by a drift.
 
     The largest step and the slope are held against those of the same values in other orders, which
@@ -180,15 +167,21 @@ def change_in(values: Array, variances: Array, places: Array, level: float) -> C
         Estimates in their order, the variance of each, and where each stands.
     level : float
         Probability that a change is told where there is none.
+
+    Returns
+    -------
+    steps : tuple of Step
+        In their order.
+    drift : Drift or None
     """
     largest = _largest_step(values, variances)
     if largest is None:
-        return Change()
+        return (), None
     drift = _drift(values, variances, places)
     looks = [largest[1], *([] if drift is None else [drift.p_value])]
     chance = len(looks) * min(looks)
     if chance > level:
-        return Change()
+        return (), None
     changes = sorted(_places(values, variances, level, 0, (largest[0], min(largest[1], chance))))
     bounds = [0, *(place for place, _ in changes), len(values)]
     steps = tuple(
@@ -198,14 +191,14 @@ def change_in(values: Array, variances: Array, places: Array, level: float) -> C
     # A column for each level; a step's place is chosen as well as its size.
     number = np.searchsorted(bounds[1:-1], np.arange(len(values)), side="right")
     levels = np.asarray(np.eye(len(steps) + 1)[number])
-    models = [
-        (_criterion(values, variances, np.ones((len(values), 1)), 0), Change()),
-        (_criterion(values, variances, levels, len(steps)), Change(steps=steps)),
+    models: list[tuple[float, tuple[Step, ...], Drift | None]] = [
+        (_criterion(values, variances, np.ones((len(values), 1)), 0), (), None),
+        (_criterion(values, variances, levels, len(steps)), steps, None),
     ]
     if drift is not None:
         drift = replace(drift, p_value=min(drift.p_value, chance))
-        models.append((_criterion(values, variances, _straight(places), 0), Change(drift=drift)))
-    return min(models, key=itemgetter(0))[1]
+        models.append((_criterion(values, variances, _straight(places), 0), (), drift))
+    return min(models, key=itemgetter(0))[1:]
 
 
 def _straight(places: Array) -> Array:

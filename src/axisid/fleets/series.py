@@ -100,10 +100,12 @@ def chart_of(
     values, deviations = (np.array([getattr(v, n) for v in estimates]) for n in ("value", "sd"))
     level = TREND_LEVEL.value / parameters
     counted = np.setdiff1d(np.arange(len(points)), np.array(set_aside, dtype=np.intp))
-    change = change_in(values[counted], deviations[counted] ** 2, np.array(places)[counted], level)
+    steps, drift = change_in(
+        values[counted], deviations[counted] ** 2, np.array(places)[counted], level
+    )
     # What the results that count do, at the places of all.
-    steps = tuple(replace(step, place=int(counted[step.place])) for step in change.steps)
-    drift, line = change.drift, np.zeros(len(points))
+    steps = tuple(replace(step, place=int(counted[step.place])) for step in steps)
+    line = np.zeros(len(points))
     if drift is not None:
         line = drift.line[0] + drift.slope * (np.array(places) - places[counted[0]])
         drift = replace(drift, line=line)

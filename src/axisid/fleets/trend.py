@@ -4,6 +4,7 @@ import math
 import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache
@@ -20,11 +21,11 @@ from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.presentation.documents import Document
 from axisid.presentation.result_files import SavedIdentification, SavedOutputFit, load_result
 from axisid.support.errors import DataError, Missing, UsageError, first_of, quoted
-from axisid.support.files import csv_text, json_text, write_by_ending
+from axisid.support.files import csv_text, json_text, kinds_of, write_by_ending
 from axisid.support.mappings import grouped
 from axisid.support.presentable import Shown
 
-from .ledger import LEDGER, FleetRow, fleet_value, read_ledger, strays
+from .ledger import LEDGER, FleetRow, fleet_value, read_ledger
 from .robust_statistics import LARGEST
 from .series import Chart, Series, chart_of
 from .trend_document import trend_document, trend_page
@@ -181,12 +182,14 @@ def _left_out(
     folder: Path, rows: dict[str, FleetRow], broken: str, named: set[Path]
 ) -> Iterator[str]:
     """What is said of the results of a folder that its ledger has not."""
-    left = [
-        name for name in strays(folder, rows) if (folder / f"{name}.json").resolve() not in named
-    ]
     if not rows and broken:
         yield f"{broken}: serial numbers and conditions are not known."
-    elif rows and left:
+    left = []
+    for file in sorted(folder.glob("*.json")) if rows else ():
+        with suppress(OSError):
+            if file.stem not in rows and file.resolve() not in named:
+                left += [file.stem] * bool(kinds_of(file) & {"identify", "fit"})
+    if left:
         of = "1 result is" if len(left) == 1 else f"{len(left)} results are"
         why = f" {broken}." if broken else ""
         yield (

@@ -80,9 +80,6 @@ class AxisidError(ValueError):
         if code:
             self.code = code  # kept by pickle, as attributes are
 
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}({str(self)!r})"
-
 
 class UsageError(AxisidError):
     """An option or argument is wrong in itself, whatever the axis and the record."""
