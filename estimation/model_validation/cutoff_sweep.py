@@ -23,13 +23,14 @@ off them.
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.estimation.choices import INSTRUMENT_STARTS, same_estimates
-from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked
-from axisid.estimation.diagnostics.control_law import LawAgreement, first_failing
+from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked, made
+from axisid.estimation.diagnostics.control_law import LawAgreement, first_failing, law_check
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification, identify, records_of
 from axisid.estimation.methods import METHODS
@@ -266,9 +267,11 @@ class Sweep(Checked, Presentable, Exact):
 
     @property
     def checks(self) -> tuple[Check, ...]:
-        """Of the result at the recommended cut-off; without one, why none can be named."""
+        """Of the result at the recommended cut-off; else of the law, and why there is none."""
         if self.recommended is None:
-            return (Check.unless("recommendation", self.reason),)
+            law = made("control law", partial(law_check, self.law))
+            none = Check.unless("recommendation", self.reason)
+            return (none,) if law is None else (law, none)
         return self.results[self.cutoffs.index(self.recommended)].checks
 
     @property

@@ -65,7 +65,7 @@ def test_on_a_terminal_the_verdict_is_coloured_and_the_text_that_of_a_pipe(
     run: Run, result: Identification
 ) -> None:
     assert run("identify", "emps2015", "--all") == (0, result.summary(every=True), "")
-    drawn = in_terminal("identify", "emps2015", "--all")
+    drawn = in_terminal("identify", "emps2015", "--all", columns=100)
     assert click.style("pass   ", fg="green") in drawn
     visible = drawn.rpartition("\x1b[2K")[2]  # after a progress line, on a busy machine
     assert click.unstyle(visible) == result.summary(every=True)

@@ -1,6 +1,6 @@
 """Blocks drawn by rich: headers bold, checks in colours, tables broken between methods."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from types import MappingProxyType
 from typing import TextIO
 
@@ -10,9 +10,16 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from axisid.presentation.documents import PAGE_WIDTH, Block, Document, Grid, Sentence, block_lines
+from axisid.presentation.documents import (
+    COLUMN_GAP,
+    PAGE_WIDTH,
+    Block,
+    Document,
+    Grid,
+    Sentence,
+    block_lines,
+)
 
-_GAP = 2  # blanks between columns
 _LEAST = 20  # columns; what is narrower is left to the terminal
 #: By kind of line the style of its first letters and of all of it.
 _STYLES = MappingProxyType(
@@ -55,7 +62,7 @@ def _drawn(block: Block, console: Console) -> Iterator[Text]:
         if isinstance(line, Sentence):
             yield from _hanging(_dressed(line), line, console)
         else:
-            for i, page in enumerate(_pages(line, console.width)):
+            for i, page in enumerate(line.pages(console.width)):
                 if i:
                     yield Text()
                 yield from _grid_lines(page, console)
@@ -84,43 +91,12 @@ def _hanging(text: Text, of: Sentence, console: Console) -> Iterator[Text]:
             yield Text(" " * hang) + line
 
 
-def _pages(whole: Grid, room: int) -> list[Grid]:
-    """One table or several, each with the labels; what a column tells stays beside its value."""
-    labels = [i for group in whole.groups[: whole.labels] for i in group]
-    sizes = [max(map(cell_len, each)) for each in zip(whole.heads, *whole.rows, strict=True)]
-
-    def fits(numbers: Sequence[int]) -> bool:
-        wide = [sizes[i] for i in (*labels, *numbers)]
-        return sum(wide) + _GAP * (len(wide) - 1) <= room
-
-    pages: list[list[int]] = []
-    for group in whole.groups[whole.labels :]:
-        for part in _parts(group, fits):
-            if pages and fits([*pages[-1], *part]):
-                pages[-1] += part
-            else:
-                pages.append([*part])
-    return [whole.part([*labels, *page]) for page in pages]
-
-
-def _parts(group: Sequence[int], fits: Callable[[Sequence[int]], bool]) -> list[list[int]]:
-    """RowTimes together, or the first of them beside as many of the others as it has room for."""
-    first, *others = group
-    parts = [[first]]
-    for number in others:
-        if fits([*parts[-1], number]):
-            parts[-1].append(number)
-        else:
-            parts.append([first, number] if fits([first, number]) else [number])
-    return parts
-
-
 def _grid_lines(page: Grid, console: Console) -> Iterator[Text]:
     """Heads over a rule over rows, each text folded into its column."""
     drawn = Table(
-        box=_RULED, show_edge=False, pad_edge=False, padding=(0, _GAP - 1, 0, 0), expand=False
+        box=_RULED, show_edge=False, pad_edge=False, padding=(0, COLUMN_GAP - 1, 0, 0), expand=False
     )
-    widths = _widths(page, console.width - _GAP * (len(page.heads) - 1))
+    widths = _widths(page, console.width - COLUMN_GAP * (len(page.heads) - 1))
     for head, align, width in zip(page.heads, page.aligns, widths, strict=True):
         drawn.add_column(Text(head), justify=align, width=width, header_style="bold")
     for row in page.rows:

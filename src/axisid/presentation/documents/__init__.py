@@ -48,6 +48,7 @@ from .latex import (
     unit_latex as unit_latex,
 )
 from .plain import (
+    COLUMN_GAP as COLUMN_GAP,
     PAGE_WIDTH as PAGE_WIDTH,
     Grid as Grid,
     block_lines as block_lines,

@@ -1,10 +1,12 @@
 """Blocks as lines and tables of texts, and these as plain text: what a pipe and a file get."""
 
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from types import MappingProxyType
+
+from rich.cells import cell_len
 
 from .document import (
     Align,
@@ -24,6 +26,8 @@ from .document import (
 )
 
 PAGE_WIDTH = 96  # characters
+_TABLE_WIDTH = 100  # the same of a table, beyond which it goes on below
+COLUMN_GAP = 2  # blanks between columns
 _FACT_WIDTH = 11  # of the names in a heading
 #: What a line about checks begins with.
 _STATUS_HEADS = MappingProxyType(
@@ -52,6 +56,27 @@ class Grid:
     groups: tuple[tuple[int, ...], ...]
     labels: int
 
+    def pages(self, room: int) -> "list[Grid]":
+        """One table or several of so many characters, each with the labels.
+
+        What a column tells stays beside its value.
+        """
+        labels = [i for group in self.groups[: self.labels] for i in group]
+        sizes = [max(map(cell_len, each)) for each in zip(self.heads, *self.rows, strict=True)]
+
+        def fits(numbers: Sequence[int]) -> bool:
+            wide = [sizes[i] for i in (*labels, *numbers)]
+            return sum(wide) + COLUMN_GAP * (len(wide) - 1) <= room
+
+        pages: list[list[int]] = []
+        for group in self.groups[self.labels :]:
+            for part in _parts(group, fits):
+                if pages and fits([*pages[-1], *part]):
+                    pages[-1] += part
+                else:
+                    pages.append([*part])
+        return [self.part([*labels, *page]) for page in pages]
+
     def part(self, numbers: Sequence[int]) -> "Grid":
         """Some of the columns, each a group of its own."""
         return Grid(
@@ -61,6 +86,18 @@ class Grid:
             groups=tuple((i,) for i in range(len(numbers))),
             labels=self.labels,
         )
+
+
+def _parts(group: Sequence[int], fits: Callable[[Sequence[int]], bool]) -> list[list[int]]:
+    """A group together, or the first of it beside as many of the others as it has room for."""
+    first, *others = group
+    parts = [[first]]
+    for number in others:
+        if fits([*parts[-1], number]):
+            parts[-1].append(number)
+        else:
+            parts.append([first, number] if fits([first, number]) else [number])
+    return parts
 
 
 def grid(table: TableBlock) -> Grid:
@@ -163,7 +200,7 @@ def block_text(block: Block) -> str:
 def _text(line: Sentence | Grid) -> str:
     """As wide as a page; a word that is longer, such as a path, stays whole."""
     if isinstance(line, Grid):
-        return _table(line)
+        return "\n\n".join(map(_table, line.pages(_TABLE_WIDTH)))
     if not line.filled:
         return f"{line.lead}{line.text}"
     return textwrap.fill(
@@ -179,12 +216,14 @@ def _text(line: Sentence | Grid) -> str:
 def _table(texts: Grid) -> str:
     rows = [texts.heads, *texts.rows]
     widths = [max(len(row[i]) for row in rows) for i in range(len(texts.heads))]
-    rule = "-" * (sum(widths) + 2 * (len(widths) - 1))
+    rule = "-" * (sum(widths) + COLUMN_GAP * (len(widths) - 1))
     head, *others = (
-        "  ".join(
+        (" " * COLUMN_GAP)
+        .join(
             text.ljust(width) if align == "left" else text.rjust(width)
             for text, width, align in zip(row, widths, texts.aligns, strict=True)
-        ).rstrip()
+        )
+        .rstrip()
         for row in rows
     )
     return "\n".join([head, rule, *others])

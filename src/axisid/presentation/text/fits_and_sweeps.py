@@ -5,7 +5,6 @@ from collections.abc import Iterator
 
 from axisid.estimation.choices import LOSSES, OUTPUTS, SQUARES
 from axisid.estimation.control_law_search import LawSearch
-from axisid.estimation.estimates import Estimate
 from axisid.estimation.model_validation import FitValidation, Sweep, Validation
 from axisid.estimation.output_error import OutputFit
 from axisid.modeling.declaration import Axis, left_out_text
@@ -25,7 +24,6 @@ from axisid.presentation.documents import (
     text_table,
 )
 from axisid.presentation.result_files import SavedOutputFit, written_output_fit
-from axisid.support.errors import Missing
 
 from .identification import verdict_block
 from .record import local_notes, record_facts, records_facts, set_aside_facts
@@ -130,9 +128,6 @@ def _remarks(fit: SavedOutputFit) -> Iterator[str]:
 _MOST = 8  # laws that are listed
 
 
-_NOT_TOLD = ("record", "columns")  # but what was assumed and repaired
-
-
 def law_search_document(search: LawSearch) -> Document:
     """The laws by what they leave, the gains of the best, and how to declare it."""
     best = search.best
@@ -142,7 +137,7 @@ def law_search_document(search: LawSearch) -> Document:
             columns=(
                 *text_columns(["", "law"]),
                 TableColumn("gains", align="left"),
-                TableColumn("delay", "samples"),
+                TableColumn("delay"),
                 TableColumn("held-out", "%"),
                 TableColumn("own", "%"),
             ),
@@ -158,7 +153,7 @@ def law_search_document(search: LawSearch) -> Document:
                 for i, each in enumerate(search.laws[:_MOST], 1)
             ),
             labels=2,
-            title="Ready laws by what they leave of the control, of held-out and of their own rows",
+            title="Ready laws, delayed by samples, and what they leave of held-out and own rows",
         ),
         text_table(
             (best.title, "value", "sd"),
@@ -189,57 +184,45 @@ def _conclusion(search: LawSearch) -> Paragraph:
 
 
 def sweep_document(sweep: Sweep) -> Document:
-    """Values by cut-off and method, and the recommendation."""
+    """Values of the judged method by cut-off, the recommendation, and what is checked there."""
     first = sweep.results[0]
     units = {p.name: p.unit for p in first.axis.declared.parameters}
-    told = records_facts(first.records, [of_one.known for of_one in first.of_records], units)
     facts = {
+        "axis": first.axis.axis.name,
         "left out": left_out_text(first.axis.declared),
-        **{name: text for name, text in told.items() if not name.startswith(_NOT_TOLD)},
+        **records_facts(first.records, [of_one.known for of_one in first.of_records], units),
         **set_aside_facts(first.set_aside),
     }
     return (
         Heading(facts=tuple(facts.items())),
-        *(_sweep_table(sweep, each.name, each.unit) for each in first.preferred.quantities),
-        _sweep_remarks(sweep),
+        _sweep_table(sweep),
+        paragraph(
+            *(f"{cutoff:g} Hz gave no estimate: {why}" for cutoff, why in sweep.failures.items()),
+            Sentence(lead="recommended: ", text=f"{sweep.recommendation}.", hang=4),
+        ),
+        verdict_block(sweep.checks),
     )
 
 
-def _sweep_table(sweep: Sweep, name: str, unit: str) -> TableBlock:
-    of_methods = (
-        TableColumn(f"{each.upper()} {name}", unit, parts=("sd",)) for each in sweep.methods
-    )
-
-    def cell(estimate: Estimate | None) -> QuantityCell:
-        if estimate is None:
-            return QuantityCell("-", "-")
-        value = estimate.parameters[name]
-        return QuantityCell(f"{value.corrected:.5g}", f"{value.deviation:.2g}")
-
+def _sweep_table(sweep: Sweep) -> TableBlock:
+    judged = [result.preferred for result in sweep.results]
     return TableBlock(
-        columns=(TableColumn("cut-off", "Hz", "left"), TableColumn("1 of"), *of_methods),
+        columns=(
+            TableColumn("cut-off", "Hz", "left"),
+            *(TableColumn("1 of"), TableColumn("method", align="left")),
+            *(TableColumn(q.name, q.unit, parts=("sd",)) for q in judged[0].quantities),
+        ),
         rows=tuple(
             (
                 f"{result.prefilter.cutoff:g}",
-                str(result.prefilter.decimate),
-                *(cell(result.estimates.get(method)) for method in sweep.methods),
+                *(str(result.prefilter.decimate), estimate.method.upper()),
+                *(
+                    QuantityCell(f"{value.corrected:.5g}", f"{value.deviation:.2g}")
+                    for value in estimate.parameters.values()
+                ),
             )
-            for result in sweep.results
+            for result, estimate in zip(sweep.results, judged, strict=True)
         ),
-    )
-
-
-def _sweep_remarks(sweep: Sweep) -> Paragraph:
-    law = sweep.law
-    return paragraph(
-        "Values are without the bias of filter and noise, where that is known.",
-        *(f"{cutoff:g} Hz gave no estimate: {why}" for cutoff, why in sweep.failures.items()),
-        *(
-            []
-            if isinstance(law, Missing) or law.passed
-            else [f"believe nothing before this is mended: {law.sentence}."]
-        ),
-        Sentence(lead="recommended: ", text=f"{sweep.recommendation}.", hang=4),
     )
 
 
