@@ -5,18 +5,6 @@ what a terminal shows: colours, width, progress. Knows nothing of what a command
 of how a result looks.
 """
 
-from .estimator_options import (
-    VALUE as VALUE,
-    Filtering as Filtering,
-    Fitting as Fitting,
-    bootstrap_option as bootstrap_option,
-    bounded_option as bounded_option,
-    by_names as by_names,
-    fix_option as fix_option,
-    loss_option as loss_option,
-    method_option as method_option,
-    one_or_all as one_or_all,
-)
 from .groups import (
     Command as Command,
     Options as Options,
@@ -30,12 +18,22 @@ from .groups import (
     takes as takes,
 )
 from .inputs import (
+    VALUE as VALUE,
+    Filtering as Filtering,
+    Fitting as Fitting,
     Inputs as Inputs,
     Reading as Reading,
     Sharing as Sharing,
     axis_and_records as axis_and_records,
+    bootstrap_option as bootstrap_option,
+    bounded_option as bounded_option,
+    by_names as by_names,
+    fix_option as fix_option,
     is_log as is_log,
     leave_out_option as leave_out_option,
+    loss_option as loss_option,
+    method_option as method_option,
+    one_or_all as one_or_all,
 )
 from .outputs import (
     Target as Target,
