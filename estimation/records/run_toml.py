@@ -3,7 +3,6 @@
 A repair is made on request only; each says what it did and how often.
 """
 
-import json
 import math
 import os
 from collections.abc import Callable, Collection, Mapping
@@ -25,6 +24,7 @@ from axisid.modeling.parsing import TomlTable, nearest, read_columns, read_toml,
 from axisid.modeling.quantities import settle
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, RunFileError, UsageError, is_real, quoted, refuse
+from axisid.support.files import toml_text
 from axisid.support.mappings import FrozenMapping
 from axisid.support.memory import room_for
 
@@ -274,7 +274,7 @@ def started_run(log: Path) -> str:
             "Take the # away from what is wanted."
         ),
         "",
-        f"log = {_quoted(log.name)}",
+        f"log = {toml_text(log.name)}",
         *keys,
         "",
         "# All but columns stands above this line.",
@@ -304,7 +304,7 @@ def _role(table: Table, role: str) -> str:
     guessed, ending = (f"  # {unit} is guessed from its steps", f":{unit}") if unit else ("", "")
     if not name.isprintable() or len(name) >= _LINE:
         name = f"#{[*table.columns].index(name) + 1}"
-    return f"# {role} = {_quoted(name + ending)}{guessed}"
+    return f"# {role} = {toml_text(name + ending)}{guessed}"
 
 
 def _described(table: Table, name: str) -> str:
@@ -313,7 +313,7 @@ def _described(table: Table, name: str) -> str:
     between = f"{finite.min():.6g} to {finite.max():.6g}" if finite.size else "no numbers"
     unit = f"in {column.unit}" if column.unit else "in SI unless a unit is said"
     held = column.holds or f"{between}, {unit if unit.isprintable() else ''}"
-    return f"{_quoted(name[:_LINE])}: {held}"
+    return f"{toml_text(name[:_LINE])}: {held}"
 
 
 def _values(table: Table, name: str) -> Array:
@@ -323,7 +323,3 @@ def _values(table: Table, name: str) -> Array:
 
 def _comment(said: str) -> list[str]:
     return [f"# {line}" for line in wrap(said, _LINE)]
-
-
-def _quoted(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

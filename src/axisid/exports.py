@@ -7,7 +7,6 @@ Of tables ``sd_hac`` is consistent with autocorrelated residuals, ``sd_iid`` is 
 ones; intervals are of the covariance that was chosen, ``interval_covariance``.
 """
 
-import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,7 +20,7 @@ from axisid.modeling.quantities import Parameter
 from axisid.presentation.documents import decimals, symbol_latex, unit_latex
 from axisid.presentation.result_files import FittedAxis, SavedIdentification, fitted_axis
 from axisid.support.errors import UsageError, is_among, is_real, quoted, range_text, refuse
-from axisid.support.files import csv_text, json_text
+from axisid.support.files import csv_text, json_text, toml_text
 
 _HEADER = (
     "axis method parameter unit value sd_hac lower_95 upper_95 sd_iid sd_gain filter_bias "
@@ -86,19 +85,19 @@ def parameters_toml(fitted: FittedAxis, methods: Sequence[str]) -> str:
         "",
         "# No part of a declaration.",
         "[identified]",
-        f"axis = {_text(fitted.model.axis.name)}",
-        f"method = {_text(method)}",
-        f"record = {_text(fitted.source)}",
-        f"sha256 = {_text(fitted.sha256)}",
-        f"signature = {_text(fitted.signature)}",
+        f"axis = {toml_text(fitted.model.axis.name)}",
+        f"method = {toml_text(method)}",
+        f"record = {toml_text(fitted.source)}",
+        f"sha256 = {toml_text(fitted.sha256)}",
+        f"signature = {toml_text(fitted.signature)}",
         "",
         "[identified.parameters]",
     ]
     for name, v in estimate.items():
         low, high = v.interval
         lines.append(
-            f"{name} = {{ value = {v.value!r}, unit = {_text(v.unit)}, sd_hac = {v.sd_hac!r}, "
-            f"interval_95 = [{low!r}, {high!r}], interval_covariance = {_text(v.chosen)} }}"
+            f"{name} = {{ value = {v.value!r}, unit = {toml_text(v.unit)}, sd_hac = {v.sd_hac!r}, "
+            f"interval_95 = [{low!r}, {high!r}], interval_covariance = {toml_text(v.chosen)} }}"
             + f"  # {v.corrected!r} {CORRECTED}"
             * v.is_shifted
         )
@@ -108,7 +107,7 @@ def parameters_toml(fitted: FittedAxis, methods: Sequence[str]) -> str:
 def _declared(parameter: Parameter, v: Value) -> str:
     """A parameter of a declaration; a bound that the estimate breaks would be refused."""
     nominal = v.corrected
-    fields = {"unit": _text(parameter.unit), "nominal": repr(nominal)}
+    fields = {"unit": toml_text(parameter.unit), "nominal": repr(nominal)}
     said = ""
     for bound, limit, kept in (
         ("lower", parameter.lower, parameter.lower <= nominal),
@@ -119,14 +118,9 @@ def _declared(parameter: Parameter, v: Value) -> str:
         elif math.isfinite(limit):
             fields[bound] = repr(limit)
     if parameter.description:
-        fields["description"] = _text(parameter.description)
+        fields["description"] = toml_text(parameter.description)
     listed = ", ".join(f"{key} = {value}" for key, value in fields.items())
     return f"{parameter.name} = {{ {listed} }}{said}"
-
-
-def _text(text: str) -> str:
-    """A basic string of TOML: JSON's, with DEL escaped too."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007F")
 
 
 def parameters_latex(fitted: FittedAxis, methods: Sequence[str]) -> str:

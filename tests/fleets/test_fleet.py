@@ -9,6 +9,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -150,6 +151,7 @@ def test_logs_of_several_axes_are_held_against_those_of_their_own(tmp_path: Path
         ({"jobs": -1}, "the jobs are -1"),
         ({"time_limit": 0.0}, "the time limit is 0.0"),
         ({"time_limit": float("inf")}, "the time limit is inf"),
+        ({"time_limit": 1.0, "executor": ThreadPoolExecutor(1)}, "leave one of the two out"),
         ({"known": {"m": [1.0]}}, "known is of several records together"),
     ],
 )

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
 from functools import partial
-from inspect import Parameter, signature
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -81,7 +81,8 @@ def fleet(
     executor : Executor, optional
         In place of processes: any of `concurrent.futures`, or Dask's ``client.get_executor()``.
     time_limit : float, optional
-        Seconds for one log; of a process's first log of an axis, building the axis too.
+        Seconds for one log; of a process's first log of an axis, building the axis too. Not of an
+        executor, whose work nobody can end.
     resume : bool
         Leave alone what was done with the same log, axis and options.
     prefilter : Prefilter, optional
@@ -123,6 +124,11 @@ def fleet(
             f"the time limit is {quoted(time_limit)}; give a positive number of seconds",
         ),
         (
+            time_limit is not None and executor is not None,
+            "a time limit ends processes, and an executor is in place of them; leave one of the "
+            "two out",
+        ),
+        (
             several,
             f"{several} is of several records together, and a fleet identifies each log by "
             "itself; leave it out",
@@ -142,8 +148,18 @@ def fleet(
         identifying=identifying,
         draws=draws,
     )
-    _check_names(identify, settings.identifying)
-    _check_names(read_record, settings.reading, taken=("log", "axis"))
+    for function, own, given in (
+        (identify, ("axis", "record", "prefilter"), identifying),
+        (read_record, ("log", "axis"), settings.reading),
+    ):
+        takes = signature(function)
+        try:
+            takes.bind(*own, **given)
+        except TypeError as error:
+            raise UsageError(
+                f"{function.__name__} {error}; it takes {', '.join(takes.parameters)}.",
+                code="fleet",
+            ) from error
     requested_methods(settings.identifying.get("methods"))
     if len({item.axis for item in items}) == 1:
         settings.built(items[0])  # what is wrong with the axis of all is refused at once
@@ -260,23 +276,6 @@ def _is_whole(result: Path) -> bool:
         return isinstance(members, dict) and is_unchanged(members)
     except (OSError, msgspec.DecodeError, UnicodeDecodeError):
         return False
-
-
-def _check_names(
-    function: Callable[..., object],
-    given: Mapping[str, object],
-    taken: Sequence[str] = ("axis", "record", "prefilter", *OF_SEVERAL),
-) -> None:
-    known = [
-        name
-        for name, each in signature(function).parameters.items()
-        if each.kind is not Parameter.VAR_KEYWORD and name not in taken
-    ]
-    if unknown := [name for name in given if name not in known]:
-        raise UsageError(
-            f"{function.__name__} takes no {quoted(unknown[0])}; it takes {', '.join(known)}.",
-            code="fleet",
-        )
 
 
 def checked(

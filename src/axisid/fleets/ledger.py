@@ -5,13 +5,12 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from itertools import chain
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import msgspec
 
-from axisid.estimation.diagnostic_checks import Belief, Check, Checked, by_weight
+from axisid.estimation.diagnostic_checks import Belief, Check, Checked
 from axisid.estimation.estimates import Value
-from axisid.estimation.identification import Identification
 from axisid.presentation.result_files import JsonObject, about
 from axisid.support.arrays import MaybeNan, from_json
 from axisid.support.errors import DataError, UsageError, first_of
@@ -107,20 +106,6 @@ class FleetRow(
         """Whether values, deviations and covariance are numbers whose squares are ones too."""
         own = ((each.value, each.sd) for each in self.parameters.values())
         return all(abs(each) < LARGEST for each in chain(*own, *self.covariance))
-
-
-def judged(result: Identification) -> dict[str, Any]:
-    """What a row has of a result."""
-    estimate = result.preferred
-    said = {c.name: c.meaning for c in by_weight(result.verdict) if c.status == "fail"}
-    return {
-        "signature": result.axis.signature,
-        "method": estimate.method,
-        "parameters": {n: fleet_value(each) for n, each in estimate.parameters.items()},
-        "covariance": tuple(map(tuple, estimate.covariance.tolist())),
-        "failing": tuple(said),
-        "doubt": next(iter(said.values()), ""),
-    }
 
 
 def fleet_value(value: Value) -> FleetValue:

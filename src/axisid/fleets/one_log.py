@@ -8,6 +8,7 @@ from time import process_time
 from typing import Any
 
 from axisid.codegen.generated_axes import GeneratedAxis, build
+from axisid.estimation.diagnostic_checks import by_weight
 from axisid.estimation.identification import Identification, identify
 from axisid.estimation.records import log_of, read_record
 from axisid.estimation.signals import Prefilter
@@ -18,7 +19,7 @@ from axisid.support.files import axis_file, digest_of, json_text, read_regular, 
 from axisid.support.version import __version__
 
 from .items import FleetItem
-from .ledger import FleetRow, judged
+from .ledger import FleetRow, fleet_value
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -194,8 +195,20 @@ def identify_log(settings: Settings, item: FleetItem) -> FleetRow:
             key="" if error.code == "file" else key,  # another time there may be room
             seconds=process_time() - begin,
         )
+    estimate = result.preferred
+    said = {c.name: c.meaning for c in by_weight(result.verdict) if c.status == "fail"}
     return row_for(
-        item, axis=axis, status="ok", key=key, **judged(result), seconds=process_time() - begin
+        item,
+        axis=axis,
+        status="ok",
+        key=key,
+        signature=result.axis.signature,
+        method=estimate.method,
+        parameters={name: fleet_value(value) for name, value in estimate.parameters.items()},
+        covariance=tuple(map(tuple, estimate.covariance.tolist())),
+        failing=tuple(said),
+        doubt=next(iter(said.values()), ""),
+        seconds=process_time() - begin,
     )
 
 

@@ -254,6 +254,11 @@ def is_unchanged(document: Mapping[str, Any]) -> bool:
     return "digest" not in document or document["digest"] == digest(document)
 
 
+def toml_text(text: str) -> str:
+    """A basic string of TOML: JSON's, with DEL escaped too."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007F")
+
+
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
 
 

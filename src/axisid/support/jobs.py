@@ -77,7 +77,7 @@ def run_jobs(
         Any of `concurrent.futures` in place of processes, such as a `Client.get_executor()` of
         Dask. It is not shut down.
     limit : float, optional
-        Seconds for one item. A process that takes longer is killed; a thread is left behind.
+        Seconds for one item; a process that takes longer is killed. An executor has none.
     progress : callable, optional
     said : str
         What is said to be going on, before the rate and the time that remains.
@@ -90,7 +90,7 @@ def run_jobs(
     """
     made: Generator[tuple[int, Value | Failure], None, None]
     if executor is not None:
-        made = _on_executor(partial(_within, function, limit), items, executor)
+        made = _on_executor(partial(_attempt, function), items, executor)
     elif jobs == 0:
         made = ((place, _attempt(function, item)) for place, item in enumerate(items))
     else:
@@ -124,10 +124,6 @@ def _failure_of(error: BaseException) -> Failure:
     if type(error).__name__ == "KilledWorker":
         return Failure("killed", "its worker was killed each time that it was begun")
     return Failure("error", " ".join(f"{type(error).__name__}: {error}".removesuffix(": ").split()))
-
-
-def _timed_out(limit: float | None) -> Failure:
-    return Failure("time", f"it did not end within the time limit of {limit:g} s")
 
 
 class _Worker:
@@ -222,7 +218,8 @@ class _Processes:
                 how = self._leave(_PATIENCE)
             else:
                 self._leave(0.0)
-                return _timed_out(self._limit)
+                told = f"it did not end within the time limit of {self._limit:g} s"
+                return Failure("time", told)
         return Failure("killed", f"its worker was killed ({how}), {_ATTEMPTS} times")
 
     def _started(self) -> _Worker:
@@ -283,15 +280,3 @@ def _on_executor(
     finally:
         for future in pending:
             future.cancel()
-
-
-def _within(function: Callable[[Item], Value], limit: float | None, item: Item) -> Value | Failure:
-    """What a function makes of an item, within a time limit in s; by whoever works."""
-    if limit is None:
-        return _attempt(function, item)
-    made: list[Value | Failure] = []
-    # A daemon: it cannot be stopped, and the process must be able to end without it.
-    thread = threading.Thread(target=lambda: made.append(_attempt(function, item)), daemon=True)
-    thread.start()
-    thread.join(limit)
-    return made[0] if made else _timed_out(limit)
