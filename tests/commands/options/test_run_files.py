@@ -161,6 +161,11 @@ def test_identify_has_few_options_below_titles(run: Run) -> None:
     assert all(f"\n  {option.opts[-1]}" in said for option in options)
 
 
+def test_a_key_that_is_taken_for_an_option_is_told(refused: Refused) -> None:
+    said = "the key sample_period of a log's run.toml, which axisid new --record"
+    refused("identify", "emps", "log.csv", "--sample-period", "1e-3", says=said)
+
+
 IDENTIFY = ("identify", "emps2015", "--method", "idm-ls")
 
 

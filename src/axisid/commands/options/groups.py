@@ -179,7 +179,17 @@ class Command(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Refuse what is given again, of which only the last would count."""
         if not ctx.resilient_parsing:
-            given, _, order = self.make_parser(ctx).parse_args(args=[*args])
+            try:
+                given, _, order = self.make_parser(ctx).parse_args(args=[*args])
+            except click.NoSuchOption as error:
+                key = error.option_name.lstrip("-").replace("-", "_")
+                if key not in LOG_KEYS:
+                    raise
+                raise click.UsageError(
+                    f"{error.option_name} is no option, but the key {key} of a log's run.toml, "
+                    "which axisid new --record LOG writes.",
+                    ctx,
+                ) from error
             for option in dict.fromkeys(order):
                 if isinstance(option, click.Option):
                     for said, times in _times_said(option, order, given[str(option.name)]).items():
