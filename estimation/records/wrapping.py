@@ -70,6 +70,13 @@ def unwound(
         A column is not wrapped by its modulus, or the position jumps by whole turns.
     """
     for role, modulus in moduli.items():
+        if role not in columns.samples:
+            raise DataError(
+                f"{columns.source}: there is no {role} from which the modulus {modulus} could be "
+                f"taken; name a column that is read ({', '.join(columns.samples)}), or leave wrap "
+                "out in run.toml.",
+                code="wrap",
+            )
         if role == "position":
             columns = _unwrapped(columns, modulus, gap)
         else:
@@ -86,12 +93,6 @@ def _unwrapped(columns: RoleColumns, modulus: Modulus, gap: float) -> RoleColumn
     position's turn. Without a jump nothing is moved.
     """
     source, samples = columns.source, {**columns.samples}
-    if "position" not in samples:
-        raise DataError(
-            f"{source}: there is no position whose jumps by {modulus} could be undone; name "
-            "it with columns position=NAME, or leave wrap out in run.toml.",
-            code="wrap",
-        )
     span = float(np.ptp(samples["position"].values))
     if span > _MAX_WRAPPED_SPAN * modulus.si:
         raise DataError(
@@ -127,22 +128,16 @@ def _unwrapped(columns: RoleColumns, modulus: Modulus, gap: float) -> RoleColumn
 
 def _signed(columns: RoleColumns, role: str, modulus: Modulus) -> RoleColumns:
     """Take numbers of half a modulus and more as negative ones that were written without a sign."""
-    source, samples = columns.source, columns.samples
-    if role not in samples:
-        raise DataError(
-            f"{source}: there is no {role} from which the modulus {modulus} could be taken; name a "
-            f"column that is read ({', '.join(name for name in samples if name != 'time')}).",
-            code="wrap",
-        )
-    values = samples[role].values
+    samples = columns.samples[role]
+    values = samples.values
     if float(np.abs(values).max()) > modulus.si:
         raise DataError(
-            f"{source}: the {role} reaches {modulus.written(np.abs(values).max())}, more than the "
-            f"modulus {modulus}; give the modulus in the column's unit, or leave it.",
+            f"{columns.source}: the {role} reaches {modulus.written(np.abs(values).max())}, more "
+            f"than the modulus {modulus}; give the modulus in the column's unit, or leave it.",
             code="wrap",
         )
     beyond = values >= modulus.si / 2
-    signed = replace(samples[role], values=np.where(beyond, values - modulus.si, values))
+    signed = replace(samples, values=np.where(beyond, values - modulus.si, values))
     count = int(np.count_nonzero(beyond))
     return columns.repaired(
         {role: signed},

@@ -67,19 +67,9 @@ def stamp_seconds(cells: Sequence[str]) -> tuple[Array, str]:
         A cell is no time stamp, there is no such day, or the order of day and month is open.
     """
     filled = [k for k, cell in enumerate(cells) if cell]
-    seconds = np.full(len(cells), np.nan)
-    try:
-        seconds[filled], note = _filled_seconds([cells[k] for k in filled])
-    except TimeStampError as error:
-        raise TimeStampError(filled[error.row], error.why) from error
-    return seconds, f"time stamps counted from the first{note}"
-
-
-def _filled_seconds(cells: Sequence[str]) -> tuple[Array, str]:
-    """Seconds from the first stamp, of cells none of which is empty."""
-    groups = [_groups(cell) for cell in cells]
+    groups = [_groups(cells[k]) for k in filled]
     if None in groups:
-        raise TimeStampError(groups.index(None))
+        raise TimeStampError(filled[groups.index(None)])
     stamps = [parts for parts in groups if parts]
     dates, *_, halves, zones = zip(*stamps, strict=True)
     named = any(
@@ -95,14 +85,16 @@ def _filled_seconds(cells: Sequence[str]) -> tuple[Array, str]:
         try:
             numbers[text] = _day(text, order)
         except ValueError as error:
-            raise TimeStampError(dates.index(text), "there is no such day") from error
+            raise TimeStampError(filled[dates.index(text)], "there is no such day") from error
     days = np.array([numbers[text] for text in dates], dtype=np.int64)
     within = np.array([_since_midnight(*parts[1:]) for parts in stamps], dtype=np.int64)
     if not any(dates):
         days = np.cumsum(np.diff(within, prepend=within[0]) < -_DAY * _SECOND // 2)
         if days[-1]:
             note = ", over midnight where they start again"
-    return (days - days[0]) * _DAY + (within - within[0]) / _SECOND, note
+    seconds = np.full(len(cells), np.nan)
+    seconds[filled] = (days - days[0]) * _DAY + (within - within[0]) / _SECOND
+    return seconds, f"time stamps counted from the first{note}"
 
 
 def _since_midnight(

@@ -18,7 +18,6 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from typing import NamedTuple
 
 import numpy as np
 
@@ -41,13 +40,6 @@ class ScalingError(ValueError):
     """A text that is no scaling."""
 
 
-class Scaling(NamedTuple):
-    """What makes numbers of a column SI: times what a 1 of it is, plus a coherent offset."""
-
-    of: UnitQuantity
-    offset: UnitQuantity | None = None
-
-
 def is_scaling(text: str) -> bool:
     """Whether a text says more than a unit."""
     begun = _LAST.search(text) or _NO_NUMBER.search(text)
@@ -56,8 +48,8 @@ def is_scaling(text: str) -> bool:
     )
 
 
-def read_scaling(text: str, own: str = "") -> Scaling:
-    """Read a scaling.
+def read_scaling(text: str, own: str = "") -> tuple[UnitQuantity, UnitQuantity | None]:
+    """Read a scaling: what a 1 of a column is, and what is added to it, coherent.
 
     Parameters
     ----------
@@ -91,7 +83,7 @@ def read_scaling(text: str, own: str = "") -> Scaling:
             of = of * quantity if sign == "*" else of / quantity
     if not 1 / _LARGEST < abs(of.value) < _LARGEST:
         raise ScalingError("the product of the factors is no number that can be computed with")
-    return Scaling(of, offset)
+    return of, offset
 
 
 def _check_numbers(text: str) -> None:
@@ -222,22 +214,23 @@ def to_si(
     """
     wanted = expected_units(role, axis, injected_at)
     scaled = own is not None and is_scaling(text)
+    offset: UnitQuantity | None = None
     wrong = UsageError if requested or scaled else DataError
     try:
         if scaled:
-            scaling = read_scaling(text, own if own and is_unit(own) else "")
+            of, offset = read_scaling(text, own if own and is_unit(own) else "")
         elif (plain := exact_unit(text)) or text.lower() in COUNTS:
-            scaling = Scaling(plain or UnitQuantity(Fraction(1), is_count=True))
+            of = plain or UnitQuantity(Fraction(1), is_count=True)
         else:
             # Nor one over another, as in mm/rev: nothing says what that is a motion of.
             raise ScalingError(f"{text!r} is no unit that is known")
-        of = scaling.of
         if of.unit is None and (of.is_count or not scaled):
             raise ScalingError("it does not say what one count is")
     except ScalingError as error:
+        example = _EXAMPLES.get(next(iter(wanted), ""), _EXAMPLES["rad"])
         raise wrong(
             f"{source}: the {role} is given as {text!r}: {error}; say what one is, as in columns "
-            f"{role}=NAME:{_example(wanted)}, or the unit that it is in ({role}=NAME:UNIT; mm, "
+            f"{role}=NAME:{example}, or the unit that it is in ({role}=NAME:UNIT; mm, "
             f"deg, rev, ms, mA, Ncm, ...), which is {(wanted or ('V',))[0]} where it is SI.",
             code="units",
         ) from error
@@ -258,14 +251,10 @@ def to_si(
     _check_angle(role, text, of, same, source)
     unit = same[0] if same else of.unit or (wanted[0] if len(wanted) == 1 else "SI")
     note = f"{role}: {text}, {factor:.9g} {unit} each"
-    if scaling.offset is None:
+    if offset is None:
         return values * factor, note
-    offset = float(scaling.offset)
-    return values * factor + offset, f"{note} {'+' if offset >= 0 else '-'} {abs(offset):.9g}"
-
-
-def _example(wanted: Sequence[str]) -> str:
-    return _EXAMPLES.get(next(iter(wanted), ""), _EXAMPLES["rad"])
+    added = float(offset)
+    return values * factor + added, f"{note} {'+' if added >= 0 else '-'} {abs(added):.9g}"
 
 
 def _check_angle(role: str, text: str, of: UnitQuantity, same: Sequence[str], source: str) -> None:
@@ -326,10 +315,11 @@ def check_no_counts(role: str, name: str, values: Array, axis: Axis | None, *, s
     if not whole or len(np.unique(finite)) < 10:
         return
     unit = (axis.coordinate.unit if axis is not None else "") or "rad"
+    example = _EXAMPLES.get(unit, _EXAMPLES["rad"])
     raise DataError(
         f"{source}: the {role} {name!r} has no unit, and is whole numbers alone, from "
         f"{finite.min():.9g} to {finite.max():.9g}: those are counts of an encoder; say "
-        f"what one of them is, as in columns {role}={name}:{_example([unit])}; where they "
+        f"what one of them is, as in columns {role}={name}:{example}; where they "
         f"are {unit} indeed, say so ({name}:{unit}).",
         code="units",
     )

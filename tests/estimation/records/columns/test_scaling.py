@@ -65,9 +65,9 @@ def test_a_scaling_is_read_to_the_last_bit(
     text: str, own: str, factor: float, offset: float
 ) -> None:
     assert is_scaling(text)
-    found = read_scaling(text, own)
-    assert float(found.of) == pytest.approx(factor, rel=2.3e-16)
-    assert float(found.offset or 0.0) == pytest.approx(offset, rel=2.3e-16)
+    of, added = read_scaling(text, own)
+    assert float(of) == pytest.approx(factor, rel=2.3e-16)
+    assert float(added or 0.0) == pytest.approx(offset, rel=2.3e-16)
 
 
 @pytest.mark.parametrize(
