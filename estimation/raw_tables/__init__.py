@@ -4,9 +4,11 @@ In: names and arrays. Out: `Table`, `Provenance`.
 Knows nothing of file formats, axes and roles.
 """
 
-from .provenance import PeriodSource as PeriodSource, Provenance as Provenance, Repair as Repair
 from .table import (
+    PeriodSource as PeriodSource,
+    Provenance as Provenance,
     RawColumn as RawColumn,
+    Repair as Repair,
     Samples as Samples,
     Table as Table,
     TableBuilder as TableBuilder,
