@@ -8,7 +8,6 @@ import logging
 import os
 import sys
 import textwrap
-import traceback
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -56,11 +55,7 @@ def _let_go(error: BaseException) -> None:
     hook = sys.unraisablehook
     sys.unraisablehook = lambda _: None
     try:
-        cause: BaseException | None = error
-        while cause is not None:
-            traceback.clear_frames(cause.__traceback__)
-            cause = cause.__context__
-        error.__traceback__ = error.__context__ = None
+        error.__traceback__ = error.__context__ = error.__cause__ = None
         gc.collect()
     finally:
         sys.unraisablehook = hook
