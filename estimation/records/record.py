@@ -365,10 +365,17 @@ class Record(Presentable, Exact):
 
         Of one of velocity alone it is noted.
         """
-        if self.time is None:
-            raise DataError(
-                f"{self._name()}: there is no time; a record needs one.", code="missing-column"
-            )
+        no_position = self.position is None or not np.size(self.position)
+        refuse(
+            DataError,
+            (self.time is None, "there is no time; a record needs one"),
+            (
+                no_position and self.velocity is None,
+                "there is no position, nor a velocity in its place; a record needs one",
+            ),
+            before=f"{self._name()}: ",
+            code="missing-column",
+        )
         unnamed = "" if isinstance(self.signals, Mapping) else quoted(self.signals)
         taken = next((name for name in self.signals if name in ROLES), "") if not unnamed else ""
         refuse(
@@ -387,13 +394,7 @@ class Record(Presentable, Exact):
             ),
             before=f"{self._name()}: ",
         )
-        if self.position is None or not np.size(self.position):
-            if self.velocity is None:
-                raise DataError(
-                    f"{self._name()}: there is no position, nor a velocity in its place; a record "
-                    "needs one.",
-                    code="missing-column",
-                )
+        if no_position:
             settle(self, position=np.empty(0), integrated=True)
 
     def _integral(self) -> Array:
