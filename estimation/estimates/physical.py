@@ -11,7 +11,6 @@ and what the drive gain's deviation adds is in V.
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -269,13 +268,10 @@ class Physical(Exact):
         return bool(self.parameters) and bool(self.known or {*self.parameters} - {*self.own})
 
 
-P = TypeVar("P")
-
-
-class PhysicalByMethod(dict[str, P]):
+class PhysicalByMethod(dict[str, Physical]):
     """Physical parameters by method; one that is not among them is told with those that are."""
 
-    def __getitem__(self, method: str) -> P:
+    def __getitem__(self, method: str) -> Physical:
         name = method.lower() if isinstance(method, str) else method
         if is_among(name, self):
             return super().__getitem__(name)

@@ -14,7 +14,6 @@ from axisid.estimation.diagnostics import Case, Diagnosis, diagnose
 from axisid.estimation.estimates import (
     Estimate,
     NamedValues,
-    Physical,
     PhysicalByMethod,
     Value,
     physical_parameters,
@@ -359,7 +358,7 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
         )
 
     @cached_property
-    def physical(self) -> PhysicalByMethod[Physical]:
+    def physical(self) -> PhysicalByMethod:
         """Declared parameters by method; empty where the estimates are of them already.
 
         From the base parameters and what is declared as known; see `axisid.fix`.

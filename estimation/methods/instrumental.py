@@ -29,6 +29,7 @@ from axisid.estimation.regression import (
     damped_step,
     delta_method,
     factor,
+    least_squares_point,
     loop_reference,
     search_bounds,
 )
@@ -44,7 +45,6 @@ from .method import (
     Method,
     at_point,
     check_loss,
-    least_squares_point,
     robust_solution,
 )
 

@@ -31,13 +31,12 @@ from axisid.estimation.regression import (
     Columns,
     Equations,
     Form,
-    InverseForm,
     LossWeights,
     QrFactors,
     Solution,
     instrumental_variables,
     least_squares,
-    variable_projection,
+    least_squares_point,
 )
 from axisid.estimation.simulation import Simulation
 from axisid.estimation.thresholds import (
@@ -295,10 +294,3 @@ class LeastSquares(Method):
                 remarks=(said,) if by_estimate else (),  # what no method has, the verdict tells
             )
         return replace(fit, loops=loops, right=right, simulated=right.predicted(solution.theta))
-
-
-def least_squares_point(form: Form, rows: Callable[[Form], Equations]) -> Form:
-    """A form, at the least-squares estimate if its model is only partially linear."""
-    if form.is_linear or not isinstance(form, InverseForm):
-        return form
-    return form.at(variable_projection(form, rows))

@@ -29,6 +29,9 @@ from .inverse_and_direct import (
     Equations as Equations,
     Form as Form,
     InverseForm as InverseForm,
+    damped_step as damped_step,
+    least_squares_point as least_squares_point,
+    search_bounds as search_bounds,
 )
 from .linear import (
     Columns as Columns,
@@ -69,9 +72,4 @@ from .simulated_instruments import (
     simulated_loops as simulated_loops,
     simulated_position as simulated_position,
     simulated_rows as simulated_rows,
-)
-from .variable_projection import (
-    damped_step as damped_step,
-    search_bounds as search_bounds,
-    variable_projection as variable_projection,
 )

@@ -398,7 +398,7 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
     signature: str
     signals: tuple[Signal, ...]
     drive: Drive
-    physical: PhysicalByMethod[Physical]
+    physical: PhysicalByMethod
     checks: tuple[Check, ...]
     prefilter: Prefilter
     record: RecordInfo
