@@ -317,15 +317,11 @@ def widened(covariance: Array, least: Array) -> Array:
 
 def score_products(scores: Array, neighbours: RowTimes, lags: int) -> Array:
     """``sum s_t s_(t-lag)'`` of scores (n, k) at lags 0 to `lags`, (lags + 1, k, k)."""
-    return lagged_products(neighbours.on_grid(scores, lags + 1), range(lags + 1))
-
-
-def lagged_products(placed: Array, lags: range) -> Array:
-    """`score_products` at some lags, of scores at the places of their rows, (m, k)."""
+    placed = neighbours.on_grid(scores, lags + 1)
     rows = len(placed)
-    if lags.stop > _MANY_LAGS and lags.stop * rows >= _MANY_PRODUCTS:
-        return _products_by_transform(placed, lags.stop - 1)[lags.start :]
-    return np.array([placed[lag:].T @ placed[: max(rows - lag, 0)] for lag in lags])
+    if lags >= _MANY_LAGS and (lags + 1) * rows >= _MANY_PRODUCTS:
+        return _products_by_transform(placed, lags)
+    return np.array([placed[lag:].T @ placed[: max(rows - lag, 0)] for lag in range(lags + 1)])
 
 
 def _products_by_transform(scores: Array, lags: int) -> Array:

@@ -23,7 +23,7 @@ from axisid.estimation.thresholds import (
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 
-from .coloured_errors import lagged_products, score_products, widened
+from .coloured_errors import score_products, widened
 from .linear import CovarianceEstimate, Solution
 
 _CERTAIN = 1e9  # degrees of freedom, from which F is chi-squared to rounding
@@ -210,9 +210,7 @@ class Hac(Covariance):
         sums = np.diagonal(white, axis1=1, axis2=2) / rows
         lags = min(max(lags_of(list(of_one), rows) for of_one in sums.T), most_lags(rows))
         if lags > looked_at:
-            placed = neighbours.on_grid(scores, lags + 2)
-            further = lagged_products(placed, range(looked_at + 2, lags + 2))
-            white = _whitened(np.concatenate([raw, further]), colour)
+            white = _whitened(score_products(scores, neighbours, lags + 1), colour)
         return white[: lags + 1], colour
 
 
