@@ -201,12 +201,15 @@ class LaneBlock:
     Attributes
     ----------
     axis : GeneratedAxis
+    library : LaneLibrary
+        Its compiled rows.
     lanes : RecordLanes
     template : FilteredRecord
         Of one of them, with all its samples: what is the same for all.
     """
 
     axis: GeneratedAxis
+    library: LaneLibrary
     lanes: RecordLanes
     template: FilteredRecord
 
@@ -214,13 +217,6 @@ class LaneBlock:
     def motion(self) -> Motion:
         """The measured motion, filtered, (N, L) each."""
         return self.filtered(self.lanes.position)
-
-    @cached_property
-    def library(self) -> LaneLibrary:
-        """Compiled rows."""
-        library = self.axis.native.lanes
-        assert library is not None  # noqa: S101
-        return library
 
     @cached_property
     def decimation(self) -> Decimation:

@@ -131,9 +131,10 @@ def identify_lanes(
     how, errors = [SIDE_BY_SIDE] * len(lanes), dict[int, str]()
     covariances = [covariance_of(name, lags) for name in COVARIANCES]
     served = not (settings or lanes.resolution) and is_served(generated, lanes.period, method)
+    library = generated.native.lanes if served else None
     for first in range(0, len(lanes), _BLOCK):
         part = lanes.part(slice(first, first + _BLOCK))
-        fits = _block_fits(generated, part, asked) if served else {}
+        fits = {} if library is None else _block_fits(generated, library, part, asked)
         for place, lane in enumerate(range(first, first + len(part))):
             try:
                 if place in fits:
@@ -167,7 +168,9 @@ def identify_lanes(
     )
 
 
-def _block_fits(axis: GeneratedAxis, lanes: RecordLanes, asked: Prefilter) -> LaneFits:
+def _block_fits(
+    axis: GeneratedAxis, library: LaneLibrary, lanes: RecordLanes, asked: Prefilter
+) -> LaneFits:
     """Fits of the lanes of a block side by side, but for those that go alone."""
     try:
         keep = replace(asked, reversals="keep")
@@ -175,7 +178,8 @@ def _block_fits(axis: GeneratedAxis, lanes: RecordLanes, asked: Prefilter) -> La
     except AxisidError:
         return {}  # they are told why where they go alone
     with np.errstate(all="ignore"):  # what is not finite goes alone too
-        return fitted_lanes(LaneBlock(axis=axis, lanes=lanes, template=template), asked)
+        block = LaneBlock(axis=axis, library=library, lanes=lanes, template=template)
+        return fitted_lanes(block, asked)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
