@@ -4,8 +4,9 @@ In: an axis, its records under their filters. Out: `Problem`, with rows, loops, 
 Knows nothing of methods and of what becomes of an estimate.
 """
 
-from .problem import ParameterAtBound as ParameterAtBound, Problem as Problem
-from .solver import (
+from .problem import (
+    ParameterAtBound as ParameterAtBound,
+    Problem as Problem,
     Solver as Solver,
     jacobian_by_gain as jacobian_by_gain,
     noise_free_record as noise_free_record,

@@ -20,7 +20,7 @@ from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter, parse_unit
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, ModelError, UsageError
+from axisid.support.errors import EstimationError, ModelError, UsageError, refuse
 
 # times the record's largest force that a term would have to make to show: others may cancel it
 _MAX_CANCELLED_FORCE = 10.0
@@ -107,15 +107,17 @@ def check_has_rows(axis: Axis) -> None:
     ModelError
         It has internal states.
     """
-    if axis.states:
-        names = ", ".join(state.name for state in axis.states)
-        one = len(axis.states) == 1
-        raise ModelError(
+    names = ", ".join(state.name for state in axis.states)
+    refuse(
+        ModelError,
+        (
+            axis.states,
             f"the friction of axis {axis.name!r} remembers: no record has its internal "
-            f"{'state' if one else 'states'} {names}, so that least squares, instruments and DIDIM "
-            "have no rows of measured signals; fit the simulated loop (fit).",
-            code="equation",
-        )
+            f"{'state' if len(axis.states) == 1 else 'states'} {names}, so that least squares, "
+            "instruments and DIDIM have no rows of measured signals; fit the simulated loop (fit)",
+        ),
+        code="equation",
+    )
 
 
 #: Where what is left out near reversals and rests may show a parameter.
