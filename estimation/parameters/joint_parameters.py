@@ -29,7 +29,7 @@ from axisid.modeling.declaration import leave_out
 from axisid.modeling.derivation import CommonParameter, common_parameters
 from axisid.modeling.quantities import Parameter, fresh_name
 from axisid.support.arrays import Array, Exact, column_sizes
-from axisid.support.errors import ModelError, UsageError
+from axisid.support.errors import ModelError, UsageError, refuse
 
 from .known import KnownValues, values_text
 
@@ -262,39 +262,48 @@ def _check(axis: GeneratedAxis, records: int, known: KnownValues, local: tuple[s
         f"known {p.name}={','.join([value] * records)}"
         for p, value in zip(fixed, values, strict=True)
     ]
-    faults = [
+    refuse(
+        UsageError,
         *(
-            f"there is no {name!r} to be known of each record; axis {axis.axis.name!r} "
-            f"has {', '.join((*declared, *gains))}."
+            (
+                name not in (*declared, *gains),
+                f"there is no {name!r} to be known of each record; axis {axis.axis.name!r} "
+                f"has {', '.join((*declared, *gains))}",
+            )
             for name in known
-            if name not in (*declared, *gains)
         ),
         *(
-            f"what is known of {p.name!r}, {values_text(each)}, is "
-            f"beyond its bounds of {p.lower:g} and {p.upper:g}; give values within them."
+            (
+                not all(p.lower <= value <= p.upper for value, _ in each),
+                f"what is known of {p.name!r}, {values_text(each)}, is "
+                f"beyond its bounds of {p.lower:g} and {p.upper:g}; give values within them",
+            )
             for p, each in bounded
-            if not all(p.lower <= value <= p.upper for value, _ in each)
         ),
         *(
-            f"there is no parameter {name!r} to be each record's own; axis {axis.axis.name!r} has "
-            f"{', '.join(declared)}."
+            (
+                name not in declared,
+                f"there is no parameter {name!r} to be each record's own; axis "
+                f"{axis.axis.name!r} has {', '.join(declared)}",
+            )
             for name in local
-            if name not in declared
         ),
         *(
-            f"{name!r} is known of each record and its own as well; leave one of the two out."
+            (
+                name in known,
+                f"{name!r} is known of each record and its own as well; leave one of the two out",
+            )
             for name in local
-            if name in known
         ),
-        f"{' and '.join(p.name for p in fixed)} {'is' if len(fixed) == 1 else 'are'} fixed, which "
-        "is weighed where all parameters are shared; in its place say of each record "
-        f"{' and '.join(settings)}."
-        if fixed
-        else "",
-        "every parameter is known; leave at least one to identify." * ({*known} >= {*declared}),
-    ]
-    for fault in filter(None, faults):
-        raise UsageError(fault, code="parameters")
+        (
+            fixed,
+            f"{' and '.join(p.name for p in fixed)} {'is' if len(fixed) == 1 else 'are'} fixed, "
+            "which is weighed where all parameters are shared; in its place say of each record "
+            f"{' and '.join(settings)}",
+        ),
+        ({*known} >= {*declared}, "every parameter is known; leave at least one to identify"),
+        code="parameters",
+    )
 
 
 def _axes(axis: GeneratedAxis, records: int, known: KnownValues) -> list[GeneratedAxis]:

@@ -22,7 +22,7 @@ from axisid.estimation.regression import Form, InverseForm
 from axisid.estimation.simulation import LoopInputs
 from axisid.modeling.quantities import Parameter, fresh_name
 from axisid.support.arrays import Array
-from axisid.support.errors import ModelError
+from axisid.support.errors import ModelError, refuse
 
 from .joint_parameters import GAIN, JointForm, drive_gain_of
 
@@ -31,7 +31,7 @@ INITIAL_STATE_PARAMETERS, START = ("start_position", "start_velocity"), "start"
 _SIZE = 1e-2  # of the range of positions, and of the mean speed: a start's least size
 
 _NEXT_TO_0 = 1e-9  # of what a gain is declared as
-_MOTIONS, _SEED = 64, 0  # on which a force is held against twice its parameters
+_MOTIONS, _SEED = 64, 0  # on which a force is held against what enters linearly
 _SAME = 1e-9  # of the largest force
 
 
@@ -276,50 +276,45 @@ def by_declared_gain(axis: GeneratedAxis, physical: Array, gain: float) -> Array
 def _check_gain(axis: GeneratedAxis, names: Sequence[str]) -> None:
     """Refuse to search for the drive's gain beside names where the force is no multiple of it."""
     drive = axis.axis.drive
-    cases = (
+    refuse(
+        ModelError,
         (
             GAIN in names,
-            f"a parameter of the axis has its name, {GAIN}; call that another.",
+            f"a parameter of the axis has its name, {GAIN}; call that another",
         ),
         (
             axis.states,
             "its friction remembers, and what it remembers need not grow with its forces; give the "
-            "gain as the data sheet has it.",
+            "gain as the data sheet has it",
         ),
         (
             not drive.is_times_gain,
             f"the force of its drive, {drive.force}, is no multiple of it; give it as the data "
-            "sheet has it, or a drive of another formula.",
+            "sheet has it, or a drive of another formula",
         ),
         (
             not (axis.states or _is_multiple(axis)),
             "its equation of motion has a force of numbers alone, such as that of a rotor's "
             "inertia, which another gain would move; declare the number as a parameter, and say "
-            "its value of the record; known NAME=VALUE.",
+            "its value of the record; known NAME=VALUE",
         ),
+        before=f"the drive gain of axis {axis.axis.name!r} cannot be free: ",
+        code="free",
     )
-    if why := [said for holds, said in cases if holds]:
-        raise ModelError(
-            f"the drive gain of axis {axis.axis.name!r} cannot be free: {why[0]}", code="free"
-        )
 
 
 def _is_multiple(axis: GeneratedAxis) -> bool:
-    """Whether the force is twice as large with twice of what enters linearly."""
+    """Whether all of the force is made by what enters linearly."""
     random = np.random.default_rng(_SEED)
     motion = random.uniform(0.1, 1.0, (3, _MOTIONS))
     recorded = random.uniform(0.1, 1.0, (len(axis.axis.signals), _MOTIONS))
     direction = np.sign(random.uniform(-1.0, 1.0, _MOTIONS))
     motion[1] *= direction
     values = random.uniform(0.5, 1.5, len(axis.nominal)) * np.where(axis.nominal, axis.nominal, 1.0)
-
-    def force(physical: Array) -> Array:
-        about = () if axis.is_linear else (physical,)
-        row, rest = axis.evaluate("idm_regressor", *motion, direction, *recorded, *about)
-        return np.asarray(row @ physical + rest[:, 0])
-
+    about = () if axis.is_linear else (values,)
     with np.errstate(all="ignore"):
-        once, twice = force(values), force(np.where(axis.nonlinear, values, 2 * values))
-    finite = np.isfinite(once) & np.isfinite(twice)
-    off = np.abs(twice - 2 * once)[finite]
-    return bool(np.all(off <= _SAME * np.abs(once[finite]).max(initial=0.0)))
+        row, rest = axis.evaluate("idm_regressor", *motion, direction, *recorded, *about)
+        force = row @ values + rest[:, 0]
+        other = np.abs(force - row @ np.where(axis.nonlinear, 0.0, values))
+    finite = np.isfinite(other)
+    return bool(np.all(other[finite] <= _SAME * np.abs(force[finite]).max(initial=0.0)))
