@@ -5,7 +5,7 @@ control, position, and so on.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -23,25 +23,8 @@ from axisid.support.errors import DataError, EstimationError
 from .lanes import PredictionErrors, Stretch, interleaved
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MeasuredOutput:
-    """An output as a record has it.
-
-    Attributes
-    ----------
-    signal : str
-        What it is of a simulation, as `Simulation` names it.
-    unit : str
-    values : (N,) array
-    """
-
-    signal: str
-    unit: str
-    values: Array
-
-
-def measured_output(output: str, axis: GeneratedAxis, record: Record) -> MeasuredOutput:
-    """The recorded output that a fit follows.
+def measured_output(output: str, axis: GeneratedAxis, record: Record) -> tuple[str, str, Array]:
+    """The recorded output that a fit follows: its name in a `Simulation`, its unit, values (N,).
 
     Parameters
     ----------
@@ -66,7 +49,7 @@ def measured_output(output: str, axis: GeneratedAxis, record: Record) -> Measure
             f"name it with columns {name}=NAME, or choose another output.",
             code="missing-column",
         )
-    return MeasuredOutput(signal=name, unit=str(unit), values=np.asarray(values))
+    return name, str(unit), np.asarray(values)
 
 
 class LoopPredictions(PredictionErrors):
@@ -101,7 +84,7 @@ class LoopPredictions(PredictionErrors):
             measured = [measured_output(name, axis, record) for name in names]
             smooth = unrounded(axis, native=axis.native.enabled)
             stretches += _stretches(number, smooth, record, measured)
-            self.units = tuple(each.unit for each in measured)
+            self.units = tuple(unit for _, unit, _ in measured)
             self.step = max(self.step, sensor_steps(axis, record)[0])
         self.stretches = stretches
         super().__init__(form, records, stretches)
@@ -159,7 +142,7 @@ class LoopPredictions(PredictionErrors):
 
 
 def _stretches(
-    number: int, axis: GeneratedAxis, record: Record, measured: Sequence[MeasuredOutput]
+    number: int, axis: GeneratedAxis, record: Record, measured: Sequence[tuple[str, str, Array]]
 ) -> Iterator[Stretch]:
     loop_reference(axis, record)  # or it is refused
     counted = ~mask_of(record.masked, len(record))
@@ -170,12 +153,12 @@ def _stretches(
             record=number,
             spans=((span[1] - span[0]) * len(measured),),
             samples=np.arange(*span),
-            measured=interleaved([each.values[rows] for each in measured]),
+            measured=interleaved([values[rows] for *_, values in measured]),
             counted=np.repeat(counted[rows], len(measured)).astype(float),
             axis=axis,
             segment=segment,
             inputs=recorded_inputs(axis, record, span, start),
-            outputs=tuple(each.signal for each in measured),
+            outputs=tuple(signal for signal, *_ in measured),
         )
 
 

@@ -319,7 +319,7 @@ def _output_panels(fit: OutputFit, record: int, place: int) -> tuple[Panel, Pane
     """Of one output."""
     own, rows = fit.records[record], fit.predictions.samples[record]
     output, unit = fit.outputs[place], fit.predictions.units[place]
-    recorded = measured_output(output, fit.axis, own).values[rows]
+    recorded = measured_output(output, fit.axis, own)[-1][rows]
     time, errors = own.time[rows], fit.errors[record].reshape(len(rows), -1)[:, place]
     return (
         Panel(
