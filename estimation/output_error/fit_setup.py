@@ -92,20 +92,22 @@ def split_free(
         times.append(declared[0])
     if not times:
         return names, None
-    if len(times) > 1:
-        raise UsageError(
-            "lag and delay of the drive are both free, and a record shows their sum; leave one of "
-            "them as it is declared.",
-            code="free",
-        )
     name = times[0]
-    if axis.declared.states:
-        raise UsageError(
+    refuse(
+        UsageError,
+        (
+            len(times) > 1,
+            "lag and delay of the drive are both free, and a record shows their sum; leave one of "
+            "them as it is declared",
+        ),
+        (
+            axis.declared.states,
             f"the drive's {name} cannot be free: the friction of axis {axis.declared.name!r} "
             "remembers, and is simulated with no drive whose force changes between the samples "
-            "of the law; leave it as it is declared.",
-            code="free",
-        )
+            "of the law; leave it as it is declared",
+        ),
+        code="free",
+    )
     for record in records:
         check_time(axis.declared, record, name, by_law=OPEN_LOOP not in outputs)
     value = max(float(getattr(drive, name)), _LEAST * records[0].period)
@@ -132,27 +134,33 @@ def form_with(
     of_law = () if law is None else tuple(law.gains)
     if {_GAIN, GAIN} & {*names} - {*of_law}:
         by_force = OPEN_LOOP in outputs and any(r.control is None for r in shared.records)
-        if FORCE in outputs or by_force:
-            raise UsageError(
+        refuse(
+            UsageError,
+            (
+                FORCE in outputs or by_force,
                 "the drive gain cannot be free where a fit follows, or is driven by, a force "
                 "column, which is behind it; follow the control or the position, or see what "
-                "identify says of that column.",
-                code="free",
-            )
+                "identify says of that column",
+            ),
+            code="free",
+        )
         form = form.with_drive_gain()
         names = [n for n in names if n in of_law or n not in (_GAIN, GAIN)]
-    if names and OPEN_LOOP in outputs:
-        raise UsageError(
+    both = [name for name in names if name in shared.known]
+    refuse(
+        UsageError,
+        (
+            names and OPEN_LOOP in outputs,
             f"{', '.join(names)} cannot be free in an open loop, which has no law, and a start of "
-            "its own in each window; follow the control or the position.",
-            code="free",
-        )
-    if both := [name for name in names if name in shared.known]:
-        raise UsageError(
-            f"the gain {both[0]} is known of each record and free as well; leave one of the two "
-            "out.",
-            code="free",
-        )
+            "its own in each window; follow the control or the position",
+        ),
+        (
+            both,
+            f"{' and '.join(both)} cannot be free and known of each record as well; leave one of "
+            "the two out",
+        ),
+        code="free",
+    )
     starts = [n for n in names if n in (START, *INITIAL_STATE_PARAMETERS) and n not in of_law]
     gains = [n for n in names if n not in starts]
     if law is not None and of_law and (others := [n for n in gains if n not in of_law]):
