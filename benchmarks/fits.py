@@ -108,7 +108,7 @@ def slopes_off() -> dict[str, float]:
     record = twin_record(axis)
     predictions = LoopPredictions(InverseForm(axis), [axis], [record], "control")
     predictions.settle(theta)
-    found = jacobian_at(predictions, theta, theta, np.zeros(3), np.full(3, np.inf)).jacobian
+    _, found = jacobian_at(predictions, theta, theta, np.zeros(3), np.full(3, np.inf))
     start = predictions.stretches[0].inputs.start.position
     exact = derivative_of(theta, np.asarray(record.reference), start)
     return _named(np.linalg.norm(found - exact, axis=0) / np.linalg.norm(exact, axis=0))

@@ -5,7 +5,7 @@ is held there, and the others are searched on, so that they are what they are wi
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, cast
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from axisid.estimation.choices import HUBER, SOFT_L1, SQUARES
 from axisid.estimation.parameters import Unknowns
-from axisid.estimation.prediction_errors import ErrorsAndJacobian, PredictionErrors, jacobian_at
+from axisid.estimation.prediction_errors import PredictionErrors, jacobian_at
 from axisid.estimation.thresholds import MAX_FAR, MIN_FAR
 from axisid.support.arrays import Array
 from axisid.support.progress import Progress
@@ -82,8 +82,10 @@ class SearchResult:
     Attributes
     ----------
     physical : (P,) array
-    linearization : ErrorsAndJacobian
-        There, by the parameters that are not fixed.
+    errors : (n,) array
+        There.
+    jacobian : (n, P) array
+        Of them by the parameters; 0 by those that are fixed.
     at_bound : (P,) array of int
         -1 at the lower, 1 at the upper one, 0 elsewhere.
     steps : tuple of FitStep
@@ -96,17 +98,14 @@ class SearchResult:
     """
 
     physical: Array
-    linearization: ErrorsAndJacobian
+    errors: Array
+    jacobian: Array
     at_bound: NDArray[np.int8]
     steps: tuple[FitStep, ...]
     cost: float
     lost: int
     why_lost: str
     converged: bool
-
-    def after(self, earlier: "SearchResult") -> "SearchResult":
-        """The same with the steps of an earlier search before its own."""
-        return replace(self, steps=(*earlier.steps, *self.steps), lost=earlier.lost + self.lost)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -151,8 +150,8 @@ class Search:
         self._weighing, self._progress = weighing, progress
         self._steps: list[FitStep] = []
         self._largest, self._lost, self._why = 0.0, 0, ""
-        self._at = np.empty(0)  # where the slopes are known
-        self._slopes: ErrorsAndJacobian
+        self._at = np.empty(0)  # where errors and slopes are known
+        self._slopes: tuple[Array, Array]
 
     def run(self, start: Array) -> SearchResult:
         """Search from parameters (P,) strictly inside their bounds.
@@ -174,13 +173,14 @@ class Search:
                 [moved < 0, moved > 0, freed], [u.lower, u.upper, u.inside(at, self._scale)], at
             )
             bound = moved
-        slopes = self._slopes_at(at)
+        errors, jacobian = self._slopes_at(at)
         return SearchResult(
             physical=at,
-            linearization=slopes,
+            errors=errors,
+            jacobian=jacobian,
             at_bound=bound,
             steps=tuple(self._steps),
-            cost=cost_of(at, slopes.errors, self._unknowns, self._weighing),
+            cost=cost_of(at, errors, self._unknowns, self._weighing),
             lost=self._lost,
             why_lost=self._why,
             converged=settled and converged,
@@ -264,7 +264,7 @@ class Search:
     def _residuals(self, at: Array) -> Array:
         """Weighted errors, then those of what was known before; large ones for a lost loop."""
         if np.array_equal(self._at, at) or not self._largest:
-            return weighed_rows(at, self._slopes_at(at).errors, self._unknowns, self._weighing)
+            return weighed_rows(at, self._slopes_at(at)[0], self._unknowns, self._weighing)
         lanes = self._predictions(at[None, :])
         if lanes.failures:
             self._lost, self._why = self._lost + 1, next(iter(lanes.failures.values()))
@@ -273,24 +273,25 @@ class Search:
         return weighed_rows(at, lanes.errors[:, 0], self._unknowns, self._weighing)
 
     def _jacobian(self, at: Array) -> Array:
-        jacobian = self._weighing.weights[:, None] * self._slopes_at(at).jacobian
+        jacobian = self._weighing.weights[:, None] * self._slopes_at(at)[1]
         return np.vstack([jacobian, self._unknowns.known_rows])
 
-    def _slopes_at(self, at: Array) -> ErrorsAndJacobian:
+    def _slopes_at(self, at: Array) -> tuple[Array, Array]:
+        """Errors (n,) and their slopes (n, P) at parameters (P,)."""
         if np.array_equal(self._at, at):
             return self._slopes
         self._predictions.settle(at)
         u = self._unknowns
-        slopes = jacobian_at(self._predictions, at, self._scale, u.lower, u.upper, u.free)
-        self._at, self._slopes = at.copy(), slopes
-        rows = weighed_rows(at, slopes.errors, u, self._weighing)
+        self._slopes = jacobian_at(self._predictions, at, self._scale, u.lower, u.upper, u.free)
+        self._at, (errors, _) = at.copy(), self._slopes
+        rows = weighed_rows(at, errors, u, self._weighing)
         self._largest = self._largest or max(float(np.abs(rows).max()), 1.0)
-        error = float(np.sqrt(np.mean(slopes.errors[:: len(self._predictions.units)] ** 2)))
+        error = float(np.sqrt(np.mean(errors[:: len(self._predictions.units)] ** 2)))
         self._steps.append(FitStep(physical=at.copy(), error=error))
         if self._progress is not None:
             said = f"step {len(self._steps)}, error {error:.4g}"
             self._progress(len(self._steps) - 1, MOST_STEPS, said)
-        return slopes
+        return self._slopes
 
     def _at_bounds(self, at: Array) -> NDArray[np.int8]:
         """Which parameters the errors drive to a bound, and which of those there are kept.
@@ -298,8 +299,8 @@ class Search:
         Weights are of the errors at the start, so that a deviation is one of the errors as they
         are now.
         """
-        slopes, u = self._slopes_at(at), self._unknowns
-        rows, jacobian = weighed_rows(at, slopes.errors, u, self._weighing), self._jacobian(at)
+        (errors, _), u = self._slopes_at(at), self._unknowns
+        rows, jacobian = weighed_rows(at, errors, u, self._weighing), self._jacobian(at)
         n, c = len(self._weighing.weights), self._weighing.tuning
         counts = self._weighing.counted((rows[:n] / c) ** 2)[1]
         left = np.sqrt(np.sum(counts * rows[:n] ** 2) / max(np.count_nonzero(rows[:n]), 1))

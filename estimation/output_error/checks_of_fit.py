@@ -27,7 +27,7 @@ from axisid.estimation.diagnostics.control_law import LawAgreement, law_check
 from axisid.estimation.estimates import student_interval
 from axisid.estimation.nonlinear_least_squares import MOST_STEPS
 from axisid.estimation.parameters import GAIN, START
-from axisid.estimation.prediction_errors import FEWEST_IN_WINDOW, WindowPredictions
+from axisid.estimation.prediction_errors import WindowPredictions
 from axisid.estimation.records import record_labels
 from axisid.estimation.thresholds import (
     ADVISED_WINDOWS,
@@ -42,7 +42,7 @@ from axisid.estimation.thresholds import (
     NOTICEABLE_BIAS,
 )
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, Missing
+from axisid.support.errors import Missing
 
 from .covariance import MIN_MOVED_BY_START
 from .result import OutputFit
@@ -240,27 +240,19 @@ def starts_check(of: OutputFit) -> Check | None:
     )
 
 
-def windows_check(of: OutputFit) -> Check | Missing | None:
+def windows_check(of: OutputFit) -> Check | None:
     """Whether nothing drives the axis away in the windows of an open loop, and they are enough."""
     if not isinstance(of.predictions, WindowPredictions) or of.horizon is None:
         return None
-    try:
-        steady = of.predictions.steady_horizon(of.physical)
-    except EstimationError as lost:
-        return Missing(str(lost))
+    steady = of.predictions.steady_horizon(of.physical)
     windows, advised = sum(map(len, of.predictions.spans)), ADVISED_WINDOWS.value
     said = f"windows of {of.horizon:g} s are short enough that errors do not grow in them"
     if windows < advised:
         several = "1 window is" if windows == 1 else f"{windows} windows are"
         said = (
-            f"{several} too few to tell deviations, or what the model lacks; follow a longer record"
+            f"{several} too few to tell deviations, or what the model lacks; follow a longer "
+            "record, or shorter windows (horizon=SECONDS)"
         )
-        # So short that they are as many as advised, where they still are windows.
-        length = sum(len(each) * each.period for each in of.records) / advised
-        places = 1 - math.floor(math.log10(length))
-        shorter = math.floor(length * 10**places) / 10**places
-        fewest = FEWEST_IN_WINDOW * max(record.period for record in of.records)
-        said += f", or use horizon={shorter:g}" if shorter >= fewest else "."
     if steady < of.horizon:
         said = (
             f"errors grow more than {MAX_GROWTH.value:g} times in windows of {of.horizon:g} s, as "
@@ -381,11 +373,9 @@ def known_check(of: OutputFit) -> Check | None:
         return None
     far = dict[str, float]()
     for name, (mean, sd) in of.prior.items():
-        value, deviation = of.parameters[name].value, of.parameters[name].deviation
-        variance = sd**2 - deviation**2
-        if name in of.without_prior:
-            value, deviation = of.without_prior[name]
-            variance = sd**2 + deviation**2
+        alone = of.without_prior.get(name)
+        value, deviation = alone or (of[name].value, of[name].deviation)
+        variance = sd**2 + deviation**2 if alone else sd**2 - deviation**2
         far[name] = abs(value - mean) / math.sqrt(max(variance, _LEAST_VARIANCE * sd**2))
     worst, most = max(far, key=far.__getitem__), MIN_DISTANCE_FROM_NOISE.value
     good, (mean, sd), record = far[worst] <= most, of.prior[worst], "the record"
@@ -470,7 +460,7 @@ def one_end_check(of: OutputFit) -> Check | None:
 
 def precise_check(of: OutputFit) -> Check | None:
     """Every parameter that is searched, and shown, against its own deviation."""
-    parts = np.abs(of.weighing.weights[:, None] * of.best.linearization.jacobian * of.physical)
+    parts = np.abs(of.weighing.weights[:, None] * of.best.jacobian * of.physical)
     whole, peak = (
         np.divide(x, x.max() or 1.0) for x in (np.linalg.norm(parts, axis=0), parts.max(axis=0))
     )

@@ -246,11 +246,11 @@ def sandwich_of(
     chosen: NDArray[np.bool_],
 ) -> Sandwich:
     """Of the chosen parameters, (P,), where a search of the records' outputs ended."""
-    weighed = weighing.weights * found.linearization.errors
+    weighed = weighing.weights * found.errors
     z = (weighed / weighing.tuning) ** 2
     _, first, second = weighing.counted(z)
     return Sandwich(
-        jacobian=(weighing.weights[:, None] * found.linearization.jacobian)[:, chosen],
+        jacobian=(weighing.weights[:, None] * found.jacobian)[:, chosen],
         errors=first * weighed,
         curvature=np.maximum(first + 2 * z * second, 0.0),
         known=unknowns.known_rows[:, chosen],

@@ -54,7 +54,7 @@ from axisid.estimation.thresholds import HUBER_TUNING
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array, mask_of
-from axisid.support.errors import AxisidError, EstimationError, UsageError, is_whole, quoted
+from axisid.support.errors import AxisidError, EstimationError, UsageError, is_whole, quoted, refuse
 from axisid.support.progress import Progress
 
 from .checks_of_fit import judged
@@ -73,7 +73,7 @@ from .fit_setup import (
 from .inference import FitSearch
 from .result import OutputFit
 
-_MOST_STARTS = 1000
+_MOST_STARTS, _LARGEST_SEED = 1000, 2**63
 # periods from the loop's own drive time, where the output is a straight line of it and the loop
 # need not be generated anew
 _MAX_TIME_STEP = 0.01
@@ -185,15 +185,18 @@ def fit(
     """
     outputs = checked_outputs(output)
     check_among(("loss", loss, LOSSES), ("choice of rests", rests, RESTS))
-    for number, least, most, what in (
-        (starts, 1, _MOST_STARTS, "starts"),
-        (seed, 0, 2**63, "seed"),
-    ):
-        if not (is_whole(number) and least <= number <= most):
-            raise UsageError(
-                f"the {what} are {quoted(number)}; give a whole number from {least} to {most}.",
-                code="fit",
-            )
+    refuse(
+        UsageError,
+        (
+            not (is_whole(starts) and 1 <= starts <= _MOST_STARTS),
+            f"the starts are {quoted(starts)}; give a whole number from 1 to {_MOST_STARTS}",
+        ),
+        (
+            not (is_whole(seed) and 0 <= seed <= _LARGEST_SEED),
+            f"the seed is {quoted(seed)}; give a whole number from 0 to {_LARGEST_SEED}",
+        ),
+        code="fit",
+    )
     check_count(bootstrap)
     generated, given = as_generated(axis), records_of(record)
     gains, time = split_free(free, generated, given, outputs)
@@ -520,7 +523,7 @@ class _FitRun:
             raise lost[0]
         # By the last weights, which are the same for all.
         cost = partial(cost_of, unknowns=u, weighing=self.weighing)
-        return tuple(replace(e, cost=cost(e.physical, e.linearization.errors)) for e in ends)
+        return tuple(replace(e, cost=cost(e.physical, e.errors)) for e in ends)
 
     def _sizes(self, begun: Array) -> Array:
         """By how much each parameter has to change to change the outputs as much as any does, (P,).
@@ -530,10 +533,10 @@ class _FitRun:
         u = self.unknowns
         try:
             self.predictions.settle(begun)
-            slopes = jacobian_at(self.predictions, begun, self.scale, u.lower, u.upper, u.free)
+            _, slopes = jacobian_at(self.predictions, begun, self.scale, u.lower, u.upper, u.free)
         except EstimationError:
             return self.scale
-        effect = np.linalg.norm(self.weighing.weights[:, None] * slopes.jacobian, axis=0)
+        effect = np.linalg.norm(self.weighing.weights[:, None] * slopes, axis=0)
         most = np.full(len(effect), np.max(effect * np.abs(begun)))
         return np.asarray(np.divide(most, effect, out=self.scale.copy(), where=effect > 0))
 
@@ -554,14 +557,14 @@ class _FitRun:
         self.alone = None  # of an earlier start
         with suppress(EstimationError):
             alone = self._settled(begun, u.without_prior)
-            rows = self.weighing.weights[:, None] * alone.linearization.jacobian
+            rows = self.weighing.weights[:, None] * alone.jacobian
             unseen, _ = unseen_directions(rows, self.scale, u.free)
             self.alone = alone if alone.converged and not len(unseen) else None
         if self.alone is None:
             self.weighing = first
             return self._settled(begun, u)
         for _ in range(_PASSES):
-            self._weigh(self.alone.linearization.errors, self._effects(self.alone, u))
+            self._weigh(self.alone.errors, self._effects(self.alone, u))
         return self._run(begun, u)
 
     def _settled(self, begun: Array, unknowns: Unknowns) -> SearchResult:
@@ -572,13 +575,13 @@ class _FitRun:
         for _ in range(_PASSES):
             before, counted = self.weighing.weights, self.counted
             self.counted = self._counted(found.physical)
-            self._weigh(found.linearization.errors, self._effects(found, u))
+            self._weigh(found.errors, self._effects(found, u))
             changes = np.abs(self.weighing.weights - before)
             settled = not needs_weights or bool(np.all(changes <= _SETTLED * before))
             if settled and np.array_equal(counted, self.counted):
                 return found
-            inside = u.inside(found.physical, self.scale * _SETTLED)
-            found = self._run(inside, u).after(found)
+            again = self._run(u.inside(found.physical, self.scale * _SETTLED), u)
+            found = replace(again, steps=(*found.steps, *again.steps), lost=found.lost + again.lost)
         return found
 
     def _effects(self, found: SearchResult, unknowns: Unknowns) -> Array | None:

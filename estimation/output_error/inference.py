@@ -219,7 +219,7 @@ def inferred(of: FitSearch) -> FitInference:
         influence[inner] = judged.influence(weights)
     if common is not None:
         # What noise makes by its square comes at every reversal alike, so that it scatters nothing.
-        net = common - end.linearization.jacobian @ (influence @ common)
+        net = common - end.jacobian @ (influence @ common)
         judged = replace(judged, errors=judged.errors + weights * net)
     starts = _slopes_by_start(of)
     scattered = twins if of.horizon is None else None
@@ -231,7 +231,7 @@ def inferred(of: FitSearch) -> FitInference:
     variances, by_start = np.full(len(free), np.inf), np.zeros((2, len(free)))
     variances[free] = np.diag(found[chosen])
     by_start[:, free] = moved_by_start(at_liberty, starts, coloured.matrix)
-    rows = np.vstack([weights[:, None] * end.linearization.jacobian, of.unknowns.known_rows])
+    rows = np.vstack([weights[:, None] * end.jacobian, of.unknowns.known_rows])
     not_shown = unseen_directions(rows, of.scale, free)
     covariances = {}
     for name, matrix in found.items():
@@ -374,7 +374,7 @@ def _covariances(
         # No error of a record tells what the starts of loops add.
         by_start, _ = moved_by_start(sandwich, starts, matrix)
         covariances[name] = matrix + np.outer(by_start, by_start)
-    errors_there = of.best.linearization.errors[:, None]
+    errors_there = of.best.errors[:, None]
     doubted = [of.predictions.doubts_of_memory(of.best.physical)]
     for form, predictions in of.doubts:
         at = np.array([of.ended.get(q.name, 0.0) for q in form.physical_quantities])
@@ -415,7 +415,7 @@ def _held(
         deviation = float(np.sqrt((matrix + np.outer(by_start, by_start))[place, place]))
         residuals = sandwich.errors
         if common is not None:
-            change = of.best.linearization.jacobian @ (physical - of.best.physical)
+            change = of.best.jacobian @ (physical - of.best.physical)
             residuals = residuals + sandwich.curvature * weights * (common + change)
         downhill = -(sandwich.jacobian.T @ residuals + sandwich.known.T @ u.known_errors(physical))
         at, side = float(physical[j]), int(sides[j])

@@ -219,10 +219,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
             for place, (output, unit, variance) in enumerate(every):
                 rows = record_rows(spans, place, len(outputs))
                 used, weight = weights[rows] > 0, float(weights[rows].max())
-                e, y = (
-                    x[rows][used]
-                    for x in (self.best.linearization.errors, self.predictions.measured)
-                )
+                e, y = (x[rows][used] for x in (self.best.errors, self.predictions.measured))
                 error, size = float(np.linalg.norm(e)), float(np.linalg.norm(y))
                 by_twins = (weights[rows][used, None] * twins[rows][used]) ** 2
                 noise = max(variance, float(by_twins.mean()) if len(e) else 0.0, 0.0)
@@ -243,7 +240,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     @property
     def errors(self) -> tuple[Array, ...]:
         """Simulated less recorded output, (N,) by record; of m outputs (N, m)."""
-        errors, count = self.best.linearization.errors, len(self.outputs)
+        errors, count = self.best.errors, len(self.outputs)
         whole = (errors[record_rows(spans)] for spans in self.predictions.spans)
         return tuple(whole) if count == 1 else tuple(each.reshape(-1, count) for each in whole)
 

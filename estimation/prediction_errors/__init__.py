@@ -1,11 +1,10 @@
 """What is predicted of records' outputs, for many parameter sets side by side, and its slopes.
 
-In: axes, records, parameters. Out: `Lanes` of predicted less recorded outputs; `ErrorsAndJacobian`.
+In: axes, records, parameters. Out: `Lanes` of predicted less recorded outputs, and their slopes.
 Knows nothing of how parameters are searched for.
 """
 
 from .lanes import (
-    ErrorsAndJacobian as ErrorsAndJacobian,
     PredictionErrors as PredictionErrors,
     jacobian_at as jacobian_at,
     record_rows as record_rows,

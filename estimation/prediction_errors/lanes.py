@@ -40,7 +40,7 @@ from axisid.estimation.simulation import (
     gains_by_lane,
     simulate_lanes,
 )
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, column_sizes
 from axisid.support.errors import EstimationError
 
 #: Of a parameter's scale. The cost is smooth there: slopes agree to 0.06 % from 1e-3 to 1e-6.
@@ -135,8 +135,7 @@ class Stretch(Piece):
 
 def interleaved(columns: Sequence[Array]) -> Array:
     """Values (N, ...) of each output as rows, those of a sample neighbours, (n, ...)."""
-    first = columns[0]
-    return first if len(columns) == 1 else np.stack(columns, axis=1).reshape(-1, *first.shape[1:])
+    return np.stack(columns, axis=1).reshape(-1, *columns[0].shape[1:])
 
 
 class PredictionErrors(ABC):
@@ -162,12 +161,8 @@ class PredictionErrors(ABC):
         Segments whose loops are simulated; none of windows.
     """
 
-    spans: tuple[tuple[slice, ...], ...]
-    samples: tuple[NDArray[np.intp], ...]
     units: tuple[str, ...]
     step: float = 0.0
-    measured: Array
-    counted: Array
     horizon: float | None = None
     stretches: Sequence[Stretch] = ()
 
@@ -352,8 +347,7 @@ def memory_deviations(axis: GeneratedAxis, record: Record) -> list[Array]:
         (residual, counted), ticks = law_residual(axis, record, span), law_ticks(axis, read, span)
         slopes = slopes_along(axis, ticks, memory)
         slopes = np.where(counted[:, None] & np.isfinite(slopes), slopes, 0.0)
-        norms = np.linalg.norm(slopes[:START_SAMPLES], axis=0)
-        norms = np.where(norms > 0, norms, 1.0)
+        norms = column_sizes(slopes[:START_SAMPLES])
         unit = slopes / norms
         inverse = np.linalg.pinv(unit[:START_SAMPLES], rcond=MIN_MEMORY_EFFECT)
         influences[segment] = inverse / norms[:, None]
@@ -430,21 +424,6 @@ _ROOM = 2.001  # steps in the range between the bounds
 _SHORTER = (1, 1 / 8, 1 / 64)  # of the step, where lanes fail
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ErrorsAndJacobian:
-    """Errors at parameters, and how they change.
-
-    Attributes
-    ----------
-    errors : (n,) array
-    jacobian : (n, P) array
-        Columns of parameters that are held are 0.
-    """
-
-    errors: Array
-    jacobian: Array
-
-
 def jacobian_at(
     predictions: PredictionErrors,
     physical: Array,
@@ -452,11 +431,11 @@ def jacobian_at(
     lower: Array,
     upper: Array,
     free: NDArray[np.bool_] | None = None,
-) -> ErrorsAndJacobian:
-    """Second-order differences about parameters (P,), central where their bounds leave room.
+) -> tuple[Array, Array]:
+    """Errors (n,) at parameters (P,), and their slopes by these, (n, P); of what is held 0.
 
-    Where no loop can be simulated on one side, as friction below 0 drives an axis, both steps are
-    to the other.
+    By second-order differences, central where the bounds leave room. Where no loop can be simulated
+    on one side, as friction below 0 drives an axis, both steps are to the other.
 
     Parameters
     ----------
@@ -497,7 +476,7 @@ def jacobian_at(
                 jacobian[:, j] = slopes[:, k]
                 del pending[j]
         if not pending:
-            return ErrorsAndJacobian(errors=here[:, 0], jacobian=jacobian)
+            return here[:, 0], jacobian
 
 
 def _steps(step: float, below: float, above: float) -> Iterator[tuple[float, float]]:

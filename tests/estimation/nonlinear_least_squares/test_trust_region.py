@@ -91,7 +91,7 @@ def test_a_bound_near_the_least_is_told_apart_from_it_whatever_the_start_weighed
     noise = 1e-3
     measured = _decay(2.0, 0.7) + noise * rng.standard_normal(len(TIME))
     free = _found(_less(measured), _unknowns(), [1.0, 1.0], weight=weight)
-    scatter = np.linalg.inv(free.linearization.jacobian.T @ free.linearization.jacobian)
+    scatter = np.linalg.inv(free.jacobian.T @ free.jacobian)
     deviation = noise * np.sqrt(scatter[1, 1])
     upper = np.array([np.inf, free.physical[1] + gap * deviation])
     found = _found(_less(measured), _unknowns(upper=upper), [1.0, 0.1], weight=weight)
