@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from types import MappingProxyType
 
 from axisid.estimation.diagnostic_checks import Check
 from axisid.estimation.diagnostics import within_bounds
@@ -14,7 +13,6 @@ from axisid.presentation.documents import (
     Cell,
     Document,
     Heading,
-    Notes,
     Paragraph,
     QuantityCell,
     Sentence,
@@ -29,44 +27,24 @@ from axisid.support.mappings import grouped
 from .estimate import quantity
 from .record import force_told, records_facts, rows_text, set_aside_facts
 
-_ABREAST = 4  # candidates in one table
 _SMALLEST_P = 1e-16
 #: What to blame for values beyond their bounds where another candidate explains more.
 _LACKING = "its parameters take up what it lacks, which other candidates have"
-#: What the notes, by number, add where a candidate is partially linear.
-_OF_NONLINEAR = MappingProxyType(
-    {
-        2: "Of a partially linear model, a block's estimate is one linearised step from the whole "
-        "record's, so that its held-out error is a little too small; nonlinear parameters are kept "
-        "within their bounds before the loop is simulated with them.",
-        4: "No test where the larger model estimates a nonlinear parameter that means nothing "
-        "where the smaller one holds: there it is fitted to noise, and neither statistic is F "
-        "distributed. The criteria count it as any other, and overrate it. Go by the held-out "
-        "error.",
-        5: "Nonlinear parameters are not judged. Where one would mean nothing with another at "
-        "zero, that other one carries information if the held-out error is larger without both by "
-        "more than one standard error.",
-    }
-)
 
 
 def comparison_document(c: Comparison) -> Document:
-    """Heading, estimates, errors, tests, the recommendation and notes."""
+    """Heading, estimates, errors, tests, the recommendation and the rows that all have."""
     return (
         _heading(c),
-        *(
-            text_table(
-                ["estimate +- sd [1]", "unit", *(e.name for e in abreast)],
-                (
-                    (name, unit, *(_short(e.estimate.parameters.get(name)) for e in abreast))
-                    for name, unit in {
-                        q.name: q.unit for e in abreast for q in e.estimate.quantities
-                    }.items()
-                ),
-                labels=2,
-            )
-            for i in range(0, len(c.candidates), _ABREAST)
-            for abreast in [c.candidates[i : i + _ABREAST]]
+        text_table(
+            ["estimate +- sd", "unit", *(e.name for e in c.candidates)],
+            (
+                (name, unit, *(_short(e.estimate.parameters.get(name)) for e in c.candidates))
+                for name, unit in {
+                    q.name: q.unit for e in c.candidates for q in e.estimate.quantities
+                }.items()
+            ),
+            labels=2,
         ),
         _errors(c.candidates),
         *((_tests(c),) if c.tests else ()),
@@ -88,7 +66,7 @@ def comparison_document(c: Comparison) -> Document:
         paragraph(
             Sentence(lead="recommended: ", text=f"{c.recommended or 'none'}; {c.reason}.", hang=4)
         ),
-        Notes(tuple(_notes(c))),
+        paragraph(_rows(c)),
     )
 
 
@@ -100,7 +78,7 @@ def _heading(c: Comparison) -> Heading:
         **records_facts(c.records, known, units),
         **set_aside_facts(c.set_aside),
         "columns": "",
-        "method": f"{c.method.upper()}; the same rows for all [7]; {c.blocks} blocks held out, a "
+        "method": f"{c.method.upper()}; the same rows for all; {c.blocks} blocks held out, a "
         f"gap of {c.gap} rows on both sides",
     }
     return Heading(facts=tuple(facts.items()))
@@ -130,8 +108,8 @@ def _errors(candidates: Sequence[Candidate]) -> TableBlock:
     }
     return text_table(
         (
-            *("candidate", "k [2]", "equation %", "held out %", "simul. %", "held out %"),
-            *("dAIC [3]", "dBIC [3]", "dTIC [4]"),
+            *("candidate", "k", "equation %", "held out %", "simul. %", "held out %"),
+            *("dAIC", "dBIC", "dTIC"),
         ),
         (
             (
@@ -154,7 +132,7 @@ def _errors(candidates: Sequence[Candidate]) -> TableBlock:
 def _tests(c: Comparison) -> TableBlock:
     """Every nested pair, classical and robust."""
     return text_table(
-        ("nested model", "restrictions", "F [3]", "p", "Wald/q, HAC [4]", "p"),
+        ("nested model", "restrictions", "F", "p", "Wald/q, HAC", "p"),
         (
             (
                 f"{t.smaller} in {t.larger}",
@@ -179,23 +157,23 @@ def _uninformed(candidates: Sequence[Candidate]) -> list[Sentence]:
     """A sentence for each parameter that the record does not need."""
     tested = "" if all(c.axis.is_linear for c in candidates) else "linear "
     return [
-        Sentence(text=f"{check.name} of {c.name} carries no information: {_why(check, c)} [5].")
+        Sentence(text=f"{check.name} of {c.name} carries no information: {_why(check, c)}.")
         for c in candidates
         for check in c.checks
         if check.informed is False
-    ] or [Sentence(text=f"Every {tested}parameter of every candidate carries information [5].")]
+    ] or [Sentence(text=f"Every {tested}parameter of every candidate carries information.")]
 
 
 def _untested(c: Comparison) -> list[Sentence]:
     """A sentence for each pair and each parameter that no test judges."""
     return [
         *(
-            Sentence(text=f"{t.smaller} in {t.larger} is not tested: {t.not_tested} [4].")
+            Sentence(text=f"{t.smaller} in {t.larger} is not tested: {t.not_tested}.")
             for t in c.tests
             if t.not_tested
         ),
         *(
-            Sentence(text=f"{check.name} of {each.name} is not judged: {check.not_tested} [5].")
+            Sentence(text=f"{check.name} of {each.name} is not judged: {check.not_tested}.")
             for each in c.candidates
             for check in each.checks
             if check.informed is None
@@ -258,40 +236,11 @@ def _remarks(c: Comparison) -> list[Sentence]:
     ]
 
 
-def _notes(c: Comparison) -> list[str]:
+def _rows(c: Comparison) -> str:
     drive, measured = c.candidates[0].axis.axis.drive, c.record.force is not None
-    force = force_told(drive, drive.remark, is_gain=drive.is_gain, measured=measured)
-    instruments = (
-        " Instruments are those of the loop simulated with all rows' estimate."
-        if any(each.estimate.Z is not None for each in c.candidates)
-        else ""
+    return rows_text(
+        [data.sampling for data in c.problem.data],
+        len(c.candidates[0].estimate.y),
+        force_told(drive, drive.remark, is_gain=drive.is_gain, measured=measured),
+        [data.record.motion for data in c.problem.data],
     )
-    notes = [
-        "sd: HAC, for autocorrelated residuals, as in identify.",
-        "k parameters. Equation error ||y - X theta||/||y|| of the force; simulation error: of "
-        "the simulated loop. Held out: each block by the estimate from the others, without the "
-        f"rows next to it, which share samples with it through the filters.{instruments}",
-        "AIC, BIC and F: classical, of least squares, for independent rows. Rows of filtered data "
-        "are not independent, so these overrate every further parameter: shown for comparison with "
-        "publications.",
-        "Believe these: the Wald test of the same restriction with the HAC covariance (over its q "
-        "restrictions; p by Hotelling's T^2 with the effective degrees of freedom), and Takeuchi's "
-        "criterion TIC, AIC with the penalty 2 tr(V_iid^-1 V_hac) in place of 2 k. d: above the "
-        "smallest. Where residuals stay alike for long, the Wald test still rejects too often: a "
-        "true model in 1 of 5 at the worst.",
-        "A parameter carries no information where the HAC test does not reject zero at 5 %, or "
-        "where the held-out error is no larger without it.",
-        "Recommended: of the candidates whose held-out equation error is within one standard error "
-        "(of its excess over the smallest, by block) and 1.1 times the smallest, or 1.01 times the "
-        "smallest whatever the blocks say, the one with the fewest parameters.",
-        rows_text(
-            [data.sampling for data in c.problem.data],
-            len(c.candidates[0].estimate.y),
-            force,
-            [data.record.motion for data in c.problem.data],
-        ),
-    ]
-    if any(not each.axis.is_linear for each in c.candidates):
-        for i, addition in _OF_NONLINEAR.items():
-            notes[i - 1] += f" {addition}"
-    return notes
