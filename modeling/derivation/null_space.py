@@ -77,30 +77,22 @@ def null_space(
     slopes = [[total.diff(ring.from_sympy(p)) for p in free] for total in sums]
     if math.prod(map(len, sums)) <= _MOST_PRODUCTS:
         return tuple(_kernel(slopes, free, ring))
-    point = [Fraction(x.p, x.q) for x in generic_points(parameters)[0].values()]
-    numbers = [[_at(slope, point) for slope in row] for row in slopes]
-    return _null_space_of_numbers(*reduced_rows(numbers), free)
-
-
-def _at(polynomial: PolyElement, point: Sequence[Fraction]) -> Fraction:
-    """The value of a polynomial at a point; SymPy's own makes a ring for each symbol it drops."""
-    terms = (
-        Fraction(int(weight.numerator), int(weight.denominator))
-        * math.prod(x**e for x, e in zip(point, powers, strict=True) if e)
-        for powers, weight in polynomial.terms()
-    )
-    return sum(terms, Fraction(0))
+    point = generic_points(parameters)[0]
+    numbers = [[Fraction(ring.to_sympy(slope).xreplace(point)) for slope in row] for row in slopes]
+    return tuple(_kernel(reduced_rows(numbers)[0], free, ring))
 
 
 def _kernel(
-    rows: Sequence[Sequence[PolyElement]], symbols: Sequence[sympy.Symbol], ring: PolynomialRing
+    rows: Sequence[Sequence[PolyElement | Fraction]],
+    symbols: Sequence[sympy.Symbol],
+    ring: PolynomialRing,
 ) -> Iterator[NullSpaceVector]:
-    """What rows of polynomials map to nothing, in polynomials that share no factor.
+    """What rows of polynomials or numbers map to nothing, in polynomials that share no factor.
 
     Their coefficients are whole; of weights that are numbers the last is 1.
     """
     field = ring.get_field()
-    table = [[field.convert_from(slope, ring) for slope in row] for row in rows]
+    table = [[field.convert(weight) for weight in row] for row in rows]
     basis = DomainMatrix(table, (len(table), len(symbols)), field).to_sparse().nullspace()
     vectors: dict[int, dict[int, FracElement]] = {}  # of what changes, few of many
     for (place, j), weight in basis.to_dok().items():
@@ -121,22 +113,6 @@ def _kernel(
             )
             unit = -unit if ring.to_sympy(first).could_extract_minus_sign() else unit
         yield {s: ring.to_sympy(weight.quo_ground(unit)) for s, weight in weights.items()}
-
-
-def _null_space_of_numbers(
-    reduced: Sequence[Row], pivots: Sequence[int], symbols: Sequence[sympy.Symbol]
-) -> tuple[NullSpaceVector, ...]:
-    """What rows in echelon form map to nothing; the last weight of each direction is 1."""
-    found = []
-    for free in (j for j in range(len(symbols)) if j not in pivots):
-        weights = {j: -row[free] for j, row in zip(pivots, reduced, strict=True) if row[free]}
-        weights[free] = Fraction(1)
-        last = weights[max(weights)]
-        found.append({symbols[j]: weights[j] / last for j in sorted(weights)})
-    return tuple(
-        {s: sympy.Rational(w.numerator, w.denominator) for s, w in direction.items()}
-        for direction in found
-    )
 
 
 def unidentifiable_directions(
@@ -170,8 +146,8 @@ def unidentifiable_directions(
     found: list[tuple[NullSpaceVector, ...]] = []
     for point in generic_points(parameters):
         with contextlib.suppress(NotRealError):
-            rows = reduced_functions(regressor.columns, coordinate.velocity, point)
-            found.append(_null_space_of_numbers(*rows, symbols))
+            rows, _ = reduced_functions(regressor.columns, coordinate.velocity, point)
+            found.append(tuple(_kernel(rows, symbols, QQ[symbols])))
     return tuple(
         d if all(d in others for others in found) else {p: sympy.Float(w) for p, w in d.items()}
         for d in min(found, key=len, default=())

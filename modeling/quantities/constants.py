@@ -6,7 +6,7 @@ of every pair, and of all that is nested in them, each time such an expression i
 was declared is in its final form already.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -35,37 +35,34 @@ def within(value: sympy.Expr, limit: sympy.Expr) -> sympy.Expr:
     return extreme(Max, [extreme(Min, [value, limit]), -limit])
 
 
-def replaced(value: sympy.Basic, new: Mapping[sympy.Basic, sympy.Basic]) -> sympy.Basic:
-    """The same as ``value.xreplace(new)``, but that ``Max`` and ``Min`` stay as they are."""
-
-    def made(node: sympy.Basic, arguments: Sequence[sympy.Basic]) -> sympy.Basic:
-        is_extreme = isinstance(node, (Max, Min))
-        return extreme(node.func, arguments) if is_extreme else node.func(*arguments)
-
-    return _rebuilt(value, dict(new), made)
-
-
-def renamed(value: sympy.Expr, new: Mapping[sympy.Basic, sympy.Basic]) -> sympy.Expr:
-    """The same with other symbols or numbers, no function of them worked out."""
-
-    def made(node: sympy.Basic, arguments: Sequence[sympy.Basic]) -> sympy.Basic:
-        plain = {"evaluate": False} if isinstance(node, (sympy.Function, Max, Min)) else {}
-        return node.func(*arguments, **plain)
-
-    return _rebuilt(value, dict(new), made)
-
-
-def _rebuilt(
-    node: sympy.Basic,
-    known: dict[sympy.Basic, sympy.Basic],
-    made: Callable[[sympy.Basic, Sequence[sympy.Basic]], sympy.Basic],
+def replaced(
+    value: sympy.Basic, new: Mapping[sympy.Basic, sympy.Basic], *, evaluate: bool = True
 ) -> sympy.Basic:
-    """A node made again of what its arguments become, each once wherever it occurs."""
-    if node not in known:
-        arguments = [_rebuilt(argument, known, made) for argument in node.args]
-        same = all(one is other for one, other in zip(arguments, node.args, strict=True))
-        known[node] = node if same else made(node, arguments)
-    return known[node]
+    """The same as ``value.xreplace(new)``, but that ``Max`` and ``Min`` stay as they are.
+
+    Parameters
+    ----------
+    value : sympy.Basic
+    new : mapping
+    evaluate : bool
+        Whether other functions of what is new are worked out.
+    """
+    known = dict(new)
+
+    def made(node: sympy.Basic) -> sympy.Basic:
+        if node not in known:
+            arguments = [made(argument) for argument in node.args]
+            if all(one is other for one, other in zip(arguments, node.args, strict=True)):
+                known[node] = node
+            elif isinstance(node, (Max, Min)):
+                known[node] = extreme(node.func, arguments)
+            elif evaluate or not isinstance(node, sympy.Function):
+                known[node] = node.func(*arguments)
+            else:
+                known[node] = node.func(*arguments, evaluate=False)
+        return known[node]
+
+    return made(value)
 
 
 class ConstantSymbol(sympy.Symbol):  # type: ignore[misc]

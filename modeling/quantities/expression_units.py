@@ -11,6 +11,8 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import reduce
+from operator import mul
 
 import sympy
 from sympy.core.relational import Relational
@@ -128,10 +130,7 @@ class UnitReader:
     def _product(self, parts: list[_ExpressionUnit]) -> _ExpressionUnit:
         """The one unit there is as it was written; of several, the canonical product."""
         units = [p.unit for p in parts if not p.unit.same_dimension(NUMBER)]
-        first, *others = units or [NUMBER]
-        for other in others:
-            first = first * other
-        return _ExpressionUnit(first, any(p.loose for p in parts))
+        return _ExpressionUnit(reduce(mul, units or [NUMBER]), any(p.loose for p in parts))
 
     def _common(
         self, node: sympy.Basic, parts: Iterable[sympy.Basic], does: str

@@ -11,7 +11,6 @@ sums are off by a little, as rounding leaves them: what changes as much as it is
 import contextlib
 import hashlib
 import math
-import operator
 import random
 from collections.abc import Callable, Iterable, Iterator, Mapping, Set as AbstractSet
 from fractions import Fraction
@@ -52,15 +51,6 @@ _ANALYTIC: dict[Any, Callable[..., Any]] = {
     for name in "exp log sin cos tan asin acos atan sinh cosh tanh".split()
 }
 _KINKS = (sympy.Abs, sympy.sign, sympy.Heaviside, Max, Min, Relational)
-
-_COMPARED: dict[Any, Callable[[Any, Any], bool]] = {
-    sympy.StrictLessThan: operator.lt,
-    sympy.LessThan: operator.le,
-    sympy.StrictGreaterThan: operator.gt,
-    sympy.GreaterThan: operator.ge,
-    sympy.Eq: operator.eq,
-    sympy.Ne: operator.ne,
-}
 
 
 def is_nothing(value: Value) -> bool:
@@ -265,14 +255,11 @@ class _Values:
         raise ValueError("no condition holds")
 
     def _holds(self, condition: sympy.Basic) -> bool:
-        if condition in (sympy.true, sympy.false):
-            return bool(condition)
         if isinstance(condition, Relational):
-            return _COMPARED[condition.func](self._side(self(condition.lhs - condition.rhs)), 0)
-        held = [self._holds(argument) for argument in condition.args]
-        if isinstance(condition, sympy.ITE):
-            return held[1] if held[0] else held[2]
-        return bool(condition.func(*held))
+            return bool(condition.func(int(self._side(self(condition.lhs - condition.rhs))), 0))
+        if condition.args:
+            return bool(condition.func(*map(self._holds, condition.args)))
+        return bool(condition)
 
 
 class _Drawn(_Values):

@@ -10,7 +10,7 @@ from typing import Any
 import sympy
 from sympy.printing.str import StrPrinter
 
-from .constants import ConstantSymbol, renamed
+from .constants import ConstantSymbol, replaced
 from .symbols import (
     BALANCED,
     CONTROL,
@@ -93,7 +93,7 @@ def readable(value: sympy.Expr, coordinate: Coordinate) -> Readable:
         stand_ins[s] = sympy.Symbol(name, **s.assumptions0)
     decimals = {x: _rounded(x) for x in value.atoms(sympy.Float)}
     return Readable(
-        value=renamed(value, {**decimals, **stand_ins}),
+        value=replaced(value, {**decimals, **stand_ins}, evaluate=False),
         names={stand_in: s for s, stand_in in stand_ins.items()},
         ranks={stand_in: ranks[s] for s, stand_in in stand_ins.items() if s in ranks},
         velocity=stand_ins.get(q.velocity),
