@@ -126,22 +126,9 @@ def _is_curved(node: sympy.Basic) -> bool:
     return (
         isinstance(node, (sympy.Add, sympy.Mul, sympy.Pow))
         and DIRECTION in node.free_symbols
-        and _is_polynomial(node)
+        and node.is_polynomial(DIRECTION)
         and DIRECTION in node.diff(DIRECTION).free_symbols
     )
-
-
-def _is_polynomial(node: sympy.Basic) -> bool:
-    if DIRECTION not in node.free_symbols or node == DIRECTION:
-        return True
-    if node.is_Pow:
-        return bool(node.exp.is_Integer and node.exp > 0) and _is_polynomial(node.base)
-    if isinstance(node, sympy.Piecewise):
-        return all(
-            DIRECTION not in condition.free_symbols and _is_polynomial(value)
-            for value, condition in node.args
-        )
-    return bool(node.is_Add or node.is_Mul) and all(map(_is_polynomial, node.args))
 
 
 def _affine(ahead: sympy.Expr, back: sympy.Expr) -> sympy.Expr:
