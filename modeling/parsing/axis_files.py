@@ -59,6 +59,7 @@ from axisid.modeling.quantities import (
     SignalSymbol,
     State,
     check_name,
+    check_symbol,
     parse_unit,
 )
 from axisid.support.errors import DeclarationError, ModelError, quoted, refuse
@@ -182,7 +183,7 @@ def read_control(root: TomlTable, recorded: Symbols, constants: Symbols) -> Cont
     gains, memory = table.table("gains"), table.table("memory")
     for part in (gains, memory):
         for name in part.values:
-            part.attempt(name, partial(check_name, name, "it"))
+            part.attempt(name, partial(check_symbol, name, "it", control=True))
     names = (*gains.values, *memory.values)
     symbols = {**known, **recorded, **_INPUTS, **{name: gain(name) for name in names}}
     at_rest = {**known, **_AT_REST}
@@ -194,7 +195,7 @@ def read_control(root: TomlTable, recorded: Symbols, constants: Symbols) -> Cont
     # What is wrong of a gain or a memory has been told, and a gain of 1 stands for it.
     wrong = (name for name in names if kept.get(name) is None)
     given = {
-        "gains": {**dict.fromkeys(wrong, 1.0), **gains.read_all(float)},
+        "gains": {**dict.fromkeys(wrong, 1.0), **gains.read_all(gains.values, float)},
         "memory": [*filter(None, kept.values()), *inside],
         "positive": (),
     }
@@ -412,13 +413,10 @@ def _experiment(root: TomlTable, unknown: Symbols, recorded: Symbols) -> Experim
     if "experiment" not in root.values:
         return None
     table = root.table("experiment")
-    signals, truth = table.table("signals"), table.table("truth")
-    signals.only(*recorded)
-    truth.only(*unknown)
     given = {
         "moves": _moves(table),
-        "truth": truth.read_all(float),
-        "signals": signals.read_all(sympy.Expr, {str(TIME): TIME}),
+        "truth": table.table("truth").read_all(unknown, float),
+        "signals": table.table("signals").read_all(recorded, sympy.Expr, {str(TIME): TIME}),
     }
     return table.made(Experiment, given=given, beside=("back_and_forth", *given))
 

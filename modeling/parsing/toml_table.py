@@ -133,9 +133,10 @@ class TomlTable:
             return self.attempt(key, lambda: _KINDS[kind](value))
         return self.attempt(key, lambda: _expression(value, symbols, elements))
 
-    def read_all(self, kind: Any, symbols: Symbols = _NONE) -> dict[str, Any]:
-        """The values of all keys, those that are of their kind."""
-        found = {key: self.read(key, kind, symbols) for key in self.values}
+    def read_all(self, keys: Iterable[str], kind: Any, symbols: Symbols = _NONE) -> dict[str, Any]:
+        """The values of these keys, those that are of their kind; others are refused."""
+        self.only(*keys)
+        found = {key: self.read(key, kind, symbols) for key in keys if key in self.values}
         return {key: value for key, value in found.items() if value is not None}
 
     def made(
@@ -217,7 +218,8 @@ def _without_guilty(
         for others in (without, {**without, key: stand_ins[key]}):
             if _error(make, {**neutral, **others}) is None:
                 return key, others
-    alone = (k for k in fields if str(_error(make, {**neutral, k: fields[k]})) == str(error))
+    of_none, wanted = str(_error(make, neutral)), str(error)
+    alone = (k for k in fields if str(_error(make, {**neutral, k: fields[k]})) == wanted != of_none)
     guilty = next(alone, "")
     return guilty, {name: value for name, value in fields.items() if name != guilty}
 
