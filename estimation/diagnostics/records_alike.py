@@ -18,7 +18,7 @@ both rest have nothing in common. Numbers are compared as 32-bit floats. Of reco
 resampled the rows before are compared, where they are kept: those of columns of one clock.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
@@ -99,16 +99,16 @@ Solved = Callable[[Array, Array], tuple[Array, Array, Array]]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordDifference:
-    """One record beside the others.
+    """A record alone beside the others, in the parameters that both tell.
 
     Attributes
     ----------
-    names : tuple of str
-        Of the parameters that it tells and shares, length p.
-    own, others : (p,) array
-        As the record alone has them, and as the others have them without it.
-    deviations : (p,) array
-        Of the difference.
+    own : mapping of str to float
+        As the record alone has them, SI.
+    common : mapping of str to float
+        As the others have them without it, SI.
+    deviations : mapping of str to float
+        Of the difference, as twins scatter, or HAC.
     statistic : float
         Hotelling's, over its degrees of freedom.
     freedom : (float, float)
@@ -122,10 +122,9 @@ class RecordDifference:
         Parameters that the record alone does not tell.
     """
 
-    names: tuple[str, ...]
-    own: Array
-    others: Array
-    deviations: Array
+    own: Mapping[str, float]
+    common: Mapping[str, float]
+    deviations: Mapping[str, float]
     statistic: float
     freedom: tuple[float, float]
     p_value: float
@@ -133,9 +132,9 @@ class RecordDifference:
     untold: tuple[str, ...] = ()
 
     @property
-    def distances(self) -> Array:
-        """Of the record's own from the others, in deviations of the difference, (p,)."""
-        return (self.own - self.others) / self.deviations
+    def distances(self) -> dict[str, float]:
+        """Of the record's own from the others, in deviations of the difference."""
+        return {n: (own - self.common[n]) / self.deviations[n] for n, own in self.own.items()}
 
     def matters(self, levels: Levels) -> bool:
         """Whether it is beyond chance, and makes any force to speak of."""
@@ -203,12 +202,11 @@ class EstimateDifference:
     @property
     def apart(self) -> RecordDifference:
         """The test of it."""
-        q, square = len(self.difference), self.square
+        q, square, names = len(self.difference), self.square, self.of.names
         return RecordDifference(
-            names=self.of.names,
-            own=self.of.values + self.difference,
-            others=self.of.values,
-            deviations=_deviations(self.covariances[0]),
+            own=dict(zip(names, self.of.values + self.difference, strict=True)),
+            common=dict(zip(names, self.of.values, strict=True)),
+            deviations=dict(zip(names, _deviations(self.covariances[0]), strict=True)),
             statistic=square / q,
             freedom=(float(q), self.freedom - q + 1),
             p_value=joint_p(square, q, self.freedom),

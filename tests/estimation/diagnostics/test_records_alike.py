@@ -182,8 +182,8 @@ def test_one_after_the_other_is_named(rng: np.random.Generator) -> None:
     assert found.against == (1, 4)
     assert _asked(J, errors, Levels(level=1e-300)).differing is None
     first = found.differing.apart
-    assert first.names == ("a",)
-    assert abs(first.own[0] - 3.0) < 4 * first.deviations[0]
+    assert [*first.own] == ["a"]
+    assert abs(first.own["a"] - 3.0) < 4 * first.deviations["a"]
 
 
 def test_what_a_record_alone_does_not_tell_is_said(rng: np.random.Generator) -> None:

@@ -12,7 +12,12 @@ from msgspec import UNSET, UnsetType, structs
 
 from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Levels
-from axisid.estimation.diagnostics import ColumnComparison, InstrumentTests, RecordDiagnosis
+from axisid.estimation.diagnostics import (
+    ColumnComparison,
+    InstrumentTests,
+    RecordDiagnosis,
+    RecordDifference,
+)
 from axisid.estimation.estimates import (
     HausmanTest,
     Physical,
@@ -60,7 +65,6 @@ from .json_objects import (
     WrittenKnown,
     WrittenResult,
     about,
-    by_name,
     read_as,
     written_as,
 )
@@ -143,20 +147,6 @@ class WrittenValidation(WrittenResult, frozen=True, kw_only=True):
     ] = UNSET
 
 
-class WrittenApart(JsonObject, frozen=True, kw_only=True):
-    """A record alone beside the others, in the parameters that both tell."""
-
-    own: Annotated[Mapping[str, float], about("As the record alone has them, SI.")]
-    common: Annotated[Mapping[str, float], about("As the others have them without it, SI.")]
-    deviations: Annotated[
-        Mapping[str, float], about("Of the difference, as twins scatter, or HAC.")
-    ]
-    statistic: Annotated[float, about("Hotelling's, over its degrees of freedom.")]
-    freedom: Annotated[tuple[float, float], about("Of F.")]
-    p_value: Annotated[float, about("That chance alone makes as much, of one record.")]
-    share_percent: Annotated[float, about("Force that the difference makes, of the record's.")]
-
-
 class WrittenMember(JsonObject, frozen=True, kw_only=True):
     """One of several records, by the estimate that is judged."""
 
@@ -170,7 +160,7 @@ class WrittenMember(JsonObject, frozen=True, kw_only=True):
     equation_error_percent: float
     simulation_error_percent: float | None
     apart: Annotated[
-        WrittenApart | None, about("null where the record alone does not tell the parameters.")
+        RecordDifference | None, about("null where the record alone does not tell the parameters.")
     ]
     law_check: WrittenLawCheck
     alignment: WrittenAlignment
@@ -268,22 +258,13 @@ class WrittenIdentification(
 
 
 def _member(of_one: RecordResult, diagnosis: RecordDiagnosis) -> WrittenMember:
-    apart = diagnosis.apart
     return written_as(
         WrittenMember,
         of_one,
         record=written_record(of_one.record),
         prefilter=written_prefilter(of_one.sampling),
         known={name: WrittenKnown(value=v, sd=sd) for name, (v, sd) in of_one.known.items()},
-        apart=None
-        if isinstance(apart, Missing)
-        else written_as(
-            WrittenApart,
-            apart,
-            own=by_name(apart.names, apart.own),
-            common=by_name(apart.names, apart.others),
-            deviations=by_name(apart.names, apart.deviations),
-        ),
+        apart=None if isinstance(diagnosis.apart, Missing) else diagnosis.apart,
         **record_members(diagnosis),
     )
 

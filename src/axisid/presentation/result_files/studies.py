@@ -37,7 +37,7 @@ from .identification import (
     WrittenValidation,
     written_identification,
 )
-from .json_objects import JsonObject, WrittenKnown, WrittenResult, about, by_name, written_as
+from .json_objects import JsonObject, WrittenKnown, WrittenResult, about, written_as
 from .record import (
     WrittenPrefilter,
     WrittenRecord,
@@ -211,8 +211,8 @@ def _of_method(validation: MethodValidation) -> WrittenMethodValidation:
         WrittenMethodValidation,
         validation,
         reason=validation.reason or "",
-        anew=again and by_name(again.names, again.own),
-        anew_distances=again and by_name(again.names, again.distances),
+        anew=again and again.own,
+        anew_distances=again and again.distances,
         anew_share_percent=again and again.share_percent,
     )
 
