@@ -26,7 +26,6 @@ from axisid.presentation.plots import (
     Plot,
     autocorrelation_plot,
     convergence_plot,
-    drawable,
     force_plot,
     friction_plot,
     monte_carlo_plot,
@@ -185,59 +184,50 @@ def figure_of(
 
 def plot_of(result: Presentable, what: str, method: str | None = None, **of: Any) -> Plot:
     """One of a result's figures as data, by its name, which the only one of a result needs not."""
-    if isinstance(result, (Identification, SavedIdentification)):
-        return _of_identification(result, what, method, **of)
     figures = _view_of(result).figures
     if not what and len(figures) == 1:
         (what,) = figures
     if not is_among(what, figures):
         raise _no_figure(result, what, figures)
     own = (result.method,) if isinstance(result, (Estimate, SavedEstimate)) else ()
-    if not (method is None or is_among(str(method).lower(), own)):
+    if isinstance(result, (Identification, SavedIdentification)):
+        plot = figures[what](*_of_method(result, what, method, **of))
+    elif method is None or is_among(str(method).lower(), own):
+        plot = figures[what](result, **of)
+    else:
         raise UsageError(
             f"a figure of {type(result).__name__} has no method to choose; leave it out.",
             code="figure",
         )
-    return drawable(figures[what](result, **of), what)
+    if isinstance(plot, Missing):
+        raise UsageError(
+            f"there is no figure of the {what}: {str(plot).removesuffix('.')}.", code="figure"
+        )
+    return plot
 
 
-def _of_identification(
+def _of_method(
     result: Identification | SavedIdentification,
     what: str,
     method: str | None,
     record: int | None = None,
-) -> Plot:
-    """Of several records a figure is of one, by its number; the iteration is of all."""
+) -> tuple[Any, Any]:
+    """What a figure is of: of several records one, by its number, but for the iteration of all."""
     if isinstance(result, Identification):
         place = record_index(1 if record is None else record, len(result.parts))
         result = result if what == "convergence" else result.parts[place]
-    estimate = result.preferred if method is None else result[method]
-    figures = _figures_of(result, estimate)
-    if is_among(what, figures):
-        return drawable(figures[what](result, estimate), what)
-    if isinstance(estimate, Estimate) and not is_among(what, _OF_ESTIMATE):
-        raise _no_figure(result, what, (*figures, *_OF_ESTIMATE))
-    return plot_of(estimate, what)
+    return result, result.preferred if method is None else result[method]
 
 
-def _figures_of(
-    result: Identification | SavedIdentification, estimate: Estimate | SavedEstimate
-) -> _Figures:
-    """The figures of a result and an estimate together; of a file as far as it has their data."""
-    if isinstance(result, Identification):
-        return {
-            "record": lambda whole, _: record_plot(whole),
-            "friction": friction_plot,
-            "tracking": tracking_plot,
-            "repeats": lambda whole, each: repeats_plot(each, lack_of_fit(each, whole.data)),
-        }
-    found = estimate is result.preferred and result.document.lack_of_fit
-    return {"repeats": lambda _, each: repeats_plot(each, found)} if found else {}
+def _saved_repeats(saved: SavedIdentification, estimate: SavedEstimate) -> Plot | Missing:
+    if estimate is not saved.preferred:
+        return Missing("the file has it of the judged estimate alone")
+    return repeats_plot(estimate, saved.document.lack_of_fit or None)
 
 
 def _no_figure(result: Presentable, what: str, there: Iterable[str]) -> UsageError:
     listed = ", ".join(there)
-    if isinstance(result, SavedEstimate | SavedMonteCarlo | SavedOutputFit):
+    if isinstance(result, SavedIdentification | SavedEstimate | SavedMonteCarlo | SavedOutputFit):
         of = f"{quoted(what)} " if what else ""
         return UsageError(
             f"the file of a result has no rows, samples or runs, which the figure {of}needs; draw "
@@ -370,6 +360,11 @@ def _rows(*estimates: Estimate | SavedEstimate) -> list[_Row]:
     ]
 
 
+def _of_one(figures: _Figures) -> _Figures:
+    """Figures of one estimate, of a result and an estimate of it."""
+    return {name: lambda _, each, draw=draw: draw(each) for name, draw in figures.items()}
+
+
 def _view_of(result: Shown) -> _View:
     """The row of its type; a result that has none makes its document itself."""
     kinds = (_VIEWS[kind] for kind in type(result).__mro__ if kind in _VIEWS)
@@ -382,6 +377,7 @@ _OF_ESTIMATE: _Figures = {
     "spectrum": spectrum_plot,
     "convergence": convergence_plot,
 }
+_OF_SAVED_ESTIMATE: _Figures = {n: _OF_ESTIMATE[n] for n in ("autocorrelation", "convergence")}
 _as_read = attrgetter("document")  # what a result was read from
 _VIEWS: Mapping[type, _View] = {
     Record: _View(record_document, written_record, Record.channels),
@@ -398,7 +394,7 @@ _VIEWS: Mapping[type, _View] = {
         saved_estimate_document,
         _as_read,
         _rows,
-        {name: _OF_ESTIMATE[name] for name in ("autocorrelation", "convergence")},
+        _OF_SAVED_ESTIMATE,
     ),
     Identification: _View(
         lambda each, draws=0, **how: saved_document(
@@ -406,8 +402,20 @@ _VIEWS: Mapping[type, _View] = {
         ),
         written_identification,
         _of_methods,
+        {
+            "record": lambda whole, _: record_plot(whole),
+            "friction": friction_plot,
+            "tracking": tracking_plot,
+            "repeats": lambda whole, each: repeats_plot(each, lack_of_fit(each, whole.data)),
+            **_of_one(_OF_ESTIMATE),
+        },
     ),
-    SavedIdentification: _View(saved_document, _as_read, _of_methods),
+    SavedIdentification: _View(
+        saved_document,
+        _as_read,
+        _of_methods,
+        {"repeats": _saved_repeats, **_of_one(_OF_SAVED_ESTIMATE)},
+    ),
     Sweep: _View(sweep_document, written_sweep, _of_sweep, {"sweep": sweep_plot}),
     LawSearch: _View(law_search_document, written_law_search, _of_laws),
     Comparison: _View(comparison_document, written_comparison, _of_comparison),

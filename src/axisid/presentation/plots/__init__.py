@@ -26,7 +26,6 @@ from .plot import (
     Plot as Plot,
     PlotSeries as PlotSeries,
     Tone as Tone,
-    drawable as drawable,
     labelled as labelled,
     paired as paired,
     with_series as with_series,

@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 
 from axisid.presentation.documents import readable_unit
 from axisid.support.arrays import Array
-from axisid.support.errors import Missing, UsageError
 
 Kind: TypeAlias = Literal["line", "points", "stems"]
 #: What a series stands for; each way of drawing has a colour for it.
@@ -183,21 +182,6 @@ def _broken_line(series: PlotSeries, places: Sequence[float]) -> PlotSeries:
 def line(label: str, x: ArrayLike, y: ArrayLike, tone: Tone = "model") -> PlotSeries:
     """Make a plain line."""
     return PlotSeries(label=label, x=np.asarray(x, float), y=np.asarray(y, float), tone=tone)
-
-
-def drawable(plot: Plot | Missing, name: str) -> Plot:
-    """Return the plot of a name.
-
-    Raises
-    ------
-    UsageError
-        There is none, and why.
-    """
-    if isinstance(plot, Missing):
-        raise UsageError(
-            f"there is no figure of the {name}: {str(plot).removesuffix('.')}.", code="figure"
-        )
-    return plot
 
 
 def paired(names: Sequence[str]) -> list[tuple[str, Tone]]:
