@@ -157,8 +157,6 @@ def _restored(hint: Any, value: Any) -> Any:
         return value if value is None else np.array(value, dtype=float)
     if isinstance(value, tuple):
         return tuple(_restored(hint, each) for each in value)
-    if isinstance(value, JsonObject) and type(value) not in _kinds(hint):
-        return read_as(next(filter(is_dataclass, _kinds(hint))), value)
     if value is None or value is UNSET:
         kinds = _kinds(hint)
         figures = [OF_NULL[kind] for kind in kinds if kind in OF_NULL]

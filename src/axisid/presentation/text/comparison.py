@@ -24,7 +24,6 @@ from axisid.presentation.documents import (
 from axisid.support.errors import Missing, or_dash
 from axisid.support.mappings import grouped
 
-from .estimate import quantity
 from .record import force_told, records_facts, rows_text, set_aside_facts
 
 _SMALLEST_P = 1e-16
@@ -93,13 +92,11 @@ def _left_out(candidates: Sequence[Candidate]) -> str:
 
 
 def _short(value: Value | None) -> Cell:
-    """The digits that two digits of the deviation warrant."""
+    """A value to two digits of its deviation."""
     if value is None:
         return "-"
-    shown = quantity(value)
-    number, spread = float(shown.value), float(shown.deviation)
-    places = decimals(spread)
-    return QuantityCell(f"{number:.{places}f}", f"{spread:.{places}f}")
+    places = decimals(value.deviation)
+    return QuantityCell(f"{value.value:.{places}f}", f"{value.deviation:.{places}f}")
 
 
 def _errors(candidates: Sequence[Candidate]) -> TableBlock:
