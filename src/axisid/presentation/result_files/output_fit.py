@@ -71,9 +71,6 @@ class WrittenLack(JsonObject, frozen=True, kw_only=True):
     deviation: Annotated[float, about("Of the size.")]
     unit: Annotated[str, about("Of both.")]
     chance: Annotated[float, about("That noise asks for as much of it, over all its places.")]
-    tests: Annotated[
-        int | UnsetType, about("How many were looked for; of files before 2026-11-24.")
-    ] = UNSET
 
 
 class WrittenOutputFit(

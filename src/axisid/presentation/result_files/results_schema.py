@@ -85,13 +85,4 @@ def _worded(part: Any) -> Any:
         if "schema" in made["properties"]:
             made["properties"]["digest"] = _DIGEST
         made["additionalProperties"] = False
-    return _joined(made)
-
-
-def _joined(part: dict[str, Any]) -> dict[str, Any]:
-    """A choice of plain types as one list of them."""
-    choices = part.get("anyOf")
-    if isinstance(choices, list) and all([*choice] == ["type"] for choice in choices):
-        joined = {"type": [choice["type"] for choice in choices]}
-        return {key: value for key, value in part.items() if key != "anyOf"} | joined
-    return part
+    return made
