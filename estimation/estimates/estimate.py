@@ -383,7 +383,7 @@ class Estimate(EstimateFacts, Presentable, Exact):
         Parameters
         ----------
         function : str or SymPy expression
-            Such as ``"M/Fv"``, a time constant in s. Text may use + - * / **, pi and the
+            Such as ``"M/Fv"``, a time constant in s. Text may use ``+ - * / **``, pi and the
             functions of an axis in TOML, such as sqrt, exp and log.
 
         Returns
