@@ -179,10 +179,12 @@ class GeneratedAxis:
         """
         loop, law = self.loop_with(gains)
         law, base = replace(law, gains={**law.gains, **gains}), self.base
-        loop = loop.with_law(law)
+        axis = replace(loop.model.axis, control=law)
+        # No text of the loop knows the numbers.
+        loop = replace(loop, law=law, model=replace(loop.model, axis=axis))
         return replace(
             self,
-            axis=loop.model.axis,
+            axis=axis,
             base=replace(base, declared=replace(base.declared, control=law)),
             signature=signature(loop.model),
             functions={**self.functions, **loop.functions_at(law.gains)},

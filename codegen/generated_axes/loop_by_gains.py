@@ -6,8 +6,7 @@ another gain needs no compiler, and many can be tried side by side.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
 from typing import Any
 
 import casadi
@@ -73,63 +72,43 @@ class LoopByGains:
     model : AxisModel
     law : ControlLaw
         The model's.
-    enabled : bool
-        Whether native code may be compiled and run.
+    functions : mapping of str to casadi.Function
+        As of the axis. The loop's step takes the gains behind the parameters, the law's functions
+        as their last argument.
+    native : Native
+        The same, compiled.
     """
 
     model: AxisModel
     law: ControlLaw
-    enabled: bool
+    functions: Mapping[str, Any]
+    native: Native
 
     @classmethod
     def of(cls, model: AxisModel, *, enabled: bool) -> "LoopByGains | None":
         """The loop of a model; None without a law, with one that has no gains or is continuous.
 
         A continuous law is part of the plant's motion, whose functions have its gains as numbers.
+        Without `enabled` no native code is compiled and run.
         """
         law = model.axis.control
         if law is None or law.continuous or not law.gains:
             return None
-        return cls(model=model, law=law, enabled=enabled)
-
-    @cached_property
-    def _texts(self) -> tuple[str, str]:
-        return by_gains_artefacts(self.model)
-
-    @property
-    def functions(self) -> Mapping[str, Any]:
-        """As of the axis, CasADi's.
-
-        The loop's step takes the gains behind the parameters, the law's functions as their last
-        argument.
-        """
-        return execute(self._texts[0], self.model.axis.name)
-
-    @cached_property
-    def native(self) -> Native:
-        """The same, compiled."""
-        return Native(self._texts[1], self.functions, enabled=self.enabled)
+        functions_py, native_c = by_gains_artefacts(model)
+        functions = execute(functions_py, model.axis.name)
+        native = Native(native_c, functions, enabled=enabled)
+        return cls(model=model, law=law, functions=functions, native=native)
 
     def native_at(self, gains: Mapping[str, float]) -> Native:
         """The native code with gains filled in."""
-        filled = np.array([*gains.values()])
-        return Native(self._texts[1], self.functions, enabled=self.enabled, gains=filled)
+        filled, enabled = np.array([*gains.values()]), self.native.enabled
+        return Native(self.native.text, self.functions, enabled=enabled, gains=filled)
 
     def functions_at(self, gains: Mapping[str, float]) -> dict[str, Any]:
         """The functions of the law and of the loop's step with gains as numbers."""
         numbers = np.array([*gains.values()])
         found = {name: _bound(self.functions[name], numbers) for name in _OF_THE_LAW}
         return found | {_STEP: _bound(self.functions[_STEP], numbers, "parameters")}
-
-    def with_law(self, law: ControlLaw) -> "LoopByGains":
-        """The same loop under a law that differs by its gains alone."""
-        axis = replace(self.model.axis, control=law)
-        changed = replace(self, model=replace(self.model, axis=axis), law=law)
-        # Neither text knows the numbers.
-        for name in ("_texts", "native"):
-            if name in self.__dict__:
-                changed.__dict__[name] = self.__dict__[name]
-        return changed
 
 
 def _bound(function: Any, gains: Array, behind: str = "") -> Any:
