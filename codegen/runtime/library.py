@@ -111,7 +111,7 @@ class LoadedLibrary:
             # A new object each time, of types of its own: a place has always the same type.
             call = self._typed[function] = self._library[function]
             call.argtypes = [_type_in_c(each) for each in arguments]
-        given = [_address(each) if type(each) is np.ndarray else each for each in arguments]
+        given = [each.ctypes.data if isinstance(each, np.ndarray) else each for each in arguments]
         return int(call(*given))
 
     def memory(self, size: int, most: int | None = None) -> Array:
@@ -369,13 +369,6 @@ def _type_in_c(argument: int | float | NDArray[Any] | None) -> Any:
     if argument is None or isinstance(argument, np.ndarray):
         return ctypes.c_void_p
     return ctypes.c_double if isinstance(argument, float) else ctypes.c_ssize_t
-
-
-def _address(array: NDArray[Any]) -> int:
-    """Where an array begins; NumPy's own answer takes five times as long."""
-    if array.flags.carray and array.size:
-        return ctypes.addressof(ctypes.c_char.from_buffer(array.data))
-    return array.ctypes.data
 
 
 def _strided(signal: Array | None, first: int, axes: int = 1) -> tuple[Array | int | None, ...]:
