@@ -67,7 +67,7 @@ def parameter_function(what: FunctionLike, units: Mapping[str, str]) -> Paramete
     Parameters
     ----------
     what : str or SymPy expression
-        Of the names in `units`. Text may use + - * / **, pi and `FUNCTIONS`, sqrt and the like.
+        Of the names in `units`. Text may use ``+ - * / **``, pi and `FUNCTIONS`, sqrt and the like.
     units : mapping of str to str
         Of the parameters.
 
