@@ -159,13 +159,6 @@ class CheckGroup:
     names: tuple[str, ...]
     meaning: str = ""
 
-    @property
-    def text(self) -> str:
-        """The names, and what is said of them."""
-        listed = ", ".join(self.names)
-        unmade = "not evaluated, " if self.status == "not evaluated" else ""
-        return f"{listed}: {unmade}{self.meaning}" if self.meaning else listed
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Checks:

@@ -177,13 +177,12 @@ def _fact(name: str, text: str) -> Sentence:
 
 def _judged(judged: CheckGroup) -> Sentence:
     """What failed stands out by name, what passed by its head alone."""
-    head = _STATUS_HEADS[judged.status]
-    named = f"{', '.join(judged.names)}:" if judged.status == "fail" else ""
+    head, names = _STATUS_HEADS[judged.status], ", ".join(judged.names)
+    unmade = "not evaluated, " if judged.status == "not evaluated" else ""
+    text = f"{names}: {unmade}{judged.meaning}" if judged.meaning else names
+    named = f"{names}:" if judged.status == "fail" else ""
     return Sentence(
-        lead=head + named,
-        text=judged.text.removeprefix(named),
-        hang=len(head),
-        kind=judged.status,
+        lead=head + named, text=text.removeprefix(named), hang=len(head), kind=judged.status
     )
 
 
