@@ -396,7 +396,7 @@ def fixed_check(estimate: Estimate, level: float = CHECK_LEVEL.value) -> Check |
         return Missing([why, *physical.undetermined][-1])
     sides = []
     for p in physical.known:
-        sides.append(f"{p.name} is fixed at {known_text(p)} {p.unit}")
+        sides.append(f"{p.name} is fixed at {known_text(p.known, p.known_sd)} {p.unit}")
         if alone := estimate.parameters.get(p.name):
             deviation = np.hypot(alone.deviation, alone.sd_gain)
             sides[-1] += f", the record alone gives {alone.corrected:.4g} +- {deviation:.2g}"

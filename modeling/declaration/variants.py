@@ -81,10 +81,9 @@ def read_fixed(texts: Iterable[str]) -> dict[str, tuple[float, float]]:
     return fixed
 
 
-def known_text(parameter: Parameter) -> str:
+def known_text(value: float | None, sd: float) -> str:
     """A known value in words: ``2 +- 0.02``."""
-    spread = f" +- {parameter.known_sd:g}" if parameter.known_sd else ""
-    return f"{parameter.known:g}{spread}"
+    return f"{value:g} +- {sd:g}" if sd else f"{value:g}"
 
 
 def leave_out(axis: Axis, /, *names: str, **values: float) -> Axis:
@@ -154,7 +153,9 @@ def leave_out(axis: Axis, /, *names: str, **values: float) -> Axis:
 
 def left_out_text(axis: Axis) -> str:
     """What stands for the parameters that were left out, in words; empty for none."""
-    return ", ".join(f"{p.name} = {known_text(p)} {p.unit}" for p in axis.left_out)
+    return ", ".join(
+        f"{p.name} = {known_text(p.known, p.known_sd)} {p.unit}" for p in axis.left_out
+    )
 
 
 def _check_declared(axis: Axis, names: Iterable[str], what: str) -> None:

@@ -49,7 +49,7 @@ def describe_determined(base: BaseModel) -> str:
     found = [p.name for p in base.declared.parameters if p.name not in lost]
     if not found:
         return ""
-    known = [f"{p.name} = {known_text(p)} {p.unit}" for p in base.known]
+    known = [f"{p.name} = {known_text(p.known, p.known_sd)} {p.unit}" for p in base.known]
     condition = f", with {', '.join(known)} known" if known else ""
     follows = "follows" if len(found) == 1 else "follow"
     return f"{_listed(found)} {follows} from a record{condition}"

@@ -83,7 +83,7 @@ def _facts(p: Parameter) -> tuple[str, ...]:
         f"nominal {p.nominal:g}",
         f"at least {p.lower:g}" if p.lower > -math.inf else "",
         f"at most {p.upper:g}" if p.upper < math.inf else "",
-        "" if p.known is None else f"known to be {known_text(p)}",
+        "" if p.known is None else f"known to be {known_text(p.known, p.known_sd)}",
         p.description,
     )
 

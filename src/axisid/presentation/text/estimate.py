@@ -163,7 +163,9 @@ def physical_notes(found: Mapping[str, Physical]) -> list[str]:
 
 
 def _how(physical: Physical) -> str:
-    known = ", ".join(f"{p.name} = {known_text(p)} {p.unit}" for p in physical.known)
+    known = ", ".join(
+        f"{p.name} = {known_text(p.known, p.known_sd)} {p.unit}" for p in physical.known
+    )
     fixed = f", and to {known}, declared as known" if known else ""
     more = (
         " Where the record shows a known parameter too, the two are weighed, and the others change "

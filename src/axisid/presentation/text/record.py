@@ -9,7 +9,7 @@ import numpy as np
 from axisid.estimation.identification import RecordInfo
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Sampling
-from axisid.modeling.declaration import Drive
+from axisid.modeling.declaration import Drive, known_text
 from axisid.modeling.quantities import Signal
 from axisid.presentation.documents import Document, Heading, TableBlock, text_table
 from axisid.presentation.result_files import SavedIdentification
@@ -136,7 +136,10 @@ def records_facts(
     """
     told = [record_facts(record) for record in records]
     for own, of_one in zip(told, known, strict=False):
-        listed = (known_text(name, v, units.get(name, "")) for name, v in of_one.items())
+        listed = (
+            f"{name} = {known_text(*value)} {units.get(name, '')}".rstrip()
+            for name, value in of_one.items()
+        )
         own["record"] = "; ".join([own["record"], *listed])
     if len(told) == 1:
         return told[0]
@@ -225,9 +228,3 @@ def local_notes(local: Mapping[str, Sequence[str]]) -> list[str]:
         else f"{name}: each record has its own, in products alone, numbered in their order."
         for name, names in local.items()
     ]
-
-
-def known_text(name: str, value: tuple[float, float], unit: str) -> str:
-    """What is known of a record, with its deviation."""
-    spread = f" +- {value[1]:g}" if value[1] else ""
-    return f"{name} = {value[0]:g}{spread} {unit}".rstrip()
