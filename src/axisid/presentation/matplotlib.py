@@ -209,7 +209,7 @@ def _draw_panel(axes: Axes, panel: Panel, plot: Plot, columns: int) -> None:
         axes.axvspan(first, last, color=_SHADE, alpha=0.18, linewidth=0, label=label)
     for level in panel.levels:
         axes.axhline(level, color=_INK, linewidth=0.7, linestyle=(0, (4, 3)))
-    for series in panel.layers:
+    for series in sorted(panel.series, key=lambda each: not each.broad):  # the broad ones lowest
         if not series.aside:
             _draw_series(axes, series)
     if panel.span is not None:

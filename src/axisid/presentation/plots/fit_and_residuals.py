@@ -17,7 +17,7 @@ from axisid.presentation.result_files import SavedEstimate
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
 
-from .plot import TITLES, Panel, Plot, PlotSeries, broken, labelled, line, paired, squared
+from .plot import TITLES, Panel, Plot, PlotSeries, broken, labelled, line, paired
 
 _GAP = 1.5  # rows
 _WIDE = 2.0  # standard deviations of the mean
@@ -121,6 +121,7 @@ def spectrum_plot(estimate: Estimate) -> Plot | Missing:
     if isinstance(found, Missing):
         return found
     frequency, power = found
+    squared = f"({unit})^2" if set(unit) & set(" /^*") else f"{unit}^2"
     positive = np.where(power > 0, power, np.nan)  # what is nothing has no logarithm
     return Plot(
         name="spectrum",
@@ -131,7 +132,7 @@ def spectrum_plot(estimate: Estimate) -> Plot | Missing:
         x_label="frequency [Hz]",
         panels=(
             Panel(
-                label=labelled("power density", squared(unit, per="Hz")),
+                label=labelled("power density", f"{squared}/Hz"),
                 series=(
                     PlotSeries(
                         label=left, x=frequency, y=positive[:, 0], tone="measured", broad=True

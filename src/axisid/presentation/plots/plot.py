@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 from axisid.presentation.documents import readable_unit
 from axisid.support.arrays import Array
 
-Kind: TypeAlias = Literal["line", "points", "stems"]
 #: What a series stands for; each way of drawing has a colour for it.
 Tone: TypeAlias = Literal["measured", "model", "error", "other", "warm", "violet"]
 TONES: tuple[Tone, ...] = ("model", "error", "other", "warm", "violet", "measured")
@@ -60,7 +59,7 @@ class PlotSeries:
     label: str
     x: Array
     y: Array
-    kind: Kind = "line"
+    kind: Literal["line", "points", "stems"] = "line"
     tone: Tone = "model"
     low: Array | None = None
     high: Array | None = None
@@ -95,11 +94,6 @@ class Panel:
     log: bool = False
     weight: float = 1.0
     span: tuple[float, float] | None = None
-
-    @property
-    def layers(self) -> tuple[PlotSeries, ...]:
-        """The series from the lowest."""
-        return tuple(sorted(self.series, key=lambda series: not series.broad))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,11 +133,6 @@ class Plot:
 def labelled(quantity: str, unit: str) -> str:
     """An axis's label: quantity and unit."""
     return f"{quantity} [{readable_unit(unit)}]" if unit else quantity
-
-
-def squared(unit: str, *, per: str) -> str:
-    """Unit of a power density."""
-    return f"({unit})^2/{per}" if set(unit) & set(" /^*") else f"{unit}^2/{per}"
 
 
 def with_series(plot: Plot, change: Callable[[PlotSeries], PlotSeries]) -> Plot:
