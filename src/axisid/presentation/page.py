@@ -243,7 +243,7 @@ def report_html(
     result: Identification,
     cutoffs: Sweep | None = None,
     *,
-    validation: Validation | Sequence[Validation] | None = None,
+    validations: Sequence[Validation] = (),
     command: str = "",
     made: datetime | None = None,
 ) -> str:
@@ -254,7 +254,7 @@ def report_html(
     result : Identification
     cutoffs : Sweep, optional
         Of the same record; see `report_sweep`.
-    validation : Validation or sequence of Validation, optional
+    validations : sequence of Validation
         On further records.
     command : str, optional
         What reproduces it.
@@ -262,14 +262,13 @@ def report_html(
         When it was made.
     """
     facts, diagnosis = identification_facts(result, 0), result.diagnosis
-    checked = (validation,) if isinstance(validation, Validation) else tuple(validation or ())
     details = details_document(facts)[:-1]  # the checks are in the verdict
     more = (
         f"<details><summary>All that was measured</summary>{_scrolled(details)}</details>",
         *(
             "<h2>The estimates, frozen, on a second record</h2>"
             + _scrolled(validation_document(each))
-            for each in checked
+            for each in validations
         ),
     )
     return _page(
@@ -500,7 +499,7 @@ def write_outputs(
             page = report_html(
                 result,
                 cutoffs,
-                validation=validations,
+                validations=validations,
                 command=command,
                 made=datetime.now().astimezone(),
             )
