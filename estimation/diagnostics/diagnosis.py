@@ -43,7 +43,6 @@ from axisid.estimation.regression import DirectForm, position_step, recorded_loo
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import Missing
-from axisid.support.presentable import Presentable
 
 from .alignment import (
     Alignment,
@@ -100,7 +99,7 @@ class RecordDiagnosis(Exact):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Diagnosis(RecordDiagnosis, Presentable):
+class Diagnosis(RecordDiagnosis):
     """What was measured of a result: of several records the first whose check fails, or the first.
 
     Attributes

@@ -30,7 +30,6 @@ FIGURES = "force autocorrelation spectrum convergence friction tracking record".
 def others(result: Identification, emps2015: GeneratedAxis, twin: Record) -> dict[str, Presentable]:
     return {
         "record": twin,
-        "diagnosis": result.diagnosis,
         "validation": validate(result, twin_record(emps2015, seed=3)),
         "fit": fit(emps2015, twin),
         "sweep": sweep(emps2015, twin, [40.0, 60.0], methods=["idm-ls"]),
@@ -73,7 +72,6 @@ def test_a_result_is_a_dataframe_of_its_parameters(
         ("comparison", "candidate", lambda of: [each.name for each in of.candidates]),
         ("validation", "holds", lambda of: [each.holds for each in of]),
         ("sweep", "cutoff", lambda _: [40.0] * 3 + [60.0] * 3),
-        ("diagnosis", "status", lambda of: [check.status for check in of.verdict]),
         ("fit", "value", lambda of: [value.value for value in of.parameters.values()]),
         ("record", "position", lambda of: list(of.position)),
     ],

@@ -10,7 +10,6 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from axisid.estimation.control_law_search import LawSearch
-from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification, record_index
 from axisid.estimation.lack_of_fit import lack_of_fit
@@ -47,7 +46,6 @@ from axisid.presentation.result_files import (
     plain,
     result_comparison_document,
     written_comparison,
-    written_diagnosis,
     written_estimate,
     written_fit_validation,
     written_identification,
@@ -60,7 +58,6 @@ from axisid.presentation.result_files import (
 )
 from axisid.presentation.text import (
     comparison_document,
-    diagnosis_blocks,
     fit_validation_document,
     law_search_document,
     output_fit_document,
@@ -304,20 +301,6 @@ def _of_laws(result: LawSearch) -> list[_Row]:
     ]
 
 
-def _of_diagnosis(result: Diagnosis) -> list[_Row]:
-    return [
-        {
-            "check": check.name,
-            "status": check.status,
-            "figure": check.figure,
-            "threshold": check.threshold,
-            "p_value": check.p_value,
-            "meaning": check.meaning,
-        }
-        for check in result.verdict
-    ]
-
-
 def _of_fit(result: OutputFit) -> list[_Row]:
     return [
         {
@@ -381,7 +364,6 @@ _OF_SAVED_ESTIMATE: _Figures = {n: _OF_ESTIMATE[n] for n in ("autocorrelation", 
 _as_read = attrgetter("document")  # what a result was read from
 _VIEWS: Mapping[type, _View] = {
     Record: _View(record_document, written_record, Record.channels),
-    Diagnosis: _View(diagnosis_blocks, written_diagnosis, _of_diagnosis),
     Estimate: _View(
         lambda each: saved_estimate_document(
             SavedEstimate.of(written_estimate(each), each.row_period)

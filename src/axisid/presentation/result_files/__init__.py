@@ -8,7 +8,6 @@ from .diagnosis import (
     NOT_EVALUATED as NOT_EVALUATED,
     WrittenAlignment as WrittenAlignment,
     WrittenLawCheck as WrittenLawCheck,
-    written_diagnosis as written_diagnosis,
 )
 from .estimate import (
     SavedEstimate as SavedEstimate,

@@ -78,12 +78,6 @@ class WrittenAlignment(JsonObject, frozen=True, kw_only=True):
 NOT_EVALUATED = "not evaluated: "
 
 
-def written_diagnosis(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Everything that was measured of a result, by member."""
-    members = diagnosis_members(diagnosis).items()
-    return {name: each for name, each in members if each is not UNSET}
-
-
 def diagnosis_members(diagnosis: Diagnosis) -> dict[str, Any]:
     """Everything that was measured of a result, then the checks, by member of its document."""
     return {

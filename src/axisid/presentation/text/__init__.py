@@ -18,7 +18,6 @@ from .fits_and_sweeps import (
     validation_document as validation_document,
 )
 from .identification import (
-    diagnosis_blocks as diagnosis_blocks,
     judged_table as judged_table,
     missing_notes as missing_notes,
     saved_document as saved_document,

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 from axisid.codegen.generated_axes import Quantity
 from axisid.estimation.diagnostic_checks import KINDS, Check, by_weight, conclusion, lines_of
-from axisid.estimation.diagnostics import Diagnosis
 from axisid.estimation.estimates import CORRECTED, COVARIANCES, Value
 from axisid.estimation.lack_of_fit import JackknifeInterval
 from axisid.estimation.parameters import GAIN
@@ -35,7 +34,6 @@ from axisid.support.mappings import grouped
 
 from .estimate import (
     band_row,
-    checks_table,
     details_document,
     iterations,
     moves_notes,
@@ -52,8 +50,6 @@ from .record import (
     several_notes,
     signals_text,
 )
-
-Row = tuple[Cell, ...]
 
 
 def saved_document(
@@ -297,9 +293,9 @@ def _value_rows(
     labels: Mapping[str, str],
     truth: Mapping[str, float],
     bands: Sequence[Mapping[str, JackknifeInterval]] = (),
-) -> list[Row]:
+) -> list[tuple[Cell, ...]]:
     """Rows of the parameters by method, their intervals to be drawn behind them."""
-    rows: list[Row] = []
+    rows: list[tuple[Cell, ...]] = []
     for name, label in labels.items():
         beside = [column[name] for column in columns.values()]
         drawn = tuple(
@@ -452,11 +448,6 @@ def verdict_block(checks: Sequence[Check]) -> Checks:
 def unmade(checks: Sequence[Check]) -> dict[str, list[str]]:
     """Checks that could not be made, by the one cause that they have."""
     return grouped((each.meaning, each.name) for each in checks if each.status == "not evaluated")
-
-
-def diagnosis_blocks(diagnosis: Diagnosis) -> Document:
-    """What was checked of a result, as a verdict and with every check's figures."""
-    return verdict_block(diagnosis.verdict), checks_table(diagnosis.verdict)
 
 
 def missing_notes(missing: Mapping[str, str], checks: Sequence[Check] = ()) -> list[str]:
