@@ -396,10 +396,9 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
         """The same in the parameters of the axis that one of several records has."""
         whole = self.distribution
         jacobian = joint.physical(joint.regressed(whole.theta))[1]
+        by_whole = joint.record_jacobian(place) @ np.linalg.inv(jacobian)
         own = whole.through(
-            joint.members[place].axis.parameters,
-            joint.own(whole.theta, place),
-            joint.record_jacobian(place) @ np.linalg.inv(jacobian),
+            joint.members[place].axis.parameters, joint.own(whole.theta, place), by_whole
         )
         return replace(
             self,
@@ -409,6 +408,7 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
             covariances=own.covariances,
             correlation=correlation(own.covariances[own.chosen]),
             distribution=own,
+            curvatures=np.where(np.isclose(by_whole, 0), 0.0, self.curvatures).max(axis=1),
         )
 
     def derive(self, function: FunctionLike) -> Value:
