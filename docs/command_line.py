@@ -14,7 +14,7 @@
 # | 130 | interrupted |
 #
 # On a terminal, results are coloured and fitted to its width (`NO_COLOR` is honoured), and what takes
-# longer than a second says so; on a pipe there is plain ASCII. `eval "$(axisid completion bash)"`
+# longer than a second says so; on a pipe there is plain ASCII. `eval "$(_AXISID_COMPLETE=bash_source axisid)"`
 # completes commands, options, axes and files; zsh and fish too.
 #
 # **What is there already.** Places are checked before anything is computed, and a file is written whole or not

@@ -3,9 +3,8 @@
 #
 # Numbers by which something is judged (a check passes, a note is written, a log is refused or
 # repaired, a column counts as not shown, a compiled library is taken) and that have a source outside of
-# this program, or by which several parts of it judge. Each is one row of `axisid.estimation.thresholds`, or
-# of `axisid.codegen.thresholds` for what is generated, and this page prints the rows as they are in the code,
-# with the modules that judge by them. A number that is only chosen or measured, for one part, is a constant
+# this program, or by which several parts of it judge. Each is one row of `axisid.estimation.thresholds`, and this
+# page prints the rows as they are in the code, with the modules that judge by them. A number that is only chosen or measured, for one part, is a constant
 # beside what judges by it, with the reason.
 #
 # The unit is 1 for a ratio or a share; what it is a share of is said beside it. The *source* says how much a

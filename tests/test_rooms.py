@@ -19,7 +19,6 @@ FLOORS = (
     ("elements", "control"),
     ("modeling.derivation", "modeling.library"),
     ("modeling.parsing",),
-    ("codegen.thresholds",),
     ("codegen.lowering",),
     ("codegen.printers",),
     ("codegen.runtime",),
@@ -78,7 +77,6 @@ NO_ROOMS = ("axes", "axisid", "benchmarks", "faults", "fuzz", "golden", "integra
 TESTED_ELSEWHERE = {
     "elements": "modeling.declaration",
     "control": "modeling.declaration",
-    "codegen.thresholds": "estimation.thresholds",
     "export_targets": "exports",
 }
 

@@ -21,7 +21,6 @@ from axisid.codegen.printers import (
     print_function,
     with_loop_header,
 )
-from axisid.codegen.thresholds import MAX_CONTROL_DIFFERENCE
 from axisid.modeling.derivation import AxisModel, derived_sections
 from axisid.modeling.library import LIBRARY
 from axisid.modeling.quantities import CONTROL, FORCE, Formula, with_numbers, with_own_symbols
@@ -34,6 +33,8 @@ _POSITIONS = np.array([0.317, -0.8137, 0.0113, 2.71, -0.05, 0.2, -1.3])
 _VELOCITIES = np.array([0.73, -0.21, -0.013, 3.1, 0.0, -0.4, 0.09])
 _RECORDED = np.array([0.91, 1.3, 0.77, 1.9, 0.63, 1.1, 2.3])  # of every signal
 _LEAST = 1e-300
+# of the largest control, up to which an inverse, which may cancel, undoes the force
+_MAX_CONTROL_DIFFERENCE = 1e-9
 
 
 def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
@@ -60,11 +61,11 @@ def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
     again = single_result(of_name["drive_control"], {**motion, str(FORCE): force})
     size = np.abs(force)
     held = (size > _LEAST) & np.isfinite(size)  # elsewhere nothing tells the control
-    wrong = held & ~(np.abs(again - controls) <= MAX_CONTROL_DIFFERENCE.value * most)
+    wrong = held & ~(np.abs(again - controls) <= _MAX_CONTROL_DIFFERENCE * most)
     # A force at the end of what the drive can make has many controls: any of them will do.
     remade = single_result(of_name["drive_force"], {**motion, str(CONTROL): again})
     with np.errstate(invalid="ignore"):  # forces that no number holds, which are not held to it
-        wrong &= ~(np.abs(remade - force) <= MAX_CONTROL_DIFFERENCE.value * size)
+        wrong &= ~(np.abs(remade - force) <= _MAX_CONTROL_DIFFERENCE * size)
     if not np.any(wrong):
         return
     i, unit = int(np.argmax(wrong)), axis.drive.unit

@@ -17,7 +17,6 @@ ROOT = Path(__file__).resolve().parents[2]
 _STAGES = ("codegen", "estimation")
 #: Modules of rows, in the order in which an axis and a log become a result, with their headings.
 SUBJECTS: Mapping[str, str] = {
-    "axisid.codegen.thresholds": "Generated code",
     "axisid.estimation.thresholds": "From a log to a result",
 }
 

@@ -90,13 +90,6 @@ def test_commands_axes_files_and_choices_complete() -> None:
     assert completed("generate", "emps", "emps2") == ["plain emps2015"]
 
 
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_the_script_calls_the_protocol(run: Run, shell: str) -> None:
-    code, out, err = run("completion", shell)
-    assert (code, err) == (0, "")
-    assert f"_AXISID_COMPLETE={shell}_complete" in out
-
-
 def test_the_protocol_answers_in_a_process_without_the_stages() -> None:
     program = (
         "import sys\nfrom axisid.commands.main import main\n"

@@ -17,7 +17,6 @@ from typing import Any, NoReturn
 
 import click
 
-from axisid.commands.options import completion
 from axisid.support.errors import AxisidError, asks_for_tracebacks
 from axisid.support.one_thread import one_thread, without_arithmetic_warnings
 from axisid.support.version import __version__
@@ -56,7 +55,6 @@ _NO_MEMORY = (
         generate,
         export,
         paper,
-        completion,
     ],
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog="Example: axisid identify emps2015. Exit codes: 0 done, 1 stale code or internal fault, "

@@ -12,7 +12,6 @@ from .groups import (
     check_needed as check_needed,
     complete_axis as complete_axis,
     complete_file as complete_file,
-    completion as completion,
     option as option,
     reading as reading,
     takes as takes,

@@ -62,7 +62,7 @@ def _drawn(block: Block, console: Console) -> Iterator[Text]:
         if isinstance(line, Sentence):
             yield from _hanging(_dressed(line), line, console)
         else:
-            for i, page in enumerate(line.pages(console.width)):
+            for i, page in enumerate(line.pages(console.width, cell_len)):
                 if i:
                     yield Text()
                 yield from _grid_lines(page, console)

@@ -15,7 +15,7 @@ from typing import Any
 
 import click
 from click.core import ParameterSource
-from click.shell_completion import BashComplete, CompletionItem, FishComplete, ZshComplete
+from click.shell_completion import CompletionItem
 
 from axisid.estimation.choices import LOG_KEYS
 from axisid.support.errors import AxisidError
@@ -268,23 +268,3 @@ def complete_axis(
     here = (p.name for p in sorted(Path().glob("*")) if p.suffix in (".toml", ".py"))
     found = [CompletionItem(n) for n in (*library, *here) if n.startswith(incomplete)]
     return found or complete_file(ctx, param, incomplete)
-
-
-_SHELLS = {"bash": BashComplete, "zsh": ZshComplete, "fish": FishComplete}
-
-
-@click.command(
-    cls=Command,
-    short_help="Print a completion script for the shell.",
-    epilog='Example: axisid completion bash. In ~/.bashrc: eval "$(axisid completion bash)"',
-)
-@click.argument("shell", type=click.Choice([*_SHELLS]))
-@click.pass_context
-def completion(ctx: click.Context, shell: str) -> None:
-    """Print the script that completes commands, options, axes and files in a SHELL.
-
-    In ~/.zshrc it is the same with zsh; for fish write it into
-    ~/.config/fish/completions/axisid.fish.
-    """
-    made = _SHELLS[shell](ctx.find_root().command, {}, "axisid", "_AXISID_COMPLETE")
-    click.echo(made.source_template % made.source_vars())

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from itertools import groupby
 from types import MappingProxyType
 
-from rich.cells import cell_len
-
 from .document import (
     Align,
     Block,
@@ -56,13 +54,13 @@ class Grid:
     groups: tuple[tuple[int, ...], ...]
     labels: int
 
-    def pages(self, room: int) -> "list[Grid]":
+    def pages(self, room: int, size: Callable[[str], int] = len) -> "list[Grid]":
         """One table or several of so many characters, each with the labels.
 
-        What a column tells stays beside its value.
+        What a column tells stays beside its value; `size` is how wide a text is.
         """
         labels = [i for group in self.groups[: self.labels] for i in group]
-        sizes = [max(map(cell_len, each)) for each in zip(self.heads, *self.rows, strict=True)]
+        sizes = [max(map(size, each)) for each in zip(self.heads, *self.rows, strict=True)]
 
         def fits(numbers: Sequence[int]) -> bool:
             wide = [sizes[i] for i in (*labels, *numbers)]
