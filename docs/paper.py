@@ -10,7 +10,7 @@
 
 # %%
 from axisid.paper import run_study, study_table
-from axisid.presentation.documents import block_text
+from axisid.presentation.documents import plain_text
 
 study = run_study()
 
@@ -20,28 +20,28 @@ study = run_study()
 # Table 1: the inverse model. Least squares and instruments agree; the force is reconstructed to 5 %.
 
 # %%
-print(block_text(study_table(study, 1)))
+print(plain_text([study_table(study, 1)]))
 
 # %% [markdown]
 # Table 2: the direct model, in its own parameters $\theta = (1/M, F_v/M, F_c/M)$.
 
 # %%
-print(block_text(study_table(study, 2)))
+print(plain_text([study_table(study, 2)]))
 
 # %% [markdown]
 # Table 3: the same mapped to the physical parameters. The paper maps by hand and states that the
 # deviations "cannot be easily calculated"; here they come from the generated Jacobian.
 
 # %%
-print(block_text(study_table(study, 3)))
+print(plain_text([study_table(study, 3)]))
 
 # %% [markdown]
 # Tables 4 and 5: the instrumental variables by iteration. They stand still after two or three.
 
 # %%
-print(block_text(study_table(study, 4)))
+print(plain_text([study_table(study, 4)]))
 print()
-print(block_text(study_table(study, 5)))
+print(plain_text([study_table(study, 5)]))
 
 # %% [markdown]
 # Figure 3: measured force, the force reconstructed by IDM-IV, and their difference.
@@ -55,7 +55,7 @@ study["appropriate"]["idm-iv"].plot("force")
 # Table 6: noise biases least squares; the mass comes out at about half. Instruments do not notice.
 
 # %%
-print(block_text(study_table(study, 6)))
+print(plain_text([study_table(study, 6)]))
 
 # %% [markdown]
 # Tables 7 and 8: the direct model, and mapped. The published column of DDM-LS cannot come from the rows of
@@ -64,9 +64,9 @@ print(block_text(study_table(study, 6)))
 # column is twice that of table 2.
 
 # %%
-print(block_text(study_table(study, 7)))
+print(plain_text([study_table(study, 7)]))
 print()
-print(block_text(study_table(study, 8)))
+print(plain_text([study_table(study, 8)]))
 
 # %% [markdown]
 # Figure 4: what least squares makes of the force under the inappropriate filter.

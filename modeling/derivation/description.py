@@ -160,7 +160,17 @@ class Section:
 def derived_sections(model: AxisModel) -> tuple[Section, ...]:
     """Base parameters if others were declared, both models, the map, what is identifiable."""
     if model.states:
-        return _remembering_sections(model)
+        return (
+            _inverse(model),
+            Section(
+                title="Internal states",
+                lines=tuple(line for state in model.states for line in _of_state(state)),
+                note="what friction remembers, by its rate of change; no record has it, so that "
+                "there are no regressors and no least squares: fit the simulated loop",
+            ),
+            _direct(model),
+            *_unchecked(model),
+        )
     base = []
     if model.base.changed:
         lines = tuple(
@@ -212,21 +222,6 @@ def _direct(model: AxisModel) -> Section:
     return Section(
         title="Direct dynamic model",
         lines=(Formula(name=acceleration, value=model.acceleration),),
-    )
-
-
-def _remembering_sections(model: AxisModel) -> tuple[Section, ...]:
-    """The models with internal states, the states' equations, and why there are no rows."""
-    return (
-        _inverse(model),
-        Section(
-            title="Internal states",
-            lines=tuple(line for state in model.states for line in _of_state(state)),
-            note="what friction remembers, by its rate of change; no record has it, so that there "
-            "are no regressors and no least squares: fit the simulated loop",
-        ),
-        _direct(model),
-        *_unchecked(model),
     )
 
 

@@ -324,6 +324,15 @@ def _page(
     title = escape(heading or axis.axis.title or axis.axis.name)
     shown = tuple(block for block in document if not isinstance(block, (Heading, Checks)))
     drawn = (plot for of in plots.values() for plot in of.values() if isinstance(plot, Plot))
+    made_by = {
+        "generated code": axis.signature,
+        "simulated by": "the CasADi virtual machine"
+        if axis.native.library() is None
+        else "native code",
+        "versions": f"axisid {__version__}, Python {platform.python_version()}, "
+        + ", ".join(f"{package} {version(package)}" for package in _PACKAGES),
+        "platform": platform.platform(),
+    }
     return Template(_asset("page.html")).substitute(
         version=__version__,
         title=f"{title}: axisid report",
@@ -334,7 +343,7 @@ def _page(
         parameters=_scrolled(shown) + more,
         figures=figures_html(plots, [record.provenance.source for record in records]),
         model=model or _model_html(axis.axis),
-        provenance=blocks_html((Heading(facts=tuple({**facts, **_made_by(axis)}.items())),))
+        provenance=blocks_html((Heading(facts=tuple({**facts, **made_by}.items())),))
         + f"<p>The command that reproduces it:</p><pre>{unbroken(command)}</pre>" * bool(command),
         data=script_json(figures_data(drawn)),
         style=style,
@@ -372,23 +381,6 @@ def _verdict_html(checks: Sequence[Check], judged: str) -> str:
         f'<div class="scroll">{table_html(table)}</div>'
         f'</details><p class="note">The checks are of {escape(judged)}.</p></section>'
     )
-
-
-def _made_by(axis: GeneratedAxis) -> dict[str, str]:
-    """The code and the versions that made a result."""
-    versions = (
-        f"axisid {__version__}",
-        f"Python {platform.python_version()}",
-        *(f"{package} {version(package)}" for package in _PACKAGES),
-    )
-    return {
-        "generated code": axis.signature,
-        "simulated by": "the CasADi virtual machine"
-        if axis.native.library() is None
-        else "native code",
-        "versions": ", ".join(versions),
-        "platform": platform.platform(),
-    }
 
 
 def report_sweep(

@@ -52,7 +52,6 @@ from .plain import (
     PAGE_WIDTH as PAGE_WIDTH,
     Grid as Grid,
     block_lines as block_lines,
-    block_text as block_text,
     grid as grid,
     joined as joined,
     plain_text as plain_text,

@@ -186,12 +186,8 @@ def _judged(judged: CheckGroup) -> Sentence:
 
 def plain_text(document: Document) -> str:
     """The blocks one under the other, with a blank line between them."""
-    return "\n\n".join(filter(None, map(block_text, document))) + "\n"
-
-
-def block_text(block: Block) -> str:
-    """One block, without a line break at its end."""
-    return "\n".join(map(_text, block_lines(block)))
+    blocks = ("\n".join(map(_text, block_lines(block))) for block in document)
+    return "\n\n".join(filter(None, blocks)) + "\n"
 
 
 def _text(line: Sentence | Grid) -> str:

@@ -185,44 +185,42 @@ def _conclusion(search: LawSearch) -> Paragraph:
 
 def sweep_document(sweep: Sweep) -> Document:
     """Values of the judged method by cut-off, the recommendation, and what is checked there."""
-    first = sweep.results[0]
-    units = {p.name: p.unit for p in first.axis.declared.parameters}
+    judged, first = [result.preferred for result in sweep.results], sweep.results[0]
     facts = {
         "axis": first.axis.axis.name,
         "left out": left_out_text(first.axis.declared),
-        **records_facts(first.records, [of_one.known for of_one in first.of_records], units),
+        **records_facts(
+            first.records,
+            [of_one.known for of_one in first.of_records],
+            {p.name: p.unit for p in first.axis.declared.parameters},
+        ),
         **set_aside_facts(first.set_aside),
     }
     return (
         Heading(facts=tuple(facts.items())),
-        _sweep_table(sweep),
+        TableBlock(
+            columns=(
+                TableColumn("cut-off", "Hz", "left"),
+                *(TableColumn("1 of"), TableColumn("method", align="left")),
+                *(TableColumn(q.name, q.unit, parts=("sd",)) for q in judged[0].quantities),
+            ),
+            rows=tuple(
+                (
+                    f"{result.prefilter.cutoff:g}",
+                    *(str(result.prefilter.decimate), estimate.method.upper()),
+                    *(
+                        QuantityCell(f"{value.corrected:.5g}", f"{value.deviation:.2g}")
+                        for value in estimate.parameters.values()
+                    ),
+                )
+                for result, estimate in zip(sweep.results, judged, strict=True)
+            ),
+        ),
         paragraph(
             *(f"{cutoff:g} Hz gave no estimate: {why}" for cutoff, why in sweep.failures.items()),
             Sentence(lead="recommended: ", text=f"{sweep.recommendation}.", hang=4),
         ),
         verdict_block(sweep.checks),
-    )
-
-
-def _sweep_table(sweep: Sweep) -> TableBlock:
-    judged = [result.preferred for result in sweep.results]
-    return TableBlock(
-        columns=(
-            TableColumn("cut-off", "Hz", "left"),
-            *(TableColumn("1 of"), TableColumn("method", align="left")),
-            *(TableColumn(q.name, q.unit, parts=("sd",)) for q in judged[0].quantities),
-        ),
-        rows=tuple(
-            (
-                f"{result.prefilter.cutoff:g}",
-                *(str(result.prefilter.decimate), estimate.method.upper()),
-                *(
-                    QuantityCell(f"{value.corrected:.5g}", f"{value.deviation:.2g}")
-                    for value in estimate.parameters.values()
-                ),
-            )
-            for result, estimate in zip(sweep.results, judged, strict=True)
-        ),
     )
 
 

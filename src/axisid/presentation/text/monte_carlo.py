@@ -73,19 +73,15 @@ def heading_facts(result: SavedMonteCarlo) -> dict[str, str]:
 
 def estimand_tables(result: SavedMonteCarlo, of: str = "") -> list[Block]:
     """One table for each kind of parameter; `of` is what their titles begin with."""
-    titles = {**_TITLES, PARAMETER: _of_filters(result)}
+    # A fit has no filter.
+    is_fit = [bool(fitted_output(method)) for method in result.methods]
+    without = f" without the bias of filter and noise{', where there is one' * any(is_fit)}"
+    titles = {**_TITLES, PARAMETER: _TITLES[PARAMETER] + without * (not all(is_fit))}
     return [
         _estimands(result, of_kind, f"{of}: {title[0].lower()}{title[1:]}" if of else title)
         for kind, title in titles.items()
         if (of_kind := [each for each in result.figures if each.kind == kind])
     ]
-
-
-def _of_filters(result: SavedMonteCarlo) -> str:
-    """What estimates of parameters are called: a fit has no filter."""
-    is_fit = [bool(fitted_output(method)) for method in result.methods]
-    without = f" without the bias of filter and noise{', where there is one' * any(is_fit)}"
-    return _TITLES[PARAMETER] + without * (not all(is_fit))
 
 
 def _estimands(
