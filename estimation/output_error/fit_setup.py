@@ -151,13 +151,13 @@ def form_with(
         UsageError,
         (
             names and OPEN_LOOP in outputs,
-            f"{', '.join(map(str, names))} cannot be free in an open loop, which has no law, and a start of "
-            "its own in each window; follow the control or the position",
+            f"{', '.join(map(str, names))} cannot be free in an open loop, which has no law, and a "
+            "start of its own in each window; follow the control or the position",
         ),
         (
             both,
-            f"{' and '.join(map(str, both))} cannot be free and known of each record as well; leave one of "
-            "the two out",
+            f"{' and '.join(map(str, both))} cannot be free and known of each record as well; "
+            "leave one of the two out",
         ),
         code="free",
     )
