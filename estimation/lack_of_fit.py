@@ -375,7 +375,9 @@ def _hac_excess(
     estimate: Estimate, rows: Index, residuals: Array, noise: Array
 ) -> dict[str, float]:
     """HAC deviations by residuals as they are, in those by the noise alone, by parameter."""
-    weights, neighbours = estimate.influence[rows], estimate.neighbours[rows]
+    Z = estimate.slope_columns.T @ estimate.X
+    weights = np.linalg.solve(Z, estimate.score_columns[rows].T).T @ estimate.jacobian.T
+    neighbours = estimate.neighbours[rows]
     # Held against each other: the kernel alone.
     both = (Hac().long_run(weights * each[:, None], neighbours) for each in (residuals, noise))
     whole, alone = (np.sqrt(np.maximum(np.diag(each.matrix), 0.0)) for each in both)

@@ -202,9 +202,9 @@ def force_check(axis: GeneratedAxis, record: Record) -> Check | Missing | None:
     commanded, by_gain = _commanded(axis, longest)
     # Behind a low-pass, so that what a current loop and its sensor do is no factor.
     columns = low_passed(longest, commanded, np.asarray(longest.force))
-    found = compared_columns(columns)
     if isinstance(columns, Missing):
         return columns
+    found = compared_columns(columns)
     if isinstance(found, Missing):
         return found
     slow, target = (each[columns[2]] for each in columns[:2])

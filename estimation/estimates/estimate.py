@@ -317,15 +317,6 @@ class Estimate(EstimateFacts, Presentable, Exact):
         return columns if self.counts is None else self.counts.slopes[:, None] * columns
 
     @property
-    def influence(self) -> Array:
-        """What each row moves the physical parameters by, for a residual of 1, (n, p)."""
-        weights = self.weights[:, None] ** 2
-        scale, size = (np.linalg.norm(each, axis=0) for each in (self.X, self.slope_columns))
-        products = (self.X / scale).T @ (weights * self.slope_columns / size)
-        by_score = np.linalg.lstsq(products, (self.jacobian / scale).T)[0]
-        return np.asarray((weights * self.score_columns / size) @ by_score, dtype=float)
-
-    @property
     def light_rows(self) -> Array:
         """Which rows counted for less than half, (n,)."""
         if self.counts is None:

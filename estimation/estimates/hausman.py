@@ -14,10 +14,17 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtr
 
-from axisid.estimation.regression import Hac, joint_p, wald
+from axisid.estimation.regression import (
+    Hac,
+    checked_columns,
+    factor,
+    instrumental_variables,
+    joint_p,
+    wald,
+)
 from axisid.estimation.thresholds import CHECK_LEVEL
 from axisid.support.arrays import Array, MaybeNan
-from axisid.support.errors import Missing
+from axisid.support.errors import EstimationError, Missing
 
 from .estimate import Estimate
 
@@ -65,7 +72,10 @@ def hausman(one: Estimate, other: Estimate) -> dict[str, HausmanTest] | Missing:
         return Missing("what filter and noise move is known of one of the two alone")
     if one.X.shape != other.X.shape:
         return Missing("the two are not of the same rows")
-    scores = np.subtract(*_scores(one, other))
+    try:
+        scores = np.subtract(*_scores(one, other))
+    except EstimationError as error:
+        return Missing(str(error))
     model = other.covariance_model if isinstance(other.covariance_model, Hac) else Hac()
     # What parts two fits of the same rows is a direction that neither took: the kernel alone.
     scatter = model.of_scores(scores, other.neighbours)
@@ -120,4 +130,26 @@ def _scores(one: Estimate, other: Estimate) -> tuple[Array, Array]:
         both = weights[:, 0] * (other.X @ other.theta + other.net_residuals)
         errors = both - columns @ np.linalg.lstsq(columns, both)[0]
         residuals = (errors / weights[:, 0],) * 2
-    return one.influence * residuals[0][:, None], other.influence * residuals[1][:, None]
+    return _influence(one) * residuals[0][:, None], _influence(other) * residuals[1][:, None]
+
+
+def _influence(estimate: Estimate) -> Array:
+    """Of each row's residual on the physical parameters, (n, p).
+
+    Raises
+    ------
+    EstimationError
+        The simulated loop's columns cannot be told apart.
+    """
+    weights, names = estimate.weights, [q.label for q in estimate.form.quantities]
+    regressor, instruments = (
+        weights[:, None] * each
+        for each in (estimate.X, estimate.X if estimate.Z is None else estimate.Z)
+    )
+    y, X = weights * estimate.y, checked_columns(regressor, names)
+    Z = factor(instruments, names, "the simulated loop")
+    counts = estimate.counts
+    influence = instrumental_variables(y, X, Z, counts).influence
+    if counts is not None:  # residuals are as they are
+        influence = counts.weights[:, None] * influence
+    return np.asarray(weights[:, None] * (influence @ estimate.jacobian.T), dtype=float)

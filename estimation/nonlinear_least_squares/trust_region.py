@@ -283,7 +283,8 @@ class Search:
         self._predictions.settle(at)
         u = self._unknowns
         self._slopes = jacobian_at(self._predictions, at, self._scale, u.lower, u.upper, u.free)
-        self._at, (errors, _) = at.copy(), self._slopes
+        self._at = at.copy()
+        errors, _ = self._slopes
         rows = weighed_rows(at, errors, u, self._weighing)
         self._largest = self._largest or max(float(np.abs(rows).max()), 1.0)
         error = float(np.sqrt(np.mean(errors[:: len(self._predictions.units)] ** 2)))

@@ -273,9 +273,10 @@ def default_horizon(records: Sequence[Record]) -> float:
     """Length of windows of which records have enough that their scatter tells deviations, s."""
     stretches = [(end - first, r.period) for r in records for first, end in r.spans]
     horizon = _HORIZON
-    while horizon > _SHORTEST and ADVISED_WINDOWS.value > sum(
-        max(samples // _size(horizon, period), 1) for samples, period in stretches
-    ):
+    while horizon > _SHORTEST:
+        windows = sum(max(samples // _size(horizon, period), 1) for samples, period in stretches)
+        if windows >= ADVISED_WINDOWS.value:
+            break
         horizon /= 2
     return horizon
 

@@ -10,6 +10,7 @@ from axisid.support.errors import ModelError, quoted, refuse
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 #: A number, or a quantity that begins with one.
 _QUANTITY = re.compile(rf"\s*{_NUMBER.pattern}.*")
+_RATIO = re.compile(rf"\s*{_NUMBER.pattern}\s*(?:/\s*{_NUMBER.pattern}\s*)?")
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +55,7 @@ class Column:
     def __post_init__(self) -> None:
         numbered = isinstance(self.name, int) and not isinstance(self.name, bool)
         valid = int(self.name) > 0 if numbered else isinstance(self.name, str) and self.name
-        said = {what: getattr(self, what) for what in ("resolution", "scale", "gear", "offset")}
+        said = {what: getattr(self, what) for what in ("resolution", "scale", "offset")}
         refuse(
             ModelError,
             (
@@ -70,6 +71,10 @@ class Column:
                 f"the column {self.name!r} has the unit {self.unit!r} and a resolution, which is "
                 "of counts; leave one of them out",
             ),
+            (
+                not _RATIO.fullmatch(str(self.gear)),
+                f"the gear of a column is {quoted(self.gear)}; give a number, or two as in 121/3",
+            ),
             *(
                 (
                     value != "" and not _QUANTITY.fullmatch(str(value)),
@@ -84,7 +89,7 @@ class Column:
     def __str__(self) -> str:
         name = self.name if isinstance(self.name, str) else f"#{self.name}"
         resolution, gear, offset = (
-            str(each).strip() for each in (self.resolution, self.gear, self.offset)
+            str(each).strip() for each in (self.resolution, self.gear, self.offset or "")
         )
         counted = self.unit
         if resolution:

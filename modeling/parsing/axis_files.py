@@ -145,7 +145,8 @@ def _line(error: BaseException, file: Path) -> str:
 def _only_axis(bound: dict[str, Any], file: Path, variable: str) -> Axis:
     """The axis of a variable; else the one there is, or of several the one called ``axis``."""
     axes = {name: value for name, value in bound.items() if isinstance(value, Axis)}
-    wanted = variable or (next(iter(axes)) if len(axes) == 1 else "axis")
+    is_one = len({id(axis) for axis in axes.values()}) == 1  # under several names, maybe
+    wanted = variable or (next(iter(axes)) if is_one else "axis")
     refuse(
         ModelError,
         (not axes, f"{file} declares no axis; bind the result of newton(...) to a name"),

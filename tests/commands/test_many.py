@@ -132,15 +132,20 @@ def test_ctrl_c_ends_with_a_sentence_and_keeps_what_is_done(
 
 
 @pytest.mark.usefixtures("here")
-def test_ctrl_c_tells_how_a_fleet_goes_on(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("begun", [False, True])
+def test_ctrl_c_tells_how_a_fleet_goes_on(
+    run: Run, monkeypatch: pytest.MonkeyPatch, begun: bool
+) -> None:
     def interrupted(*_: Any, **__: Any) -> None:
+        if begun:
+            Path("results").mkdir()
         raise KeyboardInterrupt
 
     Path("a.csv").write_text("time,position\n")
     monkeypatch.setattr(command.stages, "fleet", interrupted)
     code, _, err = run("fleet", "a.csv", "--axis", AXIS)
     assert code == 130
-    assert err.startswith("axisid: --resume goes on from what is done in results\n")
+    assert err.startswith("axisid: --resume goes on from what is done in results\n") is begun
 
 
 @pytest.mark.parametrize(

@@ -374,8 +374,8 @@ def found_law_agreement(
     Returns
     -------
     LawAgreement or Missing
-        Of the law with the values of those gains that the recorded control asks for, which fails
-        where these are not what was found; where it is not the control's either, of the axis's own.
+        Of the law with the values of those gains that the recorded control asks for; it fails where
+        they are not the ones that were found. Where that law is not the control's, of the axis's.
     """
     law, first, names = axis.axis.control, law_agreement(axis, record), found.names
     if law is None or not names or isinstance(first, Missing) or first.residual_percent is None:

@@ -126,7 +126,8 @@ def fleet(
                 loss=loss,
             )
     except KeyboardInterrupt:
-        click.echo(f"axisid: --resume goes on from what is done in {output}", err=True)
+        if Path(output).exists():
+            click.echo(f"axisid: --resume goes on from what is done in {output}", err=True)
         raise
     print_result(result)
     click.echo(f"wrote {result.write()}")

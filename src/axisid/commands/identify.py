@@ -39,7 +39,7 @@ from axisid.commands.options import (
     stages,
     takes,
 )
-from axisid.support.errors import EstimationError
+from axisid.support.errors import AxisidError, EstimationError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -148,7 +148,7 @@ def identify(
             "--local and --known say of each; name the record that it is like: --validate-like 1."
         )
     prefilter = filtering.prefilter(inputs.records[0].period)
-    others = [reading.record(log, inputs.axis, whole=True) for log in further]
+    others = _held_out(inputs.axis, further, reading, prefilter)
     with ProgressLine(f"identifying {inputs.axis.axis.name}"):
         result = stages.identify(
             inputs.axis,
@@ -202,6 +202,22 @@ def _place(inputs: Inputs, used: "Sequence[stages.Record]", number: int) -> int:
             param_hint="--validate-like",
         )
     return places[0]
+
+
+def _held_out(
+    axis: "stages.GeneratedAxis",
+    logs: Sequence[str],
+    reading: Reading,
+    prefilter: "stages.Prefilter",
+) -> list["stages.Record"]:
+    """Records for --validate; refused before the long part where the filter does not suit one."""
+    records = [reading.record(log, axis, whole=True) for log in logs]
+    for log, record in zip(logs, records, strict=True):
+        try:
+            _ = stages.FilteredRecord.bind(axis, record, prefilter).signals
+        except AxisidError as error:
+            raise type(error)(f"{log}, to validate on: {error}", code=error.code) from error
+    return records
 
 
 def _document(

@@ -149,17 +149,15 @@ def fleet(
         draws=draws,
     )
     for function, own, given in (
-        (identify, ("axis", "record", "prefilter"), identifying),
-        (read_record, ("log", "axis"), settings.reading),
+        (identify, {"axis", "record", "prefilter", *OF_SEVERAL}, identifying),
+        (read_record, {"log", "axis"}, settings.reading),
     ):
-        takes = signature(function)
-        try:
-            takes.bind(*own, **given)
-        except TypeError as error:
+        takes = [name for name in signature(function).parameters if name not in own]
+        if unknown := [name for name in given if name not in takes]:
             raise UsageError(
-                f"{function.__name__} {error}; it takes {', '.join(takes.parameters)}.",
+                f"{function.__name__} takes no {quoted(unknown[0])}; it takes {', '.join(takes)}.",
                 code="fleet",
-            ) from error
+            )
     requested_methods(settings.identifying.get("methods"))
     if len({item.axis for item in items}) == 1:
         settings.built(items[0])  # what is wrong with the axis of all is refused at once
@@ -190,7 +188,8 @@ def fleet(
             f"{broken}, as a run leaves that is cut off; logs that no other line has were "
             "identified again.",
         )
-        * bool(resume and broken),
+        if resume and broken
+        else (),
     )
 
 

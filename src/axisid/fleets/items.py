@@ -128,7 +128,7 @@ def _rows(file: Path) -> Iterator[Mapping[str | None, Any]]:
         yield from _parquet(file).read().to_pylist()
         return
     try:
-        text = read_regular(file).decode("utf-8-sig")
+        text = io.StringIO(read_regular(file).decode("utf-8-sig"), newline=None).read()
     except (OSError, UnicodeDecodeError) as error:
         raise DataError(f"{file} cannot be read: {error}.", code="manifest") from error
     first = text.split("\n", 1)[0]

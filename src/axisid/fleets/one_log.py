@@ -109,6 +109,8 @@ class Settings:
         how = (sorted(self.fixed.items()), self.left_out, self.drive_time, self.native)
         key = (mark, repr(how))
         if key not in _BUILT:
+            if len(_BUILT) == _MOST_BUILT:
+                _BUILT.pop(next(iter(_BUILT)))
             axis = fix(axis if isinstance(axis, Axis) else load_axis(axis), **self.fixed)
             if self.drive_time:
                 axis = replace(axis, drive=axis.drive.estimating(self.drive_time))
@@ -119,6 +121,7 @@ class Settings:
 
 #: The axes that a process has built, by what they were built of, with digests of declarations.
 _BUILT: dict[tuple[str, str], tuple[GeneratedAxis, str]] = {}
+_MOST_BUILT = 32
 
 
 def _mark(name: str) -> str:

@@ -9,6 +9,7 @@ import errno
 import hashlib
 import io
 import json
+import math
 import os
 import re
 import secrets
@@ -231,10 +232,11 @@ def json_text(document: Mapping[str, Any]) -> str:
             document = {**document, "digest": digest(document)}
         return json.dumps(document, indent=2, allow_nan=False) + "\n"
     except ValueError as error:
+        place, value = next(_not_finite(document, ""))
         raise EstimationError(
-            "the result cannot be written as JSON, since a number in it is infinite or none. Check "
-            "the equation of motion over the positions and speeds of the record, and its units: "
-            "something in it is beyond floating point.",
+            f"the result cannot be written as JSON, since {place} is {value}. Check the equation "
+            "of motion over the positions and speeds of the record, and its units: something in it "
+            "is beyond floating point.",
             code="result-file",
         ) from error
 
@@ -257,6 +259,15 @@ def is_unchanged(document: Mapping[str, Any]) -> bool:
 def toml_text(text: str) -> str:
     """A basic string of TOML: JSON's, with DEL escaped too."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007F")
+
+
+def _not_finite(value: Any, place: str) -> Iterator[tuple[str, float]]:
+    """Where numbers stand that JSON does not know."""
+    if isinstance(value, float) and not math.isfinite(value):
+        yield place, value
+    items = enumerate(value) if isinstance(value, (list, tuple)) else ()
+    for key, inner in value.items() if isinstance(value, Mapping) else items:
+        yield from _not_finite(inner, f"{place}.{key}" if place else str(key))
 
 
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")

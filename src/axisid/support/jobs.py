@@ -155,7 +155,13 @@ def _serve(pipe: Connection, function: Callable[[Any], Any]) -> None:
     with contextlib.suppress(EOFError, OSError):
         pipe.send(None)
         while True:
-            pipe.send(_attempt(function, pipe.recv()))
+            made = _attempt(function, pipe.recv())
+            try:
+                pipe.send(made)
+            except (EOFError, OSError):
+                raise
+            except Exception as error:  # it cannot be pickled
+                pipe.send(_failure_of(error))
 
 
 def _end_with_parent() -> None:

@@ -408,7 +408,7 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
             covariances=own.covariances,
             correlation=correlation(own.covariances[own.chosen]),
             distribution=own,
-            curvatures=np.where(np.isclose(by_whole, 0), 0.0, self.curvatures).max(axis=1),
+            curvatures=np.where(by_whole == 0, 0.0, self.curvatures).max(axis=1),
         )
 
     def derive(self, function: FunctionLike) -> Value:
