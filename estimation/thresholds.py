@@ -115,7 +115,7 @@ MAX_LIMIT_EXCESS = Threshold(0.02, "1",
     "control beyond the drive's limit, by it, up to which it is at the limit",
     "chosen: more than a converter's noise")
 MIN_SAMPLES_PER_FACTOR = Threshold(10, "samples",
-    "that are compared for each term of a law, to check it", "chosen")
+    "independent ones, that are compared for each term of a law, to check it", "chosen")
 MAX_MISALIGNMENT = Threshold(0.35, "samples",
     "distance of the delay that fits best from the one that is used; delay of a measured motion",
     "chosen: rounding by the filter may look like up to 0.15 samples")

@@ -142,7 +142,8 @@ class ControlLaw:
                 (
                     not (is_among(name, self.gains) and self.gains[name] > 0),
                     f": the gain {quoted(name)}, which is positive, is "
-                    f"{self.gains.get(name, 'not declared')}; give a number above 0",
+                    f"{self.gains[name] if is_among(name, self.gains) else 'not declared'}; give a "
+                    "number above 0",
                 )
                 for name in self.positive
             ),

@@ -136,7 +136,7 @@ def low_pass(
     `LowPassFilter` of [Skuric2022]_.
     """
     value, constant = _signal(signal), amount(time_constant, "the time constant of a low-pass")
-    last = sympy.Symbol(name, real=True)
+    last = sympy.Symbol(str(name), real=True)
     smooth = last + PERIOD / (PERIOD + constant) * (value - last)
     return Block(smooth, (Memory(name, following=smooth, start=_start(start)),))
 
@@ -231,7 +231,7 @@ def rate_limit(signal: Amount, *, rate: Amount, name: str = "ramp", start: Amoun
     """
     value = _signal(signal)
     most = PERIOD * amount(rate, "the rate of a rate limit", positive=True)
-    last = sympy.Symbol(name, real=True)
+    last = sympy.Symbol(str(name), real=True)
     ramp = last + within(value - last, most)
     return Block(ramp, (Memory(name, following=ramp, start=_start(start)),))
 

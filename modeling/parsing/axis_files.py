@@ -285,10 +285,7 @@ def read_drive(root: TomlTable, symbols: Symbols) -> Drive | None:
 
 
 def _arguments(make: Callable[..., Drive]) -> dict[str, inspect.Parameter]:
-    """What a drive is told, with what it hands on to `Drive`, of which none is needed.
-
-    What it makes itself is among these, so that it is said of what it is made.
-    """
+    """What a drive is told, with what it hands on to `Drive`, of which none is needed."""
     of_any = inspect.signature(Drive).parameters
     shared = {key: each.replace(default=None) for key, each in of_any.items()}
     known = {**shared, **inspect.signature(make).parameters}
@@ -392,6 +389,9 @@ def _constants(table: TomlTable, unknown: Symbols, recorded: Symbols, moving: Sy
     return symbols
 
 
+_OF_FORCES = ("inertia", "resistance", "generalised_force")
+
+
 def _dynamics(root: TomlTable, symbols: Symbols, elements: Elements) -> Callable[..., Axis] | None:
     """`newton` or `lagrange` with what its table says; without symbols none can be read."""
     given = [key for key in _EQUATIONS if key in root.values]
@@ -406,7 +406,7 @@ def _dynamics(root: TomlTable, symbols: Symbols, elements: Elements) -> Callable
         lambda **said: partial(declare, **said),
         symbols,
         arguments={key: known[key] for key in keys},
-        elements=elements,
+        elements=dict.fromkeys(_OF_FORCES, elements),  # none is an energy
     )
 
 

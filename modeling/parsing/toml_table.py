@@ -149,7 +149,7 @@ class TomlTable:
         given: Mapping[str, Any] = _NONE,
         beside: Collection[str] = (),
         own: Mapping[str, Symbols] = _NONE,
-        elements: Elements = _NONE,
+        elements: Mapping[str, Elements] = _NONE,
     ) -> T | None:
         """What is made of a table whose keys are arguments, or None and all mistakes.
 
@@ -168,8 +168,8 @@ class TomlTable:
             Keys that are no arguments.
         own : mapping of str to mapping
             What the expressions of single keys may name.
-        elements : mapping of str to callable
-            Friction and loads that expressions may call.
+        elements : mapping of str to mapping
+            Friction and loads that the expressions of single keys may call.
         """
         before = len(self.mistakes)
         others = {*given, "name"} if name else given
@@ -179,7 +179,9 @@ class TomlTable:
         self.only(*beside, *keys)
         self.needs(*(key for key in needed if key in keys))
         found = {
-            key: self.read(key, keys[key].annotation, own.get(key, symbols), elements)
+            key: self.read(
+                key, keys[key].annotation, own.get(key, symbols), elements.get(key, _NONE)
+            )
             for key in self.values
             if key in keys
         }

@@ -162,6 +162,12 @@ _ENERGIES = tuple(
             r"the potential energy \S+ depends on ddq; it may depend on the position q alone",
         ),
         (
+            "a force in a potential energy",
+            "J*dq**2/2",
+            "spring(b, q)",
+            "spring cannot be used: there is no such function",
+        ),
+        (
             "a potential energy of the velocity",
             "J*dq**2/2",
             "b*q*dq",

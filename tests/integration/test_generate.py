@@ -143,7 +143,11 @@ def test_user_axis_is_generated_into_a_folder_of_its_name(run: Run, tmp_path: Pa
         "axis = replace(load_axis('emps'), name='mine')\n",
     )
     assert run("generate", mine, "--output", tmp_path / "generated")[0] == 0
-    assert (tmp_path / "generated" / "mine" / "functions.py").is_file()
+    code = tmp_path / "generated" / "mine" / "functions.py"
+    whole = code.read_text()
+    code.write_text("<<<<<<< HEAD")  # a generated folder is made anew whatever became of its files
+    assert run("generate", mine, "--output", tmp_path / "generated")[0] == 0
+    assert code.read_text() == whole
     assert run("generate", mine, "--check", "--output", tmp_path / "generated")[0] == 0
 
 

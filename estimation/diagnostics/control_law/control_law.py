@@ -166,9 +166,9 @@ def _compared(
 ) -> LawAgreement | Missing:
     """A law against the samples of a record, with what would mend it where that is asked for."""
     record = record.longest()  # a law's memory does not outlast a gap
-    # A low-passed signal tells as little in two samples of its highest frequency as in one.
-    independent = COMPARISON_CUTOFF.value * 2 if law.takes_velocity else 1.0
-    least = MIN_SAMPLES_PER_FACTOR.value * len(law.terms) / independent
+    # Behind a low-pass two samples in a period of its cut-off are as good as independent.
+    independent_share = 2 * COMPARISON_CUTOFF.value if law.takes_velocity else 1.0
+    least = MIN_SAMPLES_PER_FACTOR.value * len(law.terms) / independent_share
     if len(record.position) < 2 * settling(law) + least:
         return Missing(f"the record is too short for it, {len(record.position)} samples")
     control, made, *counted = compared_with_law(axis, law, record)

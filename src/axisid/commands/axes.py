@@ -19,6 +19,7 @@ from axisid.commands.options import (
     complete_axis,
     complete_file,
     force_option,
+    is_earlier,
     print_document,
     stages,
     write_output,
@@ -162,8 +163,13 @@ def generate(axes: tuple[str, ...], check: bool, output: str, force: bool) -> No
         files = stages.expected_files(declared, line)
     if not check:
         check_folder(output, "--output", {}, force=force)
-        places = {Path(output, path): "generate" for path in files}
-        check_replaced(places, "--output", axes, force=force)
+        # A folder with a manifest was generated, whatever has become of its other files.
+        places = [Path(output, path) for path in files]
+        manifests = [p for p in places if p.name == stages.MANIFEST and p.is_file()]
+        own = {place.parent for place in manifests if is_earlier(place, "generate")}
+        for earlier in (True, False):
+            chosen = {p: "generate" for p in places if (p.parent in own) == earlier}
+            check_replaced(chosen, "--output", axes, force=force or earlier)
         written = stages.write_files(Path(output), files)
         for path in written:
             click.echo(f"wrote {Path(output, path)}")

@@ -173,7 +173,7 @@ def test_a_result_stands_among_the_sweep_as_it_is(emps2015: GeneratedAxis, twin:
     assert list(beside.results[1].estimates) == ["idm-ls", "idm-iv"]
     assert beside.results[1]["idm-iv"] is result["idm-iv"]
     value = result["idm-iv"].parameters["M"]
-    assert f"{value.corrected:.5g}" in str(beside).split("\n\n")[1].splitlines()[3].split()
+    assert f"{value.corrected:.5g}" in str(beside).split("\n\n")[1].splitlines()[4].split()
 
 
 @pytest.mark.slow

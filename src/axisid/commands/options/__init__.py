@@ -41,6 +41,7 @@ from .outputs import (
     check_targets as check_targets,
     command_line as command_line,
     force_option as force_option,
+    is_earlier as is_earlier,
     json_option as json_option,
     print_result as print_result,
     put_out as put_out,

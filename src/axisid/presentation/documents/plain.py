@@ -73,7 +73,7 @@ class Grid:
                     pages[-1] += part
                 else:
                     pages.append([*part])
-        return [self.part([*labels, *page]) for page in pages]
+        return [self.part([*labels, *page]) for page in pages] or [self]
 
     def part(self, numbers: Sequence[int]) -> "Grid":
         """Some of the columns, each a group of its own."""
@@ -178,7 +178,7 @@ def _judged(judged: CheckGroup) -> Sentence:
     head, names = _STATUS_HEADS[judged.status], ", ".join(judged.names)
     unmade = "not evaluated, " if judged.status == "not evaluated" else ""
     text = f"{names}: {unmade}{judged.meaning}" if judged.meaning else names
-    named = f"{names}:" if judged.status == "fail" else ""
+    named = f"{names}:" if judged.status == "fail" and judged.meaning else ""
     return Sentence(
         lead=head + named, text=text.removeprefix(named), hang=len(head), kind=judged.status
     )

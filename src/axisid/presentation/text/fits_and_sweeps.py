@@ -201,20 +201,23 @@ def sweep_document(sweep: Sweep) -> Document:
         TableBlock(
             columns=(
                 TableColumn("cut-off", "Hz", "left"),
-                *(TableColumn("1 of"), TableColumn("method", align="left")),
+                TableColumn("1 of"),
+                TableColumn("method", align="left"),
                 *(TableColumn(q.name, q.unit, parts=("sd",)) for q in judged[0].quantities),
             ),
             rows=tuple(
                 (
                     f"{result.prefilter.cutoff:g}",
-                    *(str(result.prefilter.decimate), estimate.method.upper()),
+                    str(result.prefilter.decimate),
+                    estimate.method.upper(),
                     *(
                         QuantityCell(f"{value.corrected:.5g}", f"{value.deviation:.2g}")
-                        for value in estimate.parameters.values()
+                        for value in (estimate.parameters[q.name] for q in judged[0].quantities)
                     ),
                 )
                 for result, estimate in zip(sweep.results, judged, strict=True)
             ),
+            title="Values less the bias of filter and noise, where that is known",
         ),
         paragraph(
             *(f"{cutoff:g} Hz gave no estimate: {why}" for cutoff, why in sweep.failures.items()),
