@@ -68,6 +68,15 @@ def test_options_go_before_it_and_a_second_record_is_as_its_own_says(run: Run, l
     assert found["record"]["windows"] == [[0.3, 2.0]]
 
 
+def test_a_second_record_that_the_filter_does_not_suit_is_refused_before_all_else(
+    refused: Refused, log: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("axisid.commands.options.stages.identify", None, raising=False)
+    short = run_file(log, "short.toml", **{**SAID, "windows": "0.2..0.25"})
+    first = run_file(log, **SAID)
+    refused("identify", "emps2015", first, "--validate", short, code=3, says="to validate on")
+
+
 def test_its_mistakes_are_listed_and_it_is_no_axis(refused: Refused, log: Path) -> None:
     file = run_file(log, gapz="split", mask="clip")
     lines = refused("identify", "emps2015", file, code=3).splitlines()
