@@ -201,22 +201,10 @@ def force_check(axis: GeneratedAxis, record: Record) -> Check | Missing | None:
     )
     commanded, by_gain = _commanded(axis, longest)
     # Behind a low-pass, so that what a current loop and its sensor do is no factor.
-    columns = low_passed(longest, commanded, np.asarray(longest.force))
-    if isinstance(columns, Missing):
-        return columns
-    found = compared_columns(columns)
-    if isinstance(found, Missing):
-        return found
-    slow, target = (each[columns[2]] for each in columns[:2])
-    apart = relative_error_percent(target - slow, slow)
-    # What is left is no noise where the force is measured behind a gear: a factor that explains
-    # no more than that is none.
-    unexplained = found.left_percent / 100 / MIN_DISTANCE_FROM_NOISE.value
-    found = replace(
-        found,
-        factor_deviation=max(found.factor_deviation, unexplained),
-        offset_deviation=max(found.offset_deviation, unexplained * found.size),
-    )
+    compared = _compared(low_passed(longest, commanded, np.asarray(longest.force)))
+    if isinstance(compared, Missing):
+        return compared
+    apart, found = compared
     deviation = float(np.hypot(found.factor_deviation, drive.relative_sd * by_gain))
     far = replace(found, factor_deviation=deviation).distances
     scaled, shifted, q = far["factor"] > 1, far["offset"] > 1, axis.axis.coordinate
@@ -314,6 +302,25 @@ def _commanded(axis: GeneratedAxis, record: Record) -> tuple[Array, float]:
     used = unmasked(record)
     power = float(commanded[used] @ commanded[used])
     return commanded, float(slope[used] @ commanded[used]) / power if power else 1.0
+
+
+@unless_missing
+def _compared(columns: Columns) -> tuple[float, ColumnComparison] | Missing:
+    """How far a measured force is apart from the computed one, percent, and what is between them.
+
+    What is left is no noise where the force is measured behind a gear: a factor that explains no
+    more than that is none.
+    """
+    computed, measured, rows, _ = columns
+    found = compared_columns(columns)
+    if isinstance(found, Missing):
+        return found
+    unexplained = found.left_percent / 100 / MIN_DISTANCE_FROM_NOISE.value
+    return relative_error_percent((measured - computed)[rows], computed[rows]), replace(
+        found,
+        factor_deviation=max(found.factor_deviation, unexplained),
+        offset_deviation=max(found.offset_deviation, unexplained * found.size),
+    )
 
 
 def compared_motion(
