@@ -79,11 +79,17 @@ def switching(model: AxisModel) -> Switching:
     q, acceleration = model.axis.coordinate, with_numbers(model.acceleration)
     sides: dict[sympy.Expr, sympy.Symbol] = {}
     running = {signal.symbol for signal in model.axis.signals if not signal.is_held}
-    if _has_kink(acceleration, {q.symbol} | running, q.velocity):
-        acceleration = _Sides({q.symbol} | running, q.velocity, sides)(acceleration)
+    moving = {q.symbol} | running
+    deciding = acceleration.atoms(sympy.Abs, sympy.sign, sympy.Heaviside, Max, Min, *_RELATIONS)
+    # What decides by what runs between samples, or by velocity and signal, has kinks there.
+    if any(
+        moving & node.free_symbols or (q.velocity in node.free_symbols and signals_in(node))
+        for node in deciding
+    ):
+        acceleration = _Sides(moving, q.velocity, sides)(acceleration)
     on_one_side = acceleration.replace(sympy.Abs, lambda inside: inside)
     on_one_side = on_one_side.replace(sympy.sign, lambda _: 1)
-    moving = signals_in(*sides)
+    moved_by = signals_in(*sides)
     rates, limits = _with_limits(model, sides)
     return Switching(
         acceleration=acceleration,
@@ -91,7 +97,7 @@ def switching(model: AxisModel) -> Switching:
         functions=tuple(sides),
         wave_numbers=_wave_numbers((acceleration, *sides), q.symbol),
         by_velocity=_wave_numbers((on_one_side,), q.velocity),
-        moved_by=tuple(signal for signal in model.axis.signals if signal.symbol in moving),
+        moved_by=tuple(signal for signal in model.axis.signals if signal.symbol in moved_by),
         rates=rates,
         limits=limits,
     )
@@ -113,15 +119,6 @@ def _with_limits(
             rate = sympy.Piecewise((rate, limits[i] > 0), (0, True))
         rates.append(rate)
     return tuple(rates), limits
-
-
-def _has_kink(acceleration: sympy.Expr, running: set[sympy.Symbol], velocity: sympy.Symbol) -> bool:
-    """Whether anything decides by what runs between samples, or by velocity and signal."""
-    deciding = (sympy.Abs, sympy.sign, sympy.Heaviside, Max, Min, *_RELATIONS)
-    return any(
-        running & node.free_symbols or (velocity in node.free_symbols and signals_in(node))
-        for node in acceleration.atoms(*deciding)
-    )
 
 
 class _Sides:

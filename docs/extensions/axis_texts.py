@@ -5,10 +5,10 @@ from importlib import import_module
 
 from axisid import derive, load_axis
 from axisid.modeling import AxisModel
-from axisid.modeling.declaration import Axis
+from axisid.modeling.declaration import Axis, equation_of_motion
 from axisid.modeling.derivation import describe_loss
 from axisid.modeling.quantities import ConstantSymbol
-from axisid.presentation.documents.latex import equation_latex
+from axisid.presentation.documents.latex import aligned_latex
 from axisid.support.errors import Missing
 from benchmarks.library import prefilter_of
 
@@ -17,9 +17,10 @@ def text_of(name: str) -> str:
     """Markdown of a library axis: what it is, its equation, drive, parameters and twin."""
     axis = load_axis(name)
     about = import_module(f"axisid.modeling.library.{name}").__doc__ or ""
+    equation = aligned_latex([equation_of_motion(axis)], axis.coordinate)
     parts = [
         _linked(about.strip()),
-        equation_latex(axis),
+        f"$$\n\\begin{{aligned}}\n{equation}\n\\end{{aligned}}\n$$",
         _drive(axis),
         _parameters(axis),
         _exceptions(derive(axis)),

@@ -46,7 +46,13 @@ def with_direction(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
         ),
         lambda node: directed(node, velocity),
     ).replace(
-        _is_curved,
+        # A polynomial in the direction, but not affine.
+        lambda node: (
+            isinstance(node, (sympy.Add, sympy.Mul, sympy.Pow))
+            and DIRECTION in node.free_symbols
+            and node.is_polynomial(DIRECTION)
+            and DIRECTION in node.diff(DIRECTION).free_symbols
+        ),
         lambda node: _affine(*(node.xreplace({DIRECTION: sympy.Integer(s)}) for s in (1, -1))),
     )
     jump = jumping_node(rewritten, velocity)
@@ -119,16 +125,6 @@ def _factor(argument: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr | None:
     base, exponent = power.as_base_exp()
     odd = base == velocity and exponent.is_Integer and exponent % 2
     return factor if odd else None
-
-
-def _is_curved(node: sympy.Basic) -> bool:
-    """Whether a node is a polynomial in the direction, but not affine."""
-    return (
-        isinstance(node, (sympy.Add, sympy.Mul, sympy.Pow))
-        and DIRECTION in node.free_symbols
-        and node.is_polynomial(DIRECTION)
-        and DIRECTION in node.diff(DIRECTION).free_symbols
-    )
 
 
 def _affine(ahead: sympy.Expr, back: sympy.Expr) -> sympy.Expr:

@@ -6,7 +6,7 @@ At rest the equation of motion tells, term by term, what a motion starts from an
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from operator import itemgetter
+from functools import partial
 
 import sympy
 
@@ -114,23 +114,13 @@ def state_limits(axis: Axis) -> tuple[tuple[StatePart, Callable[[Sequence[float]
     if not axis.states:  # asked at each simulation, and symbols take long to make
         return ()
     symbols = tuple(p.symbol for p in axis.parameters)
-    parts = [part for state in axis.states for part in state.parts if part.least]
-    return tuple((part, _as_function(symbols, with_numbers(part.value))) for part in parts)
 
-
-def _as_function(
-    symbols: Sequence[sympy.Symbol], value: sympy.Expr
-) -> Callable[[Sequence[float]], float]:
-    """An expression by the values of its symbols; most are a symbol or a number."""
-    if value in symbols:
-        return itemgetter(symbols.index(value))
-
-    def told(values: Sequence[float]) -> float:
-        given = {s: sympy.Float(each) for s, each in zip(symbols, values, strict=True)}
-        found = value.xreplace(given)
+    def value_of(expression: sympy.Expr, values: Sequence[float]) -> float:
+        found = expression.xreplace(dict(zip(symbols, map(sympy.Float, values), strict=True)))
         return float(found) if found.is_real else math.nan
 
-    return told
+    parts = [part for state in axis.states for part in state.parts if part.least]
+    return tuple((part, partial(value_of, with_numbers(part.value))) for part in parts)
 
 
 def in_direction(value: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:

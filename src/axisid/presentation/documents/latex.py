@@ -9,7 +9,6 @@ import sympy
 from sympy.printing.latex import LatexPrinter
 from sympy.printing.mathml import MathMLPresentationPrinter
 
-from axisid.modeling.declaration import Axis, equation_of_motion
 from axisid.modeling.quantities import (
     BALANCED,
     MEASURED_POSITION,
@@ -164,16 +163,6 @@ def escaped_latex(text: str) -> str:
 def aligned_latex(formulas: Iterable[Formula], coordinate: Coordinate) -> str:
     """Lines for the inside of an ``align`` or ``aligned``, at ``=`` and ``:``."""
     return " \\\\\n".join(_line(formula, coordinate) for formula in formulas)
-
-
-def equation_latex(axis: Axis) -> str:
-    """The equation of motion in Markdown, its rows apart, since not all know ``aligned``."""
-    formula, q = equation_of_motion(axis), axis.coordinate
-    left = " ".join(_terms(formula.name, q))
-    first, *others = _rows(_terms(formula.value, q))
-    rows = [f"{left} = {first}", *others]
-    rows[-1] += rf"\ [{unit_latex(formula.unit)}]"
-    return "\n\n".join(f"$$\n{row}\n$$" for row in rows)
 
 
 def symbol_latex(name: str) -> str:

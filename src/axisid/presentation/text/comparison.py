@@ -33,6 +33,28 @@ _LACKING = "its parameters take up what it lacks, which other candidates have"
 
 def comparison_document(c: Comparison) -> Document:
     """Heading, estimates, errors, tests, the recommendation and the rows that all have."""
+    nested = text_table(
+        ("nested model", "restrictions", "F", "p", "Wald/q, HAC", "p"),
+        (
+            (
+                f"{t.smaller} in {t.larger}",
+                str(t.restrictions),
+                or_dash(t.f, ".4g"),
+                _p(t.f_p),
+                or_dash(t.wald, ".4g"),
+                _p(t.wald_p),
+            )
+            for t in c.tests
+        ),
+    )
+    tested = "" if all(e.axis.is_linear for e in c.candidates) else "linear "
+    # A sentence for each parameter that the record does not need.
+    uninformed = [
+        Sentence(text=f"{check.name} of {e.name} carries no information: {_why(check, e)}.")
+        for e in c.candidates
+        for check in e.checks
+        if check.informed is False
+    ] or [Sentence(text=f"Every {tested}parameter of every candidate carries information.")]
     return (
         _heading(c),
         text_table(
@@ -46,11 +68,21 @@ def comparison_document(c: Comparison) -> Document:
             labels=2,
         ),
         _errors(c.candidates),
-        *((_tests(c),) if c.tests else ()),
+        *((nested,) if c.tests else ()),
         Paragraph(
             sentences=(
-                *_uninformed(c.candidates),
-                *_untested(c),
+                *uninformed,
+                *(
+                    Sentence(text=f"{t.smaller} in {t.larger} is not tested: {t.not_tested}.")
+                    for t in c.tests
+                    if t.not_tested
+                ),
+                *(
+                    Sentence(text=f"{check.name} of {e.name} is not judged: {check.not_tested}.")
+                    for e in c.candidates
+                    for check in e.checks
+                    if check.informed is None
+                ),
                 *(
                     Sentence(
                         text=f"{t.larger} says no more than {t.smaller} on this record (Wald p = "
@@ -126,56 +158,10 @@ def _errors(candidates: Sequence[Candidate]) -> TableBlock:
     )
 
 
-def _tests(c: Comparison) -> TableBlock:
-    """Every nested pair, classical and robust."""
-    return text_table(
-        ("nested model", "restrictions", "F", "p", "Wald/q, HAC", "p"),
-        (
-            (
-                f"{t.smaller} in {t.larger}",
-                str(t.restrictions),
-                or_dash(t.f, ".4g"),
-                _p(t.f_p),
-                or_dash(t.wald, ".4g"),
-                _p(t.wald_p),
-            )
-            for t in c.tests
-        ),
-    )
-
-
 def _p(value: float | None) -> str:
     if value is None or math.isnan(value):
         return "-"
     return "<1e-16" if value < _SMALLEST_P else f"{value:.2g}"
-
-
-def _uninformed(candidates: Sequence[Candidate]) -> list[Sentence]:
-    """A sentence for each parameter that the record does not need."""
-    tested = "" if all(c.axis.is_linear for c in candidates) else "linear "
-    return [
-        Sentence(text=f"{check.name} of {c.name} carries no information: {_why(check, c)}.")
-        for c in candidates
-        for check in c.checks
-        if check.informed is False
-    ] or [Sentence(text=f"Every {tested}parameter of every candidate carries information.")]
-
-
-def _untested(c: Comparison) -> list[Sentence]:
-    """A sentence for each pair and each parameter that no test judges."""
-    return [
-        *(
-            Sentence(text=f"{t.smaller} in {t.larger} is not tested: {t.not_tested}.")
-            for t in c.tests
-            if t.not_tested
-        ),
-        *(
-            Sentence(text=f"{check.name} of {each.name} is not judged: {check.not_tested}.")
-            for each in c.candidates
-            for check in each.checks
-            if check.informed is None
-        ),
-    ]
 
 
 def _why(check: ParameterSignificance, candidate: Candidate) -> str:
