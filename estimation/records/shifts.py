@@ -213,9 +213,9 @@ def advised_shift(role: str, late: float, apart: float) -> str:
     """
     whole = round(late)
     if whole and abs(late - whole) <= apart:
-        return f"move it there (shift.{role} = {-whole:d} in run.toml)"
+        return f"move it there (add {-whole:d} to shift.{role} in run.toml)"
     return (
-        f"move it there by part of a sample (shift.{role} = {-late:.2f} in run.toml and "
+        f"move it there by part of a sample (add {-late:.2f} to shift.{role} in run.toml, and "
         'resample="auto")'
     )
 

@@ -168,7 +168,7 @@ def test_part_of_a_sample_is_measured(emps: GeneratedAxis) -> None:
 @pytest.mark.parametrize(
     ("factor", "late", "offset", "advice"),
     [
-        (1.0, 3, 0.0, "shift.velocity = -3"),
+        (1.0, 3, 0.0, "add -3 to shift.velocity"),
         (1000.0, 0, 0.0, "columns velocity=NAME:mm/s"),
         (-1.0, 0, 0.0, "columns velocity=NAME:UNIT*-1"),
         (1.0, 0, 0.005, "columns velocity=NAME:UNIT-0.005"),

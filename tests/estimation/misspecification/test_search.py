@@ -271,6 +271,6 @@ def test_a_right_signal_passes_and_one_in_another_unit_is_told_where_its_coeffic
 def test_a_late_signal_is_told_with_its_delay(kind: str, samples: int) -> None:
     found = _check(kind, late=samples)
     assert found.status == "fail"
-    (amount,) = re.findall(rf"shift\.{kind} = ([-\d.]+)", found.meaning)
+    (amount,) = re.findall(rf"add ([-\d.]+) to shift\.{kind}", found.meaning)
     assert float(amount) == pytest.approx(-samples, abs=1.0)
     assert ("late" if samples > 0 else "early") in found.meaning
