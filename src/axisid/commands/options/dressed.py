@@ -53,14 +53,15 @@ def print_dressed(document: Document, stream: TextIO, width: int, *, coloured: b
         if i:
             console.print()
         for line in lines:
-            console.print(line)
+            console.print(line, soft_wrap=True)  # each fits, but for what is copied whole
 
 
 def _drawn(block: Block, console: Console) -> Iterator[Text]:
-    """One block, line by line, each within the terminal's width."""
+    """One block, line by line, each within the terminal's width but for what is copied."""
     for line in block_lines(block):
         if isinstance(line, Sentence):
-            yield from _hanging(_dressed(line), line, console)
+            text = _dressed(line)
+            yield from _hanging(text, line.hang, console) if line.filled else [text]
         else:
             for i, page in enumerate(line.pages(console.width, cell_len)):
                 if i:
@@ -76,16 +77,16 @@ def _dressed(line: Sentence) -> Text:
     return text
 
 
-def _hanging(text: Text, of: Sentence, console: Console) -> Iterator[Text]:
+def _hanging(text: Text, hang: int, console: Console) -> Iterator[Text]:
     """A text in lines as wide as a page or the terminal, all but the first so many blanks in."""
-    width = min(console.width, PAGE_WIDTH) if of.filled else console.width
+    width = min(console.width, PAGE_WIDTH)
     first = text.wrap(console, width)[0]
     rest = text[len(first) :]
     first.rstrip()
     yield first
     rest = rest[len(rest.plain) - len(rest.plain.lstrip()) :]
     if rest.plain:
-        hang = min(of.hang, width // 2)
+        hang = min(hang, width // 2)
         for line in rest.wrap(console, width - hang):
             line.rstrip()
             yield Text(" " * hang) + line

@@ -194,8 +194,7 @@ class Sentence:
     hang : int
         Blanks before its further lines.
     filled : bool
-        Whether it is broken at the width of a page, as what is copied is not; else where a terminal
-        is too narrow alone.
+        Whether it is broken at the width of a page, or of a terminal; what is copied is not.
     kind : str
         For colours: ``lead`` where the first words stand out, ``line``, or a `Status`.
     """

@@ -178,8 +178,8 @@ def _conclusion(search: LawSearch) -> Paragraph:
     return paragraph(
         *([f"The control is explained as well by {more}."] if others else []),
         *([f"The same control gives {best.same}."] if best.same else []),
-        Sentence(lead="in TOML:   ", text=best.toml, hang=4, filled=False),
-        Sentence(lead="in Python: ", text=best.python, hang=4, filled=False),
+        Sentence(lead="in TOML:   ", text=best.toml, filled=False),
+        Sentence(lead="in Python: ", text=best.python, filled=False),
     )
 
 
