@@ -104,7 +104,7 @@ class ExpressionReader:
                 name in self.elements and name not in self.symbols
             ):
                 return self._element(node, name, depth, calls)
-            case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
+            case ast.Call(func=ast.Name(id=name), args=arguments):
                 return self._call(node, name, arguments, depth, calls)
             case _:
                 raise not_allowed(_shortened(ast.unparse(node)), *self._at(node))
@@ -188,7 +188,7 @@ class ExpressionReader:
         self, node: ast.Call, name: str, arguments: list[ast.expr], depth: int, calls: int
     ) -> sympy.Expr:
         if name not in FUNCTIONS:
-            listed = ", ".join([*FUNCTIONS, *self.elements])
+            there = [*FUNCTIONS, *self.elements]
             if name in self.symbols:
                 raise TextError(
                     f"{name} is no function; write {name}*(...) for a product.",
@@ -196,14 +196,14 @@ class ExpressionReader:
                 )
             raise TextError(
                 f"{_shortened(name)} cannot be used: there is no such function; there are "
-                f"{listed}.",
+                f"{', '.join(there)}.{nearest(name, there)}",
                 *self._at(node),
             )
         function = FUNCTIONS[name]
-        if len(arguments) != function.arguments:
+        if len(arguments) != function.arguments or node.keywords:
             raise TextError(
                 f"{name}(...) with {len(arguments)} arguments cannot be used; give "
-                f"{function.arguments}.",
+                f"{function.arguments}, without names.",
                 *self._at(node),
             )
         inner = [self._evaluated(argument, depth - 1, calls - 1) for argument in arguments]

@@ -194,7 +194,7 @@ class Parameter(Symbolic):
                 (
                     value is not None and not self.allows(value),
                     f"{said} value {value!r} is outside its bounds [{self.lower!r}, "
-                    f"{self.upper!r}]. Correct one of the three",
+                    f"{self.upper!r}]; correct the value or the bound",
                 )
                 for said, value in (("nominal", self.nominal), ("its known", self.known))
             ),
