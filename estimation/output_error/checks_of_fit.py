@@ -29,6 +29,7 @@ from axisid.estimation.nonlinear_least_squares import MOST_STEPS
 from axisid.estimation.parameters import GAIN, START
 from axisid.estimation.prediction_errors import WindowPredictions
 from axisid.estimation.records import record_labels
+from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds import (
     ADVISED_WINDOWS,
     MAX_FAR,
@@ -415,23 +416,6 @@ def shown_check(of: OutputFit) -> Check:
     )
 
 
-def none_shown_check(of: OutputFit) -> Check | None:
-    """Whether the outputs show none of the parameters that are searched."""
-    if not np.isinf(of.deviations).any():
-        return None
-    most, searched = MAX_RELATIVE_DEVIATION.value, (of.deviations > 0) & ~of.of_start
-    if np.any(searched & (100 * of.deviations <= most * np.abs(of.physical))):
-        return None
-    return Check(
-        name="any parameter shown",
-        status="fail",
-        threshold=most,
-        source="deviation in percent of the value",
-        meaning=f"the {of.output} show{'s' * (len(of.outputs) == 1)} no "
-        f"parameter to {most:g} % of it: the numbers are where the search ended, no more",
-    )
-
-
 def one_end_check(of: OutputFit) -> Check | None:
     """Whether the search passed a place as good as its end, which is claimed to be far from it."""
     place = of.elsewhere
@@ -516,17 +500,18 @@ _CHECKS: dict[str, Callable[[OutputFit], Check | Missing | None]] = {
     "missing terms": missing_terms_check,
     "outliers": partial(joined_check, "outliers"),
     "what was known": known_check,
+    # As many as `identify` has by default: samples between say little that is new of forces.
     "rows": lambda of: rows_check(
-        int(np.count_nonzero(of.judged_sandwich.counted)),
+        int(np.count_nonzero(of.judged_sandwich.counted))
+        // Prefilter().at_rate_of(min(of.judged_sandwich.periods)).decimate,
         len(of.names) - len(of.fixed),
-        "follow a longer part of the record",
+        "one sample in so many counts as `identify` keeps; follow a longer part of the record",
     ),
     "samples near rests": rests_check,
     "repeated records": lambda of: repeated_check(of.records),
     "records alike": records_alike_check,
     "convergence": convergence_check,
     "parameters shown": shown_check,
-    "any parameter shown": none_shown_check,
     "one end": one_end_check,
     "precision": precise_check,
     "bounds": bounds_check,

@@ -84,7 +84,7 @@ def test_vague_parameters_of_a_few_samples_fail_and_the_rows_are_told(
     precision, rows = checks(result)["precision"], checks(result)["rows"]
     assert (precision.status, rows.status) == ("fail", "fail")
     assert "Fv is not identified" in precision.meaning
-    assert "11 rows for 3 parameters are few" in rows.meaning
+    assert "1 rows for 3 parameters are few" in rows.meaning
 
 
 def test_what_a_bound_holds_leaves_the_others_as_unsure_as_without_it(
