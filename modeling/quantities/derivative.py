@@ -138,9 +138,9 @@ def slope(value: sympy.Expr, variable: sympy.Symbol, what: str) -> sympy.Expr:
                 code="equation",
             )
     derivative = derivative.xreplace(dict.fromkeys(impulses, sympy.S.Zero))
-    if not derivative.has(sympy.Heaviside):
-        return derivative
-    return derivative.replace(lambda node: node.is_Mul, _without_needless_steps)
+    return derivative.replace(
+        lambda node: node.is_Mul and node.has(sympy.Heaviside), _without_needless_steps
+    )
 
 
 def plain_slope(value: sympy.Expr, variable: sympy.Symbol) -> sympy.Expr:

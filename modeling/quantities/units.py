@@ -154,19 +154,13 @@ def _canonical(exponents: _Exponents) -> Unit:
 
 
 def _malformed(text: str, where: str) -> ModelError:
-    apart = _apart(where)
+    # Two symbols that were written as one, such as Ns; none where m may be a prefix.
+    pairs = ((where[:k], where[k:]) for k in range(1, len(where)))
+    known = (pair for pair in pairs if _SYMBOLS.keys() >= {*pair} and pair[0] not in ("1", "m"))
+    apart = " ".join(next(known, ()))
     meant = f" Did you mean {text.replace(where, apart)!r}?" if apart else ""
     return ModelError(
         f"the unit {text!r} cannot be read at {where!r}; write a product of powers of "
         f"{', '.join(sorted(_SYMBOLS))}, such as 'N/(m/s)' or 'kg m^2'.{meant}",
         code="units",
-    )
-
-
-def _apart(symbol: str) -> str:
-    """Two symbols that were written as one, such as ``Ns``; empty where `m` may be a prefix."""
-    pairs = ((symbol[:k], symbol[k:]) for k in range(1, len(symbol)))
-    return next(
-        (f"{a} {b}" for a, b in pairs if a in _SYMBOLS and b in _SYMBOLS and a not in ("1", "m")),
-        "",
     )

@@ -65,6 +65,7 @@ from .json_objects import (
     WrittenKnown,
     WrittenResult,
     about,
+    plain,
     read_as,
     written_as,
 )
@@ -75,7 +76,6 @@ from .record import (
     WrittenRequest,
     WrittenResponse,
     WrittenSignal,
-    written_drive,
     written_prefilter,
     written_record,
 )
@@ -397,6 +397,7 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
         sampling, found = _sampling(written.prefilter, record), drive and drive.estimated
         step = record.period * written.prefilter.decimate
         estimates = {e.method: SavedEstimate.of(e, step) for e in written.estimates}
+        path = {n: v for n, v in plain(drive).items() if n != "estimated"} if drive else {}
         physical = {method: _physical(estimate) for method, estimate in estimates.items()}
         return read_as(
             cls,
@@ -406,7 +407,7 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
             declared=declared,
             name=written.axis,
             signals=tuple(Signal(s.name, s.unit, s.between) for s in written.signals or ()),
-            drive=written_drive(drive) if drive else Drive(gain=1.0),
+            drive=Drive(gain=1.0, **path),  # its times are numbers
             drive_time=DriveTime(
                 name=found.of,
                 parameter=Parameter(found.name, "s", nominal=found.nominal),

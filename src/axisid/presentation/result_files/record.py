@@ -8,9 +8,8 @@ from msgspec import UNSET, UnsetType
 from axisid.estimation.raw_tables import Provenance, Repair
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Sampling
-from axisid.modeling.declaration import Drive
 
-from .json_objects import JsonObject, about, plain, written_as
+from .json_objects import JsonObject, about, written_as
 
 
 class WrittenRecord(
@@ -195,8 +194,3 @@ def written_prefilter(sampling: Sampling) -> WrittenPrefilter:
         drop=sampling.filter.dropped,
         silent=sampling.excluded_samples,
     )
-
-
-def written_drive(written: WrittenResponse) -> Drive:
-    """A drive of a gain of 1 that follows its commands as a file says; its times are numbers."""
-    return Drive(gain=1.0, **{n: each for n, each in plain(written).items() if n != "estimated"})
