@@ -458,12 +458,8 @@ class Estimate(EstimateFacts, Presentable, Exact):
 
     @property
     def residual_tests(self) -> ResidualTests:
-        """Tests of the net residuals, against the instruments or the regressor of least squares."""
-        return residual_tests(
-            self.weights * self.net_residuals,
-            self.weights[:, None] * self.score_columns,
-            neighbours=self.neighbours,
-        )
+        """Tests of the net residuals."""
+        return residual_tests(self.weights * self.net_residuals, neighbours=self.neighbours)
 
     @property
     def _curvature(self) -> Callable[[Array, Array], float]:
