@@ -21,7 +21,7 @@ from axisid.estimation.diagnostics.control_law import LawAgreement
 from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.methods import METHODS, bound_record
 from axisid.estimation.misspecification import Misspecification, RecordScores, scores_of
-from axisid.estimation.records import Record, clock_of, hold_delay
+from axisid.estimation.records import Record, law_clock
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.thresholds import (
     MAX_DELAY_DEVIATION,
@@ -104,7 +104,7 @@ def alignment_of(scores: RecordScores) -> Alignment | Missing:
     commanded = scores.by_loop and data.record.force is None and data.axis.axis.jumps
     start = delay = (
         # The loop holds a command whatever the filter supposes.
-        hold_delay(data.axis.axis.control, data.period, clock_of(data.record))
+        law_clock(data.axis.axis.control, data.record).hold_delay
         if commanded and data.prefilter.hold == "raw"
         else data.hold_delay
     )
@@ -238,7 +238,7 @@ def _advice(delay: Alignment, data: FilteredRecord, remedy: str, *, by_log: bool
     """The other hold, where the delay is its own; what a drive declares, before what else."""
     axis, period, declared = data.axis.axis, data.record.period, declared_lateness(data)
     late, rest = delay.best - data.hold_delay, ". " if remedy else ""
-    zoh = hold_delay(axis.control, data.period, clock_of(data.record))
+    zoh = law_clock(axis.control, data.record).hold_delay
     other, own = ("zoh", zoh) if data.prefilter.hold == "raw" else ("raw", 0.0)
     is_declared = 0 < -late * period * (1 - NO_DELAY.value) < declared  # one that is not there
     by_hold = abs(delay.best - own) <= MAX_MISALIGNMENT.value and not is_declared

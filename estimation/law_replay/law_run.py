@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis, law_over_block
 from axisid.codegen.lowering import LoopStart
-from axisid.estimation.records import Record, at_times, clock_of, evaluations_per_sample
+from axisid.estimation.records import Record, at_times, law_clock
 from axisid.estimation.signals import (
     Prefilter,
     SampledFilter,
@@ -66,7 +66,7 @@ def two_clocks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> Tw
         First row and the one after the last.
     """
     law = law_of(axis)
-    ratio = evaluations_per_sample(law, record.period, clock_of(record)) or 1.0
+    ratio = law_clock(law, record).ratio or 1.0
     if ratio == 1.0:
         return None
     control = None if record.control is None else record.control[slice(*span)]

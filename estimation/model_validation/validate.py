@@ -27,7 +27,7 @@ from axisid.estimation.methods import METHODS, Bootstrap, bound_record, estimate
 from axisid.estimation.output_error import OutputFit, checked_horizon
 from axisid.estimation.parameters import GAIN, INITIAL_STATE_PARAMETERS, by_declared_gain
 from axisid.estimation.prediction_errors import LoopPredictions, PredictionErrors, WindowPredictions
-from axisid.estimation.records import Record, check_record, clock_of, period_conflict
+from axisid.estimation.records import Record, check_record, law_clock
 from axisid.estimation.regression import (
     Hac,
     InverseForm,
@@ -110,7 +110,6 @@ def validate(
         _validation(data, frozen, own_data, anew.get(method), of_each)
         for method, frozen in result.estimates.items()
     )
-    apart = period_conflict(result.axis.axis.control, record.period, clock_of(record))
     return Validation(
         record=record,
         unit=result.axis.axis.coordinate.unit,
@@ -118,7 +117,7 @@ def validate(
         known_share=_known_share(
             [of_one.record for of_one in whole.of_records] or [whole.record], record
         ),
-        time_base=apart.note if apart is not None and not apart.confirmed else None,
+        time_base=law_clock(result.axis.axis.control, record).doubt or None,
         law=law,
         levels=levels,
     )

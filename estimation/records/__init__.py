@@ -6,11 +6,8 @@ In: `Table`, `Axis`. Out: `Record`. Knows nothing of filters.
 from .clipping import quantisation_step as quantisation_step
 from .clocks import check_sample_period as check_sample_period
 from .law_period import (
-    clock_of as clock_of,
-    evaluations_per_sample as evaluations_per_sample,
-    hold_delay as hold_delay,
     is_same_period as is_same_period,
-    period_conflict as period_conflict,
+    law_clock as law_clock,
 )
 from .reading import read_record as read_record
 from .record import (

@@ -31,9 +31,7 @@ from axisid.estimation.law_replay import (
 )
 from axisid.estimation.records import (
     Record,
-    clock_of,
-    evaluations_per_sample,
-    period_conflict,
+    law_clock,
     quantisation_step,
 )
 from axisid.estimation.signals import FilteredRecord, hold_mean, recorded_signals
@@ -125,21 +123,17 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
     law, reference = axis.axis.control, record.commanded
     if law is None or reference is None:
         raise lacking_loop(axis, record) or lacking_law(axis)
-    ratio = evaluations_per_sample(law, record.period, clock_of(record))
-    mismatch = period_conflict(law, record.period, clock_of(record))
+    clock = law_clock(law, record)
     refuse(
         LoopDataError,
+        (clock.ratio is None and clock.doubt, clock.doubt),
         (
-            ratio is None and mismatch is not None and not mismatch.confirmed,
-            mismatch.note if mismatch else "",
-        ),
-        (
-            ratio is None,
+            clock.ratio is None,
             f"the record was resampled every {record.period:.6g} s, the control law of axis "
             f"{axis.axis.name!r} runs every {law.period:.6g} s; resample at that, or leave it out",
         ),
         (
-            ratio != 1 and not (axis.axis.response is None and axis.axis.drive.path.is_plain),
+            clock.ratio != 1 and not (axis.axis.response is None and axis.axis.drive.path.is_plain),
             f"the record is sampled every {record.period:.6g} s, the control law of axis "
             f"{axis.axis.name!r} runs every {law.period:.6g} s, and its drive has a "
             f"{' and '.join(axis.axis.of_law_samples)}: such a loop is simulated at the law's "
@@ -344,11 +338,10 @@ def _answer_to_noise(data: FilteredRecord) -> Array:
     law = data.axis.axis.control
     if law is None:
         raise no_control_law(data.axis.axis.name)
-    ratio = evaluations_per_sample(law, data.record.period, clock_of(data.record))
     refuse(
         DataError,
         (
-            law.continuous or ratio != 1.0,
+            law.continuous or law_clock(law, data.record).ratio != 1.0,
             "no sampled law is known that a simulated loop would follow by",
         ),
         (data.record.integrated, "no position was recorded that a simulated loop would follow"),

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.records import Record, clock_of, evaluations_per_sample, hold_delay
+from axisid.estimation.records import Record, law_clock
 from axisid.estimation.thresholds import MIN_INFORMATION_LEFT, MIN_MOVING_SPEED
 from axisid.support.arrays import Array, Exact, Uncached, mask_of
 from axisid.support.errors import AxisidError, DataError
@@ -184,7 +184,7 @@ class FilteredRecord(Exact, Uncached):
             return 0.0
         if self.between is not None:
             return 0.5
-        return hold_delay(self.axis.axis.control, self.period, clock_of(self.record))
+        return law_clock(self.axis.axis.control, self.record).hold_delay
 
     @cached_property
     def sampling(self) -> Sampling:
@@ -291,10 +291,7 @@ class FilteredRecord(Exact, Uncached):
     @property
     def drive(self) -> DriveAlong:
         """The drive along the record's motion, as the hold pairs the two."""
-        ratio = (
-            evaluations_per_sample(self.axis.axis.control, self.period, clock_of(self.record))
-            or 1.0
-        )
+        ratio = law_clock(self.axis.axis.control, self.record).ratio or 1.0
         return DriveAlong(
             axis=self.axis,
             starts=self._starts,

@@ -22,7 +22,7 @@ from scipy.special import ndtri
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.diagnostic_checks import Check, first_case, status_of
 from axisid.estimation.law_replay import hides_command
-from axisid.estimation.records import Record, clock_of, evaluations_per_sample, period_conflict
+from axisid.estimation.records import Record, law_clock
 from axisid.estimation.regression import joint_p, lacking_law, lacking_loop, wald
 from axisid.estimation.thresholds import (
     COMPARISON_CUTOFF,
@@ -302,10 +302,9 @@ def _incomparable(
     axis: GeneratedAxis, law: ControlLaw, record: Record
 ) -> LawAgreement | Missing | None:
     """Why a record is not compared with a law, or is of another one by its period alone."""
-    clock = clock_of(record)
     # The period is the only thing of a law that can be checked without a reference.
-    apart = period_conflict(law, record.period, clock)
-    if apart is not None and not apart.confirmed:
+    clock = law_clock(law, record)
+    if clock.doubt:
         # A law of differences has other gains at another period, and its record another time.
         return LawAgreement(
             factors={},
@@ -313,10 +312,9 @@ def _incomparable(
             fitted_residual_percent=None,
             delay=0,
             passed=False,
-            meaning=apart.note,
+            meaning=clock.doubt,
         )
-    clocks = f"{apart.note}; " if apart is not None else ""
-    no_ratio = apart is not None or evaluations_per_sample(law, record.period, clock) is None
+    clocks = f"{clock.confirmed}; " * bool(clock.confirmed)
     lacking = lacking_loop(axis, record)
     why = first_case(
         (lacking is not None, f"{clocks}{lacking}"),
@@ -331,7 +329,7 @@ def _incomparable(
             "no position was recorded; the velocity's integral drifts away from it",
         ),
         (
-            clock.step != 1 and no_ratio,
+            clock.resampled and (clock.ratio is None or bool(clock.confirmed)),
             f"the record was resampled at {1 / record.period:.6g} Hz, the control law runs at "
             f"{1 / law.period:.6g} Hz",
         ),
