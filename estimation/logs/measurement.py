@@ -3,10 +3,8 @@
 Of a bag the joints of JointState messages are read, all counted from one origin.
 """
 
-import gc
 import logging
 import os
-import sys
 import textwrap
 from collections import Counter
 from collections.abc import Iterator
@@ -40,25 +38,12 @@ def read_mdf(file: Path, room: Room) -> Table:
         It is damaged, unfolds to more than there is room for, or asammdf is not installed.
     """
     asammdf = library("asammdf", "mdf", file)
-    with refusing(f"{file} cannot be read as an MDF file (write it anew)"):
-        try:
-            with asammdf.MDF(file) as mdf:
-                builder = _mdf_columns(mdf, room)
-        except Exception as error:
-            _let_go(error)
-            raise
+    with (
+        refusing(f"{file} cannot be read as an MDF file (write it anew)"),
+        asammdf.MDF(file) as mdf,
+    ):
+        builder = _mdf_columns(mdf, room)
     return builder.table(str(file), advice="record channels of numbers")
-
-
-def _let_go(error: BaseException) -> None:
-    """Drop what an error holds on to; asammdf's half-made objects complain when they go."""
-    hook = sys.unraisablehook
-    sys.unraisablehook = lambda _: None
-    try:
-        error.__traceback__ = error.__context__ = error.__cause__ = None
-        gc.collect()
-    finally:
-        sys.unraisablehook = hook
 
 
 def _mdf_columns(mdf: Any, room: Room) -> TableBuilder:
@@ -180,7 +165,6 @@ def _warnings(handler: logging.Handler) -> Iterator[list[str]]:
         handler.removeFilter(kept)
 
 
-_EPOCH = 10**17  # ns since 1970, below which a stamp is of a clock of its own: three years
 _JOINT_STATE = "sensor_msgs/msg/JointState"
 
 
@@ -189,7 +173,7 @@ def read_bag(path: Path, room: Room) -> Table:
 
     Columns are ``JOINT.position``, ``JOINT.velocity`` and ``JOINT.effort``, before them the topic
     where several have such messages. Times are those of the messages' headers, or of a topic
-    without such times those of recording, and count from the earliest of all topics.
+    whose headers lack some those of recording, and count from the earliest of all topics.
 
     Raises
     ------
@@ -208,20 +192,17 @@ def read_bag(path: Path, room: Room) -> Table:
         others = sorted({c.msgtype for c in reader.connections})
         names = dict.fromkeys(c.topic for c in reader.connections if c.msgtype == _JOINT_STATE)
         topics = {topic: _joints(reader, topic, room) for topic in names}
-    stamped = (times[~lost] for times, lost, *_ in topics.values())
-    origin = min((int(stamps.min()) for stamps in stamped if len(stamps)), default=0)
+    origin = min((int(times.min()) for times, *_ in topics.values() if len(times)), default=0)
     builder = TableBuilder(room=room)
-    for topic, (times, lost, note, joints) in topics.items():
+    for topic, (times, note, joints) in topics.items():
         before = f"{topic.strip('/')}." if len(topics) > 1 else ""
         for name, values in joints.items():
             rows = sorted(values, key=lambda row: times[row])
             # Counted in integers first, or a double would lose the nanoseconds.
-            clock = (times[rows] - origin).astype(np.float64) * 1e-9
-            clock[lost[rows]] = np.nan
             builder.add(
                 f"{before}{name}",
                 [values[row] for row in rows],
-                clock=clock,
+                clock=(times[rows] - origin).astype(np.float64) * 1e-9,
                 note=f"{topic}: {note}",
             )
     return builder.table(
@@ -247,11 +228,10 @@ def bag_of(path: Path) -> Path:
 
 def _joints(
     reader: Any, topic: str, room: Room
-) -> tuple[NDArray[np.int64], NDArray[np.bool_], str, dict[str, dict[int, float]]]:
-    """Times of a topic's messages, ns, which have none, what these are, and values of joints.
+) -> tuple[NDArray[np.int64], str, dict[str, dict[int, float]]]:
+    """Times of a topic's messages, ns, what these are, and values by joint and message.
 
-    One without a time has that of the message before it, behind which it stays. Values are by
-    joint and message.
+    Where a header of the topic has no time, all times are those of recording.
     """
     chosen = [c for c in reader.connections if c.topic == topic and c.msgtype == _JOINT_STATE]
     recorded, stamps = [], []
@@ -265,15 +245,11 @@ def _joints(
             for kind in ("position", "velocity", "effort"):
                 for value in getattr(message, kind)[k : k + 1]:  # which may be empty
                     joints.setdefault(f"{joint}.{kind}", {})[row] = value
-    times, note = np.array(stamps, dtype=np.int64), "time of the messages' headers"
-    if not times.any():
-        times = np.array(recorded, dtype=np.int64)
-        note = "its messages have no time, so that of their recording"
-    lost = times == 0
-    if lost.sum() == 1 and times.max() < _EPOCH:  # a clock that begins at zero
-        lost[:] = False
-    note += f"; {lost.sum()} of {len(times)} have none" if lost.any() else ""
-    times = times[np.maximum.accumulate(np.where(lost, 0, np.arange(len(times))))]
+    note = "time of the messages' headers"
+    if 0 in stamps[1:]:  # a clock may begin at zero
+        stamps = recorded
+        note = "not all of its messages have a time, so that of their recording"
+    times = np.array(stamps, dtype=np.int64)
     early = int(np.sum(times < np.maximum.accumulate(times)))
     note += f"; {early} of {len(times)} came after later ones and were sorted" if early else ""
-    return times, lost, note, joints
+    return times, note, joints
