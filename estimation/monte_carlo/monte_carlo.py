@@ -6,7 +6,7 @@ alone, so that their estimates have one bias, and deviations that lack as much.
 """
 
 import contextlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
@@ -27,83 +27,63 @@ from axisid.estimation.choices import (
     method_names,
 )
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels
-from axisid.estimation.identification import check_choices, identify, requested_methods
-from axisid.estimation.records import Record
+from axisid.estimation.identification import check_choices, requested_methods
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_plan
 from axisid.modeling.declaration import Axis, Move
 from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError, EstimationError, UsageError, is_whole, quoted, refuse
+from axisid.support.errors import EstimationError, UsageError, is_whole, quoted, refuse
 from axisid.support.jobs import Failure, pace, run_jobs
 from axisid.support.progress import Progress
 
-from .plan import MonteCarloPlan, noise_of, twin_of, twins
+from .plan import MonteCarloPlan, noise_of, twin_of
 from .result import MonteCarlo
 from .runs import (
     INTERVALS,
     BlockNumbers,
     Estimand,
     block_numbers,
-    estimand_numbers,
     joined,
     lost_block,
+    twin_numbers,
 )
 
 _RUNS = 16  # whose twins tell it
-_OF_HAC = 2 + 3 * INTERVALS.index("hac")
-
+_HAC = 2 + 3 * INTERVALS.index("hac")
 
 #: Bias, and scales of the HAC deviation and of its interval, (3,), of what is estimated.
 Calibrations = Mapping[Estimand, Array]
+_NONE = np.array([0.0, 1.0, 1.0])
 
 
+@np.errstate(all="ignore")  # of runs without an estimate
 def study_calibrations(plan: MonteCarloPlan) -> Calibrations:
-    """By twins of the first runs that have any; of nothing where none has."""
-    by_estimand: dict[Estimand, list[tuple[float, float, float]]] = {}
-    first = twins(plan, range(min(_RUNS, plan.runs))) if plan.bootstrap else ()
-    for _, record in first:
-        if isinstance(record, Record):
-            for estimand, of_one in _calibrations_of(plan, record):
-                by_estimand.setdefault(estimand, []).append(of_one)
-    return {estimand: np.mean(of_each, axis=0) for estimand, of_each in by_estimand.items()}
-
-
-def _calibrations_of(
-    plan: MonteCarloPlan, record: Record
-) -> Iterator[tuple[Estimand, tuple[float, float, float]]]:
-    """Bias and scales of one run, without methods that have no twins."""
-    for method in plan.regressions:
-        try:
-            with_twins, without = (
-                identify(plan.axis, record, plan.prefilter, [method], **of)
-                for of in ({**plan.settings, "bootstrap": n} for n in (plan.bootstrap, 0))
-            )
-        except AxisidError:
-            continue
-        if with_twins[method].filter_bias is None:
-            continue
-        plain = dict(estimand_numbers(without))
-        for estimand, found in estimand_numbers(with_twins):
-            (one, low, high), (other, *ends) = (
-                own[_OF_HAC : _OF_HAC + 3] for own in (found, plain[estimand])
-            )
-            scales = (one / other, (high - low) / (ends[1] - ends[0])) if other > 0 else (1.0, 1.0)
-            yield estimand, (found[0] - found[1], *scales)
+    """By the first runs, with twins and without; of nothing where there are none."""
+    if not (plan.bootstrap and plan.regressions):
+        return {}
+    first, own = range(min(_RUNS, plan.runs)), replace(plan, methods=plan.regressions, checks=0)
+    both = joined([twin_numbers(own, first), block_numbers(own, first)])
+    found, plain = np.split(both.numbers, 2)
+    widths = (found[..., _HAC + 2] - found[..., _HAC + 1]) / (
+        plain[..., _HAC + 2] - plain[..., _HAC + 1]
+    )
+    figures = found[..., 0] - found[..., 1], found[..., _HAC] / plain[..., _HAC], widths
+    means = np.ma.masked_invalid(np.stack(figures, axis=-1)).mean(axis=0).filled(_NONE)
+    return dict(zip(both.estimands, means, strict=True))
 
 
 def calibrated_runs(numbers: BlockNumbers, calibrations: Calibrations, judged: int) -> BlockNumbers:
     """The numbers of runs, calibrated from the first that has no twins of its own on."""
     changed, first = numbers.numbers.copy(), int(np.searchsorted(numbers.runs, judged))
-    for place, estimand in enumerate(numbers.estimands):
-        if estimand in calibrations:
-            bias, scale, width = calibrations[estimand]
-            numbers_of_one = changed[first:, place]
-            numbers_of_one[:, 1] = numbers_of_one[:, 0] - bias
-            numbers_of_one[:, 3::3] -= bias
-            numbers_of_one[:, 4::3] -= bias
-            numbers_of_one[:, _OF_HAC] *= scale
-            ends = numbers_of_one[:, _OF_HAC + 1 : _OF_HAC + 3]
-            ends[:] = numbers_of_one[:, 1:2] + (ends - numbers_of_one[:, 1:2]) * width
+    known = [calibrations.get(estimand, _NONE) for estimand in numbers.estimands]
+    bias, scale, width = np.reshape(known, (-1, 3)).T
+    own = changed[first:]
+    own[..., 1] -= bias
+    own[..., 3::3] -= bias[:, None]
+    own[..., 4::3] -= bias[:, None]
+    own[..., _HAC] *= scale
+    corrected, ends = own[..., 1:2], own[..., _HAC + 1 : _HAC + 3]
+    ends[:] = corrected + (ends - corrected) * width[:, None]
     return replace(numbers, numbers=changed)
 
 

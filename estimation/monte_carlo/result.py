@@ -20,7 +20,7 @@ from axisid.estimation.raw_tables import library, npz_bytes, parquet_bytes
 from axisid.estimation.simulation import twin_plan
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.support.arrays import Array, Exact, Uncached
-from axisid.support.errors import UsageError, quoted
+from axisid.support.errors import UsageError
 from axisid.support.files import write_file
 from axisid.support.presentable import Presentable
 from axisid.support.version import __version__
@@ -136,23 +136,6 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
             status = "failed" if whole else "partly" if lost else "ok"
             found[run] = status, "; ".join(f"{each.of}: {each.reason}" for each in of_run)
         return found
-
-    def status(self, run: int) -> str:
-        """Whether a run gave all estimates: ``ok``, ``partly`` or ``failed``."""
-        return self._outcome(run)[0]
-
-    def reason(self, run: int) -> str:
-        """Why it did not, by method; empty where it did."""
-        return self._outcome(run)[1]
-
-    def _outcome(self, run: int) -> tuple[str, str]:
-        if run not in self.outcomes:
-            raise UsageError(
-                f"there is no run {quoted(run)}; those that were done are "
-                f"{self.numbers.runs.min()} to {self.numbers.runs.max()}.",
-                code="result",
-            )
-        return self.outcomes[run]
 
     @cached_property
     def figures(self) -> tuple[EstimandFigures, ...]:

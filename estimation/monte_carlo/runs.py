@@ -163,9 +163,18 @@ def block_numbers(plan: MonteCarloPlan, block: range, threads: int | None = None
     """
     count = max(plan.checks - block.start, 0) if are_lanes(plan) else len(block)
     alone, side_by_side = block[:count], block[count:]
-    runs = [_run(plan, run, record) for run, record in twins(plan, alone)]
+    runs = [
+        _run(plan, run, record, plan.bootstrap * (run < plan.checks))
+        for run, record in twins(plan, alone)
+    ]
     if side_by_side:
         runs += _lane_runs(plan, side_by_side, threads)
+    return joined([run.numbers() for run in runs])
+
+
+def twin_numbers(plan: MonteCarloPlan, block: range) -> BlockNumbers:
+    """The same of runs each of which has twins of its own."""
+    runs = (_run(plan, run, record, plan.bootstrap) for run, record in twins(plan, block))
     return joined([run.numbers() for run in runs])
 
 
@@ -191,12 +200,12 @@ def _lane_runs(plan: MonteCarloPlan, runs: range, threads: int | None) -> Iterat
         yield run
 
 
-def _run(plan: MonteCarloPlan, number: int, record: Record | str) -> _Run:
+def _run(plan: MonteCarloPlan, number: int, record: Record | str, bootstrap: int) -> _Run:
     run, is_judged = _Run(number), number < plan.checks
     if isinstance(record, str):
         run.lost(SIMULATION, record)
         return run
-    result = _identified(plan, run, record, plan.bootstrap if is_judged else 0)
+    result = _identified(plan, run, record, bootstrap)
     if result is not None:
         if is_judged:
             with run.losing(VERDICT):

@@ -140,8 +140,8 @@ def test_bias_scatter_and_coverage_are_those_of_the_numbers() -> None:
     assert found == pytest.approx((2 / 3, scatter / np.sqrt(3), scatter))
     assert (figures.runs, figures.deviations) == (3, {"hac": 1.0})
     assert figures.coverage == {"hac": Share(2, 3)}
-    assert [made.status(run) for run in (0, 3)] == ["ok", "failed"]
-    assert made.reason(3) == "idm-iv: singular"
+    assert made.outcomes[0] == ("ok", "")
+    assert made.outcomes[3] == ("failed", "idm-iv: singular")
     assert made.lost == {"idm-iv": {"singular": 1}}
     (check,) = made.check_figures
     assert (check.fails, check.passes, check.missing) == (Share(1, 2), Share(1, 2), Share(0, 2))
@@ -175,8 +175,9 @@ def test_the_more_intervals_there_are_the_further_one_must_be_off() -> None:
 def test_what_one_method_refuses_costs_the_others_nothing() -> None:
     crank = build(load_axis("crank"))
     made = monte_carlo(crank, 1, ["ddm-ls", "idm-ls"], moves=MOVES, checks=0)
-    assert ({each.method for each in made}, made.status(0)) == ({"idm-ls"}, "partly")
-    assert "direct regressor" in made.reason(0)
+    status, reason = made.outcomes[0]
+    assert ({each.method for each in made}, status) == ({"idm-ls"}, "partly")
+    assert "direct regressor" in reason
 
 
 def test_another_axis_may_be_simulated_than_is_identified(emps: GeneratedAxis) -> None:
@@ -395,4 +396,4 @@ def test_what_a_fit_refuses_is_a_failure_of_its_own(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(runs, "fit", refused)
     found = study(2, ("idm-ls", "fit:control"), moves=LONG_MOVES)
     assert found.lost == {"fit:control": {"no end.": 2}}
-    assert ({each.method for each in found}, found.status(1)) == ({"idm-ls"}, "partly")
+    assert ({each.method for each in found}, found.outcomes[1][0]) == ({"idm-ls"}, "partly")
