@@ -420,22 +420,118 @@ def simulate_lanes(
     threads : int, optional
         As in `simulate_batch`.
     """
-    looked_at = () if substeps or has_constant_substeps(axis) else visited_signals(axis)
+    theta, period = np.ascontiguousarray(parameters), inputs.period
+    inputs = replace(inputs, start=lane_starts(axis, theta, inputs), log=None)
+    fixed = bool(substeps) or has_constant_substeps(axis)
+    looked_at = () if fixed else visited_signals(axis)
     between = () if inputs.clocks is None else (name for name in SIGNALS if name != "control")
-    by_system = hasattr(os, "sched_getaffinity")
-    processors = len(os.sched_getaffinity(0)) if by_system else os.cpu_count() or 1
-    batch = _Batch(
-        axis=axis,
-        parameters=np.ascontiguousarray(parameters),
-        inputs=replace(inputs, start=lane_starts(axis, parameters, inputs), log=None),
-        wanted=list(dict.fromkeys([*wanted, *looked_at, *between])),
-        threads=threads or processors,
-    )
-    out, failures = batch.run(substeps)
+    shape = len(inputs.reference), len(theta)
+    out = {name: np.empty(shape) for name in [*wanted, *looked_at, *between]}
+    most = MOST_SUBSTEPS if substeps else most_substeps(len(inputs.reference))
+    well, counts = _first_steps(axis, theta, inputs, substeps)
+    well &= counts <= most
+    pending = np.flatnonzero(well)
+    while pending.size:
+        # Lanes that ask for more steps in a sample run apart, and do not slow the others.
+        for count in np.unique(counts[pending]):
+            group = pending[counts[pending] == count]
+            well[group] = _run_into(out, axis, theta, inputs, group, int(count), threads)
+        pending = pending[well[pending] & (not fixed)]
+        visited = {name: out[name] for name in looked_at}
+        needed = np.array(
+            [
+                substeps_along(
+                    axis, theta[lane], _of_lane(visited, lane), period, inputs.lanes(lane).signals
+                )[0]
+                for lane in map(int, pending)
+            ],
+            dtype=np.int64,
+        )
+        more = needed > counts[pending]
+        well[pending[more & (counts[pending] >= most)]] = False
+        counts[pending] = np.maximum(counts[pending], np.minimum(needed, most))
+        pending = pending[more & well[pending]]
+    # What no lane beside others can be told of is done alone: a start that is refused, a range that
+    # is too narrow, steps that are too many, and all of them where nothing is compiled.
+    failures: dict[int, str] = {}
+    for lane in map(int, np.flatnonzero(~well)):
+        signals = dict[str, Array]()
+        try:
+            signals, counts[lane], failures[lane] = settled_loop(
+                axis, theta[lane], inputs.lanes(lane), substeps=substeps, bounded=True
+            )
+        except AxisidError as error:
+            failures[lane] = str(error)
+        for name, values in out.items():
+            values[:, lane] = signals.get(name, np.nan)
+    if inputs.clocks is not None:
+        sampled = [
+            at_log_samples(
+                axis, theta[lane], _of_lane(out, lane), inputs.lanes(lane), int(counts[lane])
+            )
+            for lane in range(len(theta))
+        ]
+        out = {name: np.column_stack([lane[name] for lane in sampled]) for name in out}
     return BatchSimulation(
         signals={name: out[name] for name in wanted},
-        failures=dict(sorted(failures.items())),
+        failures={lane: why for lane, why in failures.items() if why},
     )
+
+
+def _first_steps(
+    axis: GeneratedAxis, parameters: Array, inputs: LoopInputs, substeps: int | None
+) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
+    """Which lanes can start beside others, and the steps of each at first."""
+    has_mass, friction_holds, rates = at_rest(
+        axis, parameters, inputs.start.position, inputs.first_signals
+    )
+    low, high = np.array([(p.lower, p.upper) for p in axis.axis.parameters]).T
+    inside = ((low <= parameters) & (parameters <= high)).all(axis=1)
+    remembers = [not states_refusal(axis, own) for own in parameters]
+    well = inside & has_mass & friction_holds & remembers
+    counts = steps_by_rate(axis, np.where(well, rates, 0.0), inputs.period)
+    return well, np.full_like(counts, substeps) if substeps else counts
+
+
+def _run_into(
+    out: dict[str, Array],
+    axis: GeneratedAxis,
+    parameters: Array,
+    inputs: LoopInputs,
+    group: NDArray[np.intp],
+    substeps: int,
+    threads: int | None,
+) -> NDArray[np.bool_]:
+    """Simulate a group of lanes into the signals of all; which of them came to the end."""
+    code = axis if inputs.gains is None else axis.loop or axis
+    library = code.native.library()
+    if library is None:
+        return np.zeros(len(group), dtype=bool)
+    every, theta = len(group) == len(parameters), parameters[group]
+    inputs = inputs if every else inputs.lanes(group)
+    by_system = hasattr(os, "sched_getaffinity")
+    processors = len(os.sched_getaffinity(0)) if by_system else os.cpu_count() or 1
+    status, _, signals = library.simulate_batch(
+        inputs.reference,
+        inputs.noise,
+        inputs.injected,
+        theta if inputs.gains is None else np.hstack([theta, inputs.gains]),
+        inputs.start,
+        inputs.settings(substeps),
+        [*out],
+        threads or processors,
+        lines(axis, inputs.signals, inputs.period),
+    )
+    if every:
+        out.update(signals)
+    else:
+        for name, values in signals.items():
+            out[name][:, group] = values
+    return np.asarray(status == 0)
+
+
+def _of_lane(signals: Mapping[str, Array], lane: int) -> dict[str, Array]:
+    return {name: np.ascontiguousarray(values[:, lane]) for name, values in signals.items()}
 
 
 def settled_substeps(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> int | None:
@@ -462,115 +558,3 @@ def settled_substeps(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs)
     except AxisidError:
         return None
     return None if failed else min(steps, most)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Batch:
-    """What the groups of lanes of a batch share."""
-
-    axis: GeneratedAxis
-    parameters: Array
-    inputs: LoopInputs
-    wanted: Sequence[str]
-    threads: int
-
-    def run(self, substeps: int | None) -> tuple[dict[str, Array], dict[int, str]]:
-        """Simulate every lane; its signals at the samples of the log, (N, B) each, and failures.
-
-        What no lane beside others can be told of is done alone: a start that is refused, a range
-        that is too narrow, steps that are too many, and all of them where nothing is compiled.
-        """
-        axis, lanes = self.axis, range(len(self.parameters))
-        most = MOST_SUBSTEPS if substeps else most_substeps(len(self.inputs.reference))
-        fixed = substeps is not None or has_constant_substeps(axis)
-        well, counts = self._first_steps(substeps)
-        well &= counts <= most
-        shape = len(self.inputs.reference), len(self.parameters)
-        out, pending = {name: np.empty(shape) for name in self.wanted}, np.flatnonzero(well)
-        while pending.size:
-            # Lanes that ask for more steps in a sample run apart, and do not slow the others.
-            for count in np.unique(counts[pending]):
-                group = pending[counts[pending] == count]
-                well[group] = self._run_into(out, group, int(count))
-            pending = pending[well[pending] & (not fixed)]
-            needed = np.array([self._needed(out, int(lane)) for lane in pending], dtype=np.int64)
-            more = needed > counts[pending]
-            well[pending[more & (counts[pending] >= most)]] = False
-            counts[pending] = np.maximum(counts[pending], np.minimum(needed, most))
-            pending = pending[more & well[pending]]
-        failures: dict[int, str] = {}
-        for lane in map(int, np.flatnonzero(~well)):
-            signals, given = dict[str, Array](), (self.parameters[lane], self.inputs.lanes(lane))
-            try:
-                signals, counts[lane], failures[lane] = settled_loop(
-                    axis, *given, substeps=substeps, bounded=True
-                )
-            except AxisidError as error:
-                failures[lane] = str(error)
-            for name, values in out.items():
-                values[:, lane] = signals.get(name, np.nan)
-        if self.inputs.clocks is not None:
-            sampled = [
-                at_log_samples(
-                    axis,
-                    self.parameters[lane],
-                    _of_lane(out, lane),
-                    self.inputs.lanes(lane),
-                    int(counts[lane]),
-                )
-                for lane in lanes
-            ]
-            out = {name: np.column_stack([lane[name] for lane in sampled]) for name in out}
-        return out, {lane: why for lane, why in failures.items() if why}
-
-    def _first_steps(self, substeps: int | None) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
-        """Which lanes can start beside others, and the steps of each at first."""
-        axis, start = self.axis, self.inputs.start.position
-        has_mass, friction_holds, rates = at_rest(
-            axis, self.parameters, start, self.inputs.first_signals
-        )
-        low, high = np.array([(p.lower, p.upper) for p in axis.axis.parameters]).T
-        inside = ((low <= self.parameters) & (self.parameters <= high)).all(axis=1)
-        remembers = [not states_refusal(axis, own) for own in self.parameters]
-        well = inside & has_mass & friction_holds & remembers
-        counts = steps_by_rate(axis, np.where(well, rates, 0.0), self.inputs.period)
-        return well, np.full_like(counts, substeps) if substeps else counts
-
-    def _needed(self, out: Mapping[str, Array], lane: int) -> int:
-        inputs, names = self.inputs.lanes(lane), visited_signals(self.axis)
-        visited = _of_lane({name: out[name] for name in names}, lane)
-        theta = self.parameters[lane]
-        return substeps_along(self.axis, theta, visited, inputs.period, inputs.signals)[0]
-
-    def _run_into(
-        self, out: dict[str, Array], group: NDArray[np.intp], substeps: int
-    ) -> NDArray[np.bool_]:
-        """Simulate a group of lanes into the signals of all; which of them came to the end."""
-        inputs, every = self.inputs, len(group) == len(self.parameters)
-        code = self.axis if inputs.gains is None else self.axis.loop or self.axis
-        library = code.native.library()
-        if library is None:
-            return np.zeros(len(group), dtype=bool)
-        theta = self.parameters[group]
-        inputs = inputs if every else inputs.lanes(group)
-        status, _, signals = library.simulate_batch(
-            inputs.reference,
-            inputs.noise,
-            inputs.injected,
-            theta if inputs.gains is None else np.hstack([theta, inputs.gains]),
-            inputs.start,
-            inputs.settings(substeps),
-            self.wanted,
-            self.threads,
-            lines(self.axis, inputs.signals, inputs.period),
-        )
-        if every:
-            out.update(signals)
-        else:
-            for name, values in signals.items():
-                out[name][:, group] = values
-        return np.asarray(status == 0)
-
-
-def _of_lane(signals: Mapping[str, Array], lane: int) -> dict[str, Array]:
-    return {name: np.ascontiguousarray(values[:, lane]) for name, values in signals.items()}
