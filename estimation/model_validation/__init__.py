@@ -8,7 +8,6 @@ from .candidate import (
     Candidate as Candidate,
     Criteria as Criteria,
     NestedTest as NestedTest,
-    ParameterSignificance as ParameterSignificance,
 )
 from .comparison import Comparison as Comparison, compare as compare
 from .cutoff_sweep import Sweep as Sweep, default_cutoffs as default_cutoffs, sweep as sweep

@@ -7,6 +7,8 @@ percent, of the smallest held-out error, the one with the fewest parameters.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
+import numpy as np
+
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.estimation.choices import (
     INSTRUMENT_STARTS,
@@ -41,8 +43,8 @@ from axisid.support.errors import (
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
 
-from .candidate import Candidate, NestedTest, candidate, nested_tests
-from .held_out import contiguous_blocks, regression_rows
+from .candidate import Candidate, NestedTest, criteria, nested_tests
+from .held_out import contiguous_blocks, held_out_equation, regression_rows
 
 # of the least held-out error, however precise both are: it is not worth a parameter
 _EQUAL_ERROR = 1.01
@@ -198,7 +200,18 @@ def compare(
             )
             estimate, lead = found[method], "with a tenth of the rows held out, "
             blocks = contiguous_blocks(len(estimate.y), gap, len(estimate.physical))
-            candidates.append(candidate(name, own, estimate, blocks))
+            rows = regression_rows(estimate)
+            signal = float(np.linalg.norm(estimate.weights * estimate.y))
+            with np.errstate(all="ignore"):
+                candidates.append(
+                    Candidate(
+                        name=name,
+                        axis=axis,
+                        estimate=estimate,
+                        criteria=criteria(rows),
+                        equation=held_out_equation(rows, blocks, signal),
+                    )
+                )
             fits[name] = found
         except (EstimationError, ModelError) as error:
             failures[name] = f"{lead}{error!s}"

@@ -12,18 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.estimation_problem import Problem
-from axisid.estimation.regression import (
-    InverseForm,
-    Solution,
-    factor,
-    instrumental_variables,
-    least_squares,
-    search_bounds,
-)
+from axisid.estimation.regression import Solution, factor, instrumental_variables, least_squares
 from axisid.estimation.signals import RowTimes
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import DataError, EstimationError, Missing, ModelError
+from axisid.support.errors import DataError
 
 _MIN_TRAINING_ROWS_PER_PARAMETER = 5  # left to estimate from; with fewer no block is held out
 
@@ -64,17 +56,6 @@ class Regression:
             regressor=self.regressor[rows],
             instruments=None if self.instruments is None else self.instruments[rows],
             neighbours=self.neighbours[rows],
-        )
-
-    def without(self, *columns: int) -> "Regression":
-        """Without some parameters."""
-        return replace(
-            self,
-            regressor=np.delete(self.regressor, columns, axis=1),
-            instruments=None
-            if self.instruments is None
-            else np.delete(self.instruments, columns, axis=1),
-            names=tuple(name for i, name in enumerate(self.names) if i not in columns),
         )
 
     def solved(self, *, by_instruments: bool = True) -> Solution:
@@ -173,46 +154,16 @@ class HeldOut(Exact):
         return float(difference.mean()), float(np.std(difference, ddof=1)) / len(difference) ** 0.5
 
 
-def held_out_equation(
-    rows: Regression, blocks: Sequence[HeldOutBlock], signal: float
-) -> tuple[HeldOut, tuple[Array, ...]]:
-    """Errors of the equation, and the estimate (k,) that each block was predicted with.
+def held_out_equation(rows: Regression, blocks: Sequence[HeldOutBlock], signal: float) -> HeldOut:
+    """Errors of the equation, by the size of what all rows together have.
 
     Raises
     ------
     EstimationError
         Without some block the parameters cannot be told apart.
     """
-    estimates = tuple(rows.at(block.training).solved().theta for block in blocks)
-    tests = (rows.at(block.held_out) for block in blocks)
-    squares = [
-        float(np.sum((test.left - test.regressor @ theta) ** 2))
-        for test, theta in zip(tests, estimates, strict=True)
-    ]
-    return HeldOut(squares=np.array(squares), signal=signal), estimates
-
-
-def held_out_simulation(
-    problem: Problem, whole: Array, blocks: Sequence[HeldOutBlock], thetas: Sequence[Array]
-) -> HeldOut | Missing:
-    """Errors of the loops simulated over all records with each block's estimate, on its rows.
-
-    These are of the whole left side (n,), what no parameter scales included.
-
-    Nonlinear parameters are kept within their bounds: a linearised step may leave them.
-
-    Returns
-    -------
-    HeldOut or Missing
-        The reason where the loop cannot be simulated.
-    """
-    form, squares = problem.form(InverseForm), []
-    try:
-        for block, step in zip(blocks, thetas, strict=True):
-            theta = step if form.is_linear else np.clip(step, *search_bounds(problem.axis))
-            _, right = problem.simulated(form, form.physical(theta)[0])
-            error = (whole - right.regressor @ theta - right.intercept)[block.held_out]
-            squares.append(float(error @ error))
-    except (ModelError, DataError, EstimationError) as failure:
-        return Missing(str(failure))
-    return HeldOut(squares=np.array(squares), signal=float(np.linalg.norm(whole)))
+    squares = []
+    for block in blocks:
+        theta, test = rows.at(block.training).solved().theta, rows.at(block.held_out)
+        squares.append(float(np.sum((test.left - test.regressor @ theta) ** 2)))
+    return HeldOut(squares=np.array(squares), signal=signal)

@@ -254,13 +254,9 @@ def _of_comparison(result: Comparison) -> list[_Row]:
             "parameters": each.size,
             "equation_error_percent": each.estimate.equation_error_percent,
             "held_out_equation_error_percent": each.equation.error_percent,
-            "held_out_simulation_error_percent": None
-            if each.simulation is None
-            else each.simulation.error_percent,
             "log_likelihood": each.criteria.log_likelihood,
             "aic": each.criteria.aic,
             "bic": each.criteria.bic,
-            "tic": each.criteria.tic,
             "recommended": each.name == result.recommended,
         }
         for each in result.candidates

@@ -69,10 +69,8 @@ _Result = TypeVar("_Result")
 _OF_FILES = {
     "written_belief": "belief",
     "held_out_equation": "equation",
-    "held_out_simulation": "simulation",
     "interval_95": "interval",
     "not_evaluated": "missing",
-    "parameter_checks": "checks",
     "squares_by_block": "squares",
     "unsettled": "undetermined",
 }

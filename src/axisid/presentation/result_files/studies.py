@@ -13,7 +13,6 @@ from axisid.estimation.model_validation import (
     Criteria,
     MethodValidation,
     NestedTest,
-    ParameterSignificance,
     Sweep,
     Validation,
 )
@@ -116,9 +115,6 @@ class WrittenCandidate(JsonObject, frozen=True, kw_only=True):
     estimate: WrittenEstimate
     criteria: Criteria
     held_out_equation: WrittenHeldOut
-    held_out_simulation: WrittenHeldOut | None
-    no_simulation: Annotated[str | None, about("Why not.")]
-    parameter_checks: tuple[ParameterSignificance, ...]
 
 
 class WrittenHeldOutBlocks(JsonObject, frozen=True, kw_only=True):
@@ -187,7 +183,6 @@ def written_comparison(comparison: Comparison) -> WrittenComparison:
                 signature=each.axis.signature,
                 left_out=left_out(each.axis),
                 estimate=written_estimate(each.estimate),
-                no_simulation=each.reason,
             )
             for each in c.candidates
         ),

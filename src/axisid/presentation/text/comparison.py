@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from axisid.estimation.diagnostic_checks import Check
 from axisid.estimation.diagnostics import within_bounds
 from axisid.estimation.estimates import Value
-from axisid.estimation.model_validation import Candidate, Comparison, ParameterSignificance
+from axisid.estimation.model_validation import Candidate, Comparison
 from axisid.estimation.thresholds import SIGNIFICANCE_LEVEL
 from axisid.modeling.declaration import left_out_text
 from axisid.presentation.documents import (
@@ -22,7 +22,6 @@ from axisid.presentation.documents import (
     text_table,
 )
 from axisid.support.errors import Missing, or_dash
-from axisid.support.mappings import grouped
 
 from .record import force_told, records_facts, rows_text, set_aside_facts
 
@@ -34,27 +33,17 @@ _LACKING = "its parameters take up what it lacks, which other candidates have"
 def comparison_document(c: Comparison) -> Document:
     """Heading, estimates, errors, tests, the recommendation and the rows that all have."""
     nested = text_table(
-        ("nested model", "restrictions", "F", "p", "Wald/q, HAC", "p"),
+        ("nested model", "restrictions", "Wald/q, HAC", "p"),
         (
             (
                 f"{t.smaller} in {t.larger}",
                 str(t.restrictions),
-                or_dash(t.f, ".4g"),
-                _p(t.f_p),
                 or_dash(t.wald, ".4g"),
                 _p(t.wald_p),
             )
             for t in c.tests
         ),
     )
-    tested = "" if all(e.axis.is_linear for e in c.candidates) else "linear "
-    # A sentence for each parameter that the record does not need.
-    uninformed = [
-        Sentence(text=f"{check.name} of {e.name} carries no information: {_why(check, e)}.")
-        for e in c.candidates
-        for check in e.checks
-        if check.informed is False
-    ] or [Sentence(text=f"Every {tested}parameter of every candidate carries information.")]
     return (
         _heading(c),
         text_table(
@@ -71,17 +60,10 @@ def comparison_document(c: Comparison) -> Document:
         *((nested,) if c.tests else ()),
         Paragraph(
             sentences=(
-                *uninformed,
                 *(
                     Sentence(text=f"{t.smaller} in {t.larger} is not tested: {t.not_tested}.")
                     for t in c.tests
                     if t.not_tested
-                ),
-                *(
-                    Sentence(text=f"{check.name} of {e.name} is not judged: {check.not_tested}.")
-                    for e in c.candidates
-                    for check in e.checks
-                    if check.informed is None
                 ),
                 *(
                     Sentence(
@@ -132,14 +114,9 @@ def _short(value: Value | None) -> Cell:
 
 
 def _errors(candidates: Sequence[Candidate]) -> TableBlock:
-    least = {
-        name: min(getattr(c.criteria, name) for c in candidates) for name in ("aic", "bic", "tic")
-    }
+    least = {name: min(getattr(c.criteria, name) for c in candidates) for name in ("aic", "bic")}
     return text_table(
-        (
-            *("candidate", "k", "equation %", "held out %", "simul. %", "held out %"),
-            *("dAIC", "dBIC", "dTIC"),
-        ),
+        ("candidate", "k", "equation %", "held out %", "simul. %", "dAIC", "dBIC"),
         (
             (
                 c.name,
@@ -147,7 +124,6 @@ def _errors(candidates: Sequence[Candidate]) -> TableBlock:
                 or_dash(c.estimate.equation_error_percent, ".4f"),
                 or_dash(c.equation.error_percent, ".4f"),
                 or_dash(c.estimate.simulation_error_percent, ".4f"),
-                or_dash(None if c.simulation is None else c.simulation.error_percent, ".4f"),
                 *(
                     f"{above:.1f}" if math.isfinite(above) else "-"
                     for above in (getattr(c.criteria, name) - low for name, low in least.items())
@@ -164,26 +140,8 @@ def _p(value: float | None) -> str:
     return "<1e-16" if value < _SMALLEST_P else f"{value:.2g}"
 
 
-def _why(check: ParameterSignificance, candidate: Candidate) -> str:
-    zero = f"it may be zero (HAC p = {_p(check.p_value)})"
-    if check.without_percent is None:
-        return zero
-    errors = (
-        f"the held-out error is {check.without_percent:.5g} % without it, "
-        f"{candidate.equation.error_percent:.5g} % with it"
-    )
-    if check.p_value is None:
-        return errors
-    if check.p_value >= SIGNIFICANCE_LEVEL.value:
-        return f"{zero}; {errors}"
-    return f"{errors}, though zero is rejected (HAC p = {_p(check.p_value)})"
-
-
 def _remarks(c: Comparison) -> list[Sentence]:
     """Bounds and control laws that do not hold, what kept a candidate out, and what disagrees."""
-    shared = grouped((e.reason, e.name) for e in c.candidates if e.reason)
-    simulated = [(e.simulation.error_percent, e.name) for e in c.candidates if e.simulation]
-    least = min(simulated)[1] if simulated else None
     first, *others = c.candidates
     return [
         *(
@@ -202,7 +160,6 @@ def _remarks(c: Comparison) -> list[Sentence]:
             Sentence(text=f"{a} and {b} are the same model in different parameters, on these rows.")
             for a, b in c.same
         ),
-        *(Sentence(text=f"no simulation of {', '.join(of)}: {why}") for why, of in shared.items()),
         *(
             Sentence(
                 text=f"{e.name} and {first.name} have different control laws, so their simulation "
@@ -210,11 +167,6 @@ def _remarks(c: Comparison) -> list[Sentence]:
             )
             for e in others
             if e.axis.axis.control != first.axis.axis.control
-        ),
-        *(
-            []
-            if least in (None, c.recommended, *c.tied)
-            else [Sentence(text=f"The held-out simulation error is smallest for {least}.")]
         ),
     ]
 
