@@ -2,9 +2,9 @@
 
 The friction of a machine (`machines`, a simulator of its own) is 3 % larger or smaller over the
 position: as a sine of several lengths, or as a sawtooth; its phase differs from run to run. The
-axis is declared with plain Coulomb and viscous friction. ``hac`` is the 95 % interval, ``moves``
-the band of the jackknife over moves of one speed and direction alone, ``band`` the one that is
-told, and ``shown`` what a user goes by: the band where it is shown, the interval where it is not.
+axis is declared with plain Coulomb and viscous friction. ``hac`` is the 95 % interval, ``band``
+that of the jackknife, and ``shown`` what a user goes by: the band where it is shown, the interval
+where it is not.
 
     python benchmarks/model_error.py                a table
     python benchmarks/model_error.py --json -       one JSON object
@@ -21,12 +21,10 @@ from figures import give, parser_of
 from machines import Array, Machine, records, white
 
 from axisid import Identification, identify, read_record
-from axisid.estimation.lack_of_fit import JackknifeInterval, groupings, jackknife_intervals
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import back_and_forth
 
 VARIATION = 0.03
-_ONE_SPEED_AND_DIRECTION = "speed and direction"
 
 
 def _sawtooth(turns: Array) -> Array:
@@ -82,7 +80,7 @@ def coverage(shape: str, motion: str, *, runs: int, seed: int) -> dict[str, dict
     """Share of runs whose interval holds the truth, by interval and parameter."""
     machine, axis = machine_of(shape, runs, seed), declared_axis()
     truth = {"M": machine.mass, "Fv": machine.viscous, "Fc": machine.coulomb}
-    hits = {kind: dict.fromkeys(truth, 0) for kind in ("hac", "moves", "band", "shown")}
+    hits = {kind: dict.fromkeys(truth, 0) for kind in ("hac", "band", "shown")}
     for columns in records(machine, MOTIONS[motion](), runs, seed):
         result = identify(axis, read_record(columns, axis), methods=["idm-iv"])
         for name, value in truth.items():
@@ -96,17 +94,9 @@ def _intervals(result: Identification, name: str) -> dict[str, tuple[float, floa
     band = result.diagnosis.bands["idm-iv"][name]
     return {
         "hac": own,
-        "moves": _of_moves(result)[name].interval,
         "band": band.interval,
         "shown": band.interval if band.exceeds else own,
     }
-
-
-def _of_moves(result: Identification) -> dict[str, JackknifeInterval]:
-    """The bands over moves of one speed and direction alone."""
-    rows = result.preferred.rows.astype(np.intp)
-    ways = [way for way in groupings(result.data, rows) if way[0] == _ONE_SPEED_AND_DIRECTION]
-    return jackknife_intervals(result.estimates["idm-iv"], ways)
 
 
 def main() -> None:

@@ -8,8 +8,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-import numpy as np
-
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.diagnostic_checks import (
     DEFAULT_LEVELS,
@@ -395,15 +393,8 @@ def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | N
         return None
     coordinate = preferred.form.axis.axis.coordinate
     unit = coordinate.acceleration_unit if preferred.is_direct else coordinate.force_unit
-    noise, where = f"{found.noise:.2g} {unit} is noise", "wherever a move does"
-    again = f"repeats {where if found.period is None else f'every {found.period:.4g} s'}"
-    # From half as large again they are too wide for noise; without any there is no ratio.
-    low, high = min(found.hac_excess.values()), max(found.hac_excess.values())
-    times = f"{low:.2g}" if f"{low:.2g}" == f"{high:.2g}" else f"{low:.2g} to {high:.2g}"
-    too_wide = (
-        f"; HAC deviations are {times} times those of that noise, and say nothing of how far the "
-        "model's error moves the parameters"
-    ) * (low >= 1.5 and high < np.inf)
+    noise = f"{found.noise:.2g} {unit} is noise"
+    again = "repeats" if found.period is None else f"repeats every {found.period:.4g} s"
     return Check(
         name="lack of fit",
         status=status_of(not found.is_mostly_model, matters=False),
@@ -415,7 +406,7 @@ def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | N
         "row to row",
         meaning=f"{100 * found.share:.0f} % of what the model leaves is the model: "
         f"{found.repeated:.2g} {unit} ({100 * found.repeated / found.left:.2g} % of the "
-        f"{preferred.form.left}) {again}, {noise}{too_wide}"
+        f"{preferred.form.left}) {again}, {noise}"
         if found.is_mostly_model
         else f"{found.repeated:.2g} {unit} of what the model leaves {again} but jumps from "
         f"row to row, as the steps of an encoder do, {noise}"

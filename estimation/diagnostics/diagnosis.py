@@ -344,7 +344,7 @@ class Case:
         found = self.lack_of_fit
         noisy = found is None or not found.is_mostly_repeated
         # Estimates of one problem have the same rows.
-        ways = [*groupings(self.data, self.preferred.rows.astype(np.intp))]
+        ways = groupings(self.data, self.preferred.rows.astype(np.intp))
         return {n: jackknife_intervals(e, ways, noisy=noisy) for n, e in self.estimates.items()}
 
     @cached_property

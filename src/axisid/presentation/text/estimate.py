@@ -123,7 +123,7 @@ def moves_notes(document: WrittenIdentification) -> list[str]:
     )
     own = f" 95 % of {judged}: {listed}." if listed else ""
     notes.append(
-        f"{_OVER_MOVES}: how far a parameter scatters where a group of moves is left out "
+        f"{_OVER_MOVES}: how far a parameter scatters where a part of the motion is left out "
         "(jackknife), as the model's own error makes it, which is alike in moves that are alike; "
         f"the sd beside it supposes that what is left averages out over time, as noise does.{own}"
     )
@@ -131,9 +131,9 @@ def moves_notes(document: WrittenIdentification) -> list[str]:
 
 
 def _repeats(found: LackOfFit) -> str:
-    every = "" if found.period is None else f"Every {found.period:.4g} s the reference repeats"
+    every = "" if found.period is None else f"Every {found.period:.4g} s t"
     return (
-        f"{every or 'Moves repeat'}, up to {found.times} times ({found.rows} rows): "
+        f"{every or 'T'}he reference repeats, up to {found.times} times ({found.rows} rows): "
         f"{100 * max(found.share, 0.0):.0f} +- {100 * found.deviation:.1g} % of what is left there "
         "is left again each time; the rest is noise."
     )
