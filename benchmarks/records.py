@@ -17,7 +17,8 @@ from figures import give, parser_of
 
 from axisid import Record, identify, load_axis
 from axisid.codegen.generated_axes import GeneratedAxis, build
-from axisid.estimation.diagnostics import pooling_test
+from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS
+from axisid.estimation.diagnostics import RecordDifference, pooling_test
 from axisid.estimation.simulation import twin_record
 from axisid.modeling.declaration import Axis, leave_out
 from axisid.modeling.quantities import Parameter
@@ -148,9 +149,11 @@ def by_equality(other: float, runs: int) -> dict[str, float]:
         found = pooling_test(result.problem, result[METHOD])
         if isinstance(found, Missing):
             raise SystemExit(f"the records cannot be told apart: {found}")
-        rejected += bool(found.against)
-        named += found.against == (2,)
-        mass_alone += found.differing is not None and found.differing.of.names == ("M",)
+        odd = None if found.odd is None else found.records[found.odd]
+        if isinstance(odd, RecordDifference):
+            rejected += odd.matters(DEFAULT_LEVELS)
+            named += found.odd == 2
+            mass_alone += odd.differing(DEFAULT_LEVELS) == ("M",)
         chances.append(found.p_value)
     return {
         "runs": runs,

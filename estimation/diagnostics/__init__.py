@@ -44,13 +44,13 @@ from .excitation import (
     within_bounds as within_bounds,
 )
 from .records_alike import (
-    EstimateDifference as EstimateDifference,
     PoolingTest as PoolingTest,
     RecordDifference as RecordDifference,
     RecordRegressor as RecordRegressor,
     alike_check as alike_check,
     common_samples as common_samples,
     covariance_of_twins as covariance_of_twins,
+    difference_of as difference_of,
     pooling_test as pooling_test,
     records_alike as records_alike,
     repeated_check as repeated_check,

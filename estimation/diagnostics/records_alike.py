@@ -4,11 +4,8 @@ A record gets parameters of its own beside those of all: its columns of them, ze
 record, are added to the estimate, which is solved once more. What is found of them is the record's
 difference from the others; its covariance is that of twins, and without them HAC for rows, and for
 a fit that of its errors. ``d' V^-1 d`` is held against Hotelling's distribution with the degrees of
-freedom of that. A record that differs most keeps parameters of its own while those that are left
-are tested again: what one record does to the estimate of all would else speak against the others.
-
-Where one parameter differs, what is left of the difference is chance: parameters are named, the one
-that explains most first, until chance explains the rest, or it makes no output to speak of.
+freedom of that. One that is odd makes the others differ from a rest that it is part of, by less:
+that which differs most is named, with the parameters that differ by themselves.
 
 Samples may also be among records more than once: a record given twice, or an overlap. Two files of
 one recorder may hold the same samples, with times of their own: rows 1 to 10000 of a log, and rows
@@ -19,12 +16,12 @@ resampled the rows before are compared, where they are kept: those of columns of
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import stdtr
 
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Levels, first_case
 from axisid.estimation.estimates import Estimate, estimate_of_record
@@ -78,18 +75,6 @@ class RecordRegressor:
     instruments: Array
     size: float
 
-    def only(self, places: Sequence[int]) -> "RecordRegressor":
-        """Of some of the parameters."""
-        return replace(
-            self,
-            names=tuple(self.names[j] for j in places),
-            units=tuple(self.units[j] for j in places),
-            values=self.values[places],
-            slopes=self.slopes[places],
-            columns=self.columns[:, places],
-            instruments=self.instruments[:, places],
-        )
-
 
 #: An estimate of all, once more with further columns and their instruments, (N, q) each: its change
 #: from the estimate of all, and from zero, (m,), and the covariance and the degrees of freedom of
@@ -120,6 +105,7 @@ class RecordDifference:
         makes of its output.
     untold : tuple of str
         Parameters that the record alone does not tell.
+    units : mapping of str to str
     """
 
     own: Mapping[str, float]
@@ -130,6 +116,7 @@ class RecordDifference:
     p_value: float
     share_percent: float
     untold: tuple[str, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def distances(self) -> dict[str, float]:
@@ -140,117 +127,78 @@ class RecordDifference:
         """Whether it is beyond chance, and makes any force to speak of."""
         return self.p_value < levels.level and self.share_percent > 100 * levels.least_share
 
+    def differing(self, levels: Levels) -> tuple[str, ...]:
+        """Parameters that differ by themselves, by Bonferroni's rule; all where none does."""
+        q, freedom = len(self.own), sum(self.freedom) - 1
+        chances = {n: 2 * q * float(stdtr(freedom, -abs(d))) for n, d in self.distances.items()}
+        return tuple(n for n, p in chances.items() if p < levels.level) or tuple(self.own)
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EstimateDifference:
-    """Parameters of a record, length p, beside those of the others.
-
-    Attributes
-    ----------
-    number : int
-        Of the record.
-    of : RecordRegressor
-        The record's, with values as the others have them without it.
-    difference : (p,) array
-        What the record alone has more.
-    covariances : tuple of (p, p) array
-        Of the difference, of the record's own and of the others'.
-    freedom : float
-    untold : tuple of str
-        Parameters that the record alone does not tell.
-    levels : Levels
-        From when on it tells something.
-    """
-
-    number: int
-    of: RecordRegressor
-    difference: Array
-    covariances: tuple[Array, ...]
-    freedom: float
-    untold: tuple[str, ...]
-    levels: Levels
-
-    def only(self, places: Sequence[int]) -> "EstimateDifference":
-        """Of some of the parameters, whatever the others are."""
-        return replace(
-            self,
-            of=self.of.only(places),
-            difference=self.difference[places],
-            covariances=tuple(each[np.ix_(places, places)] for each in self.covariances),
-        )
-
-    @property
-    def explained(self) -> "EstimateDifference":
-        """The fewest parameters that explain it, one at least."""
-        rest, chosen = [*range(len(self.difference))], list[int]()
-        while not chosen or (rest and self.only(rest).apart.matters(self.levels)):
-            best = min(rest, key=lambda j: self.only([i for i in rest if i != j]).square)
-            rest.remove(best)
-            chosen.append(best)
-        return self.only(chosen)
-
-    @property
-    def changed(self) -> tuple[str, ...]:
-        """Parameters that are others; none where it is chance, or makes no force to speak of."""
-        return self.explained.of.names if self.apart.matters(self.levels) else ()
-
-    @property
-    def square(self) -> float:
-        """``d' V^-1 d``."""
-        return wald(self.difference, self.covariances[0])[0]
-
-    @property
-    def apart(self) -> RecordDifference:
-        """The test of it."""
-        q, square, names = len(self.difference), self.square, self.of.names
-        return RecordDifference(
-            own=dict(zip(names, self.of.values + self.difference, strict=True)),
-            common=dict(zip(names, self.of.values, strict=True)),
-            deviations=dict(zip(names, _deviations(self.covariances[0]), strict=True)),
-            statistic=square / q,
-            freedom=(float(q), self.freedom - q + 1),
-            p_value=joint_p(square, q, self.freedom),
-            share_percent=relative_error_percent(
-                self.of.columns @ self.difference, np.array([self.of.size])
-            ),
-            untold=self.untold,
-        )
-
-    def told(self, whose: str, rest: str) -> str:
-        """What each parameter is in the record and in the others."""
-        of, own = self.of, self.of.values + self.difference
-        deviations, other_deviations = map(_deviations, self.covariances[1:])
-        figures = zip(of.names, own, deviations, of.units, of.values, other_deviations, strict=True)
+    def told(self, names: Sequence[str], whose: str, rest: str) -> str:
+        """What parameters are in the record and in the others."""
         first, *further = (
-            f"{name} is {value:.4g} +- {sd:.1g} {unit} in {whose} and {other:.4g} +- {other_sd:.1g}"
-            for name, value, sd, unit, other, other_sd in figures
+            f"{n} is {self.own[n]:.4g} {self.units[n]} in {whose} and {self.common[n]:.4g} in "
+            f"{rest} ({self.own[n] - self.common[n]:+.2g} +- {self.deviations[n]:.1g})"
+            for n in names
         )
-        load = ", as under another load" * any(unit in _LOAD_UNITS for unit in of.units)
-        return ", ".join([f"{first} in {rest}", *further]) + load
+        load = ", as under another load" * any(self.units[n] in _LOAD_UNITS for n in names)
+        return ", ".join([first, *further]) + load
+
+
+def difference_of(
+    of: RecordRegressor,
+    common: Array,
+    difference: Array,
+    covariance: Array,
+    freedom: float,
+    untold: Sequence[str] = (),
+) -> RecordDifference:
+    """What a record has more of its q parameters than the others, and the test of that.
+
+    Parameters
+    ----------
+    of : RecordRegressor
+    common, difference : (q,) array
+        As the others have them, and what the record has more.
+    covariance : (q, q) array
+        Of the difference.
+    freedom : float
+    untold : sequence of str
+        Parameters that the record alone does not tell.
+    """
+    names, q = of.names, len(difference)
+    square = wald(difference, covariance)[0]
+    deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return RecordDifference(
+        own=dict(zip(names, common + difference, strict=True)),
+        common=dict(zip(names, common, strict=True)),
+        deviations=dict(zip(names, deviations, strict=True)),
+        statistic=square / q,
+        freedom=(float(q), freedom - q + 1),
+        p_value=joint_p(square, q, freedom),
+        share_percent=relative_error_percent(of.columns @ difference, np.array([of.size])),
+        untold=tuple(untold),
+        units=dict(zip(names, of.units, strict=True)),
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PoolingTest:
-    """Whether several records may be pooled: one against the others.
+    """Whether several records may be pooled: each against the others.
 
     Attributes
     ----------
     records : tuple of RecordDifference or Missing
         By record: beside all of the others; missing where one alone does not tell the parameters.
-    against : tuple of int
-        Records that speak against the rest, the one that does most first; none whose difference
-        makes no force to speak of.
+    odd : int or None
+        The record that differs most, one that makes any force to speak of first; None where chance
+        explains all.
     p_value : float
-        The least of those that were tested first, allowed for their number.
-    differing : EstimateDifference or None
-        The parameters of the first that speaks against the rest, or of the one that differs most,
-        that are not theirs; None where chance explains it.
+        The least of them, allowed for their number.
     """
 
     records: tuple[RecordDifference | Missing, ...]
-    against: tuple[int, ...]
+    odd: int | None
     p_value: float
-    differing: EstimateDifference | None = None
 
 
 def pooling_test(
@@ -339,31 +287,20 @@ def records_alike(
         Solves the estimate of all once more, see `Solved`.
     levels : Levels
     """
-    tested = partial(_tested, instruments, records, extended, levels)
-    left, aside, against = [*range(len(records))], list[int](), list[int]()
-    differences = {i: tested((), i) for i in left}
-    first = tuple(e if isinstance(e, Missing) else e.apart for e in differences.values())
-    chances = [each.p_value for each in first if isinstance(each, RecordDifference)]
-    if not chances:
-        return next(each for each in first if isinstance(each, Missing))
-    while tests := {
-        i: e.apart for i, e in differences.items() if isinstance(e, EstimateDifference)
-    }:
-        worst = min(tests, key=lambda i: (tests[i].p_value, -tests[i].statistic))
-        if _allowed(tests[worst].p_value, len(left)) >= levels.level:
-            break
-        against += [worst] * tests[worst].matters(levels)
-        aside.append(worst)
-        left.remove(worst)
-        differences = {i: tested(aside, i) for i in left}
-    most = next(iter(against or aside), None)
-    of_most = None if most is None else tested([i for i in aside if i != most], most)
-    return PoolingTest(
-        records=first,
-        against=tuple(against),
-        p_value=_allowed(min(chances), len(chances)),
-        differing=of_most.explained if isinstance(of_most, EstimateDifference) else None,
+    found = tuple(_tested(instruments, records, extended, i) for i in range(len(records)))
+    tests = {i: each for i, each in enumerate(found) if isinstance(each, RecordDifference)}
+    if not tests:
+        return next(each for each in found if isinstance(each, Missing))
+    # Bonferroni's; of two records there is one difference, which both tests are of.
+    number = len(tests) if len(tests) > 2 else 1
+    beyond = [i for i, each in tests.items() if number * each.p_value < levels.level]
+    odd = min(
+        beyond,
+        key=lambda i: (not tests[i].matters(levels), tests[i].p_value, -tests[i].statistic),
+        default=None,
     )
+    least = min(each.p_value for each in tests.values())
+    return PoolingTest(records=found, odd=odd, p_value=min(1.0, number * least))
 
 
 @unless_missing
@@ -379,91 +316,74 @@ def alike_check(
         for name, e in zip(names, found.records, strict=True)
         if isinstance(e, Missing) or e.untold
     )
-    against, differing, said = [names[i] for i in found.against], found.differing, ""
-    lead = (
-        f"{names[0]} and {names[1]} speak against one another"
-        if len(names) == 2
-        else f"{' and '.join(against)} {'speak' if len(against) > 1 else 'speaks'} against the rest"
-    )
-    if differing is not None:
-        rest = names[1 - differing.number] if len(names) == 2 else "the rest"
-        said = f": {differing.told(names[differing.number], rest)}"
+    odd = None if found.odd is None else found.records[found.odd]
+    fails, said, advice = False, "", ""
+    if found.odd is not None and isinstance(odd, RecordDifference):
+        whose, fails, differing = names[found.odd], odd.matters(levels), odd.differing(levels)
+        rest, lead = "the rest", f"{whose} speaks against the rest"
+        if len(names) == 2:
+            rest, lead = names[1 - found.odd], f"{' and '.join(names)} speak against one another"
+        said = f"{lead}: {odd.told(differing, whose, rest)}"
+        advice = (
+            "; say what is known to differ, as a payload that the axis declares (known "
+            f"NAME=V1,V2), or let each record have its own (local {','.join(differing)})"
+        )
     meaning = first_case(
         (
-            against,
-            f"{lead}{said}. What is estimated of all is no record's, nor need the other "
-            "parameters be",
+            fails,
+            f"{said}. What is estimated of all is no record's, nor need the other parameters be",
         ),
         (
-            differing,
+            odd,
             "the records differ by more than chance, in what makes less than "
-            f"{100 * levels.least_share:g} % of the {output}{said}",
+            f"{100 * levels.least_share:g} % of the {output}: {said}",
         ),
         (True, "each record alone would give the same parameters, but for chance"),
     )
-    advice = (
-        "; say what is known to differ, as a payload that the axis declares (known NAME=V1,V2), or "
-        f"let each record have its own (local {','.join(differing.of.names)})"
-        if against and differing
-        else ""
-    )
     return Check(
         name="records alike",
-        status="fail" if against else "note" if differing else "pass",
+        status="fail" if fails else "note" if odd else "pass",
         figure=max(e.share_percent for e in found.records if isinstance(e, RecordDifference)),
         threshold=100 * levels.least_share,
         p_value=found.p_value,
         source=f"percent of a record's {output} that the parameters it has alone make otherwise "
         "than those of the others; fails where that is more, and chance would make as much in less "
         f"than {100 * levels.level:g} % (Hotelling's test, allowed for the number of records)",
-        meaning=f"{meaning}{f' ({untold})' * bool(untold)}{advice}",
+        meaning=f"{meaning}{f' ({untold})' * bool(untold)}{advice * fails}",
     )
 
 
-def _allowed(p_value: float, tests: int) -> float:
-    """Bonferroni's; of two records there is one difference, which both tests are of."""
-    return min(1.0, p_value * (tests if tests > 2 else 1))
-
-
 def _tested(
-    base: Array,
-    records: Sequence[RecordRegressor],
-    extended: Solved,
-    levels: Levels,
-    aside: Sequence[int],
-    number: int,
-) -> EstimateDifference | Missing:
-    """A record against those that have no parameters of their own, as records aside have."""
-    columns = instruments = np.zeros((len(base), 0))
-    for i in (*aside, number):
-        record = records[i]
-        alone = _independent(record.instruments, record.instruments[:, :0])
-        around = (record.span.start, len(base) - record.span.stop), (0, 0)
-        X, Z = (np.pad(each[:, alone], around) for each in (record.columns, record.instruments))
-        own = _independent(Z, np.hstack([base, instruments]))
-        columns, instruments = np.hstack([columns, X[:, own]]), np.hstack([instruments, Z[:, own]])
+    base: Array, records: Sequence[RecordRegressor], extended: Solved, number: int
+) -> RecordDifference | Missing:
+    """A record against the others."""
+    record = records[number]
+    around = (record.span.start, len(base) - record.span.stop), (0, 0)
+    X, Z = (np.pad(each, around) for each in (record.columns, record.instruments))
+    shown = _independent(Z, base[:, :0])
+    own = [shown[j] for j in _independent(Z[:, shown], base)]
     if not own:
         return Missing("this record tells no parameter that it shares with the others")
     try:
-        change, covariance, dof = extended(columns, instruments)
+        change, covariance, dof = extended(X[:, own], Z[:, own])
     except EstimationError as error:
         return Missing(str(error))
-    record, q = records[number], len(own)
-    freedom = float(np.min(dof[-q:]))
+    q, freedom = len(own), float(np.min(dof[-len(own) :]))
     if freedom - q + 1 < _FEWEST:
         return Missing("too few of the residuals are independent to tell what is chance")
-    part, to_own = record.only([alone[j] for j in own]), np.eye(len(change))[-q:]
-    to_others = np.pad(part.slopes, ((0, 0), (0, len(change) - base.shape[1])))
-    return EstimateDifference(
-        number=number,
-        of=replace(part, values=part.values + to_others @ change),
-        difference=to_own @ change,
-        covariances=tuple(
-            each @ covariance @ each.T for each in (to_own, to_own + to_others, to_others)
-        ),
-        freedom=freedom,
-        untold=tuple(name for j, name in enumerate(record.names) if j not in alone),
-        levels=levels,
+    part = replace(
+        record,
+        names=tuple(record.names[j] for j in own),
+        units=tuple(record.units[j] for j in own),
+        columns=record.columns[:, own],
+    )
+    return difference_of(
+        part,
+        record.values[own] + record.slopes[own] @ change[:-q],
+        change[-q:],
+        covariance[-q:, -q:],
+        freedom,
+        [name for j, name in enumerate(record.names) if j not in shown],
     )
 
 
@@ -475,15 +395,11 @@ def _independent(columns: Array, beside: Array) -> list[int]:
     return [*map(int, np.flatnonzero(np.abs(own[beside.shape[1] :]) > _OWN_PART))]
 
 
-def _deviations(covariance: Array) -> Array:
-    return np.sqrt(np.maximum(np.diag(covariance), 0.0))
-
-
 def common_samples(one: Record, other: Record) -> tuple[NDArray[np.bool_], ...] | None:
     """Which samples of either record are in the other, (N,) and (M,); None where none are.
 
-    Of those between the first and the last row that occurs once in either and is in both, where in
-    one of them nearly every row between them that occurs once is.
+    Where in one of them nearly every row that occurs once, between the first and the last of those
+    in both, is in both.
     """
     written = [each.sampled or each for each in (one, other)]
     rows = _measured(*written)
@@ -495,16 +411,18 @@ def common_samples(one: Record, other: Record) -> tuple[NDArray[np.bool_], ...] 
     matched = (counts[0] == 1) & (counts[1] == 1)
     if matched.sum() < _MIN_COMMON_ROWS:
         return None
-    found, shares = [], []
-    for k, (record, own) in enumerate(zip((one, other), numbers, strict=True)):
+    shares = []
+    for own, count in zip(numbers, counts, strict=True):
         first, last = np.flatnonzero(matched[own])[[0, -1]]
         # Rows that two runs of one motion have alike by chance have others between.
-        shares.append(matched.sum() / np.sum(counts[k][own[first : last + 1]] == 1))
-        same = counts[1 - k][own] > 0
-        if not np.array_equal(numbers[0], numbers[1]):  # else the same as they rest at the ends too
-            same[:first] = same[last + 1 :] = False
-        found.append(np.interp(record.time, written[k].time, same) == 1)
-    return tuple(found) if max(shares) >= MIN_COMMON_SAMPLES.value else None
+        shares.append(matched.sum() / np.sum(count[own[first : last + 1]] == 1))
+    if max(shares) < MIN_COMMON_SAMPLES.value:
+        return None
+    of_each = zip((one, other), written, numbers, counts[::-1], strict=True)
+    return tuple(
+        np.interp(record.time, own.time, others[number] > 0) == 1
+        for record, own, number, others in of_each
+    )
 
 
 def repeated_check(records: Sequence[Record]) -> Check | None:
@@ -517,17 +435,14 @@ def repeated_check(records: Sequence[Record]) -> Check | None:
             continue
         counts[i] += common[0]
         counts[j] += common[1]
-        what = "the same samples"
-        if not all(each.all() for each in common):
-            first, second = (
-                "from {:.6g} to {:.6g} s".format(*records[k].time[each][[0, -1]])
-                for k, each in zip((i, j), common, strict=True)
-            )
-            what = (
-                f"{common[0].sum()} samples in common, {first} of the first and {second} of the "
-                "second"
-            )
-        said.append(f"{names[i]} and {names[j]} have {what}")
+        first, second = (
+            "from {:.6g} to {:.6g} s".format(*records[k].time[each][[0, -1]])
+            for k, each in zip((i, j), common, strict=True)
+        )
+        said.append(
+            f"{names[i]} and {names[j]} have {common[0].sum()} samples in common, {first} of the "
+            f"first and {second} of the second"
+        )
     if not said:
         return None
     times = float(np.mean(np.concatenate(counts)))

@@ -18,7 +18,12 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.bootstrap import DEFAULT_COUNT
 from axisid.estimation.choices import OPEN_LOOP, check_among, is_output_error
 from axisid.estimation.diagnostic_checks import Check, Checked, Levels
-from axisid.estimation.diagnostics import EstimateDifference, RecordRegressor, common_samples
+from axisid.estimation.diagnostics import (
+    RecordDifference,
+    RecordRegressor,
+    common_samples,
+    difference_of,
+)
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_agreement
 from axisid.estimation.estimates import Estimate, SamplingDistribution
 from axisid.estimation.estimation_problem import Problem
@@ -138,9 +143,7 @@ def _estimated_anew(
     return found
 
 
-def reestimated(
-    frozen: SamplingDistribution, own: Estimate, levels: Levels
-) -> EstimateDifference | None:
+def reestimated(frozen: SamplingDistribution, own: Estimate) -> RecordDifference | None:
     """What a second record has more than frozen parameters, by its own estimate of one method.
 
     Parameters
@@ -148,12 +151,10 @@ def reestimated(
     frozen : SamplingDistribution
     own : Estimate
         Of the second record.
-    levels : Levels
-        From when on the difference tells something.
 
     Returns
     -------
-    EstimateDifference or None
+    RecordDifference or None
         Less their bias where that is known of both; None where the second record's own tell
         nothing.
     """
@@ -168,23 +169,18 @@ def reestimated(
     # Welch and Satterthwaite's degrees of freedom of a difference.
     freedom = variances.sum(axis=0) ** 2 / (variances**2 / dof).sum(axis=0)
     by_physical = own.X @ np.linalg.inv(own.jacobian)
-    return EstimateDifference(
-        number=0,
-        of=RecordRegressor(
-            names=tuple(q.name for q in own.quantities),
-            units=tuple(q.unit for q in own.quantities),
-            values=before,
-            slopes=np.zeros_like(own.jacobian),
-            span=slice(0, len(own.y)),
-            columns=by_physical,
-            instruments=by_physical,
-            size=float(np.linalg.norm(own.y)),
-        ),
-        difference=after - before,
-        covariances=(covariances[0] + covariances[1], covariances[1], covariances[0]),
-        freedom=float(np.nanmin(freedom)),
-        untold=(),
-        levels=levels,
+    regressor = RecordRegressor(
+        names=tuple(q.name for q in own.quantities),
+        units=tuple(q.unit for q in own.quantities),
+        values=before,
+        slopes=np.zeros_like(own.jacobian),
+        span=slice(0, len(own.y)),
+        columns=by_physical,
+        instruments=by_physical,
+        size=float(np.linalg.norm(own.y)),
+    )
+    return difference_of(
+        regressor, before, after - before, covariances.sum(axis=0), float(np.nanmin(freedom))
     )
 
 
@@ -271,6 +267,7 @@ def _validation(
     chance = math.sqrt(
         least_mean_square(residuals, data.sampling.neighbours) / np.mean(residuals**2)
     )
+    anew = None if again is None else reestimated(frozen, again)
     return MethodValidation(
         method=estimate.method,
         equation_error_percent=equation,
@@ -281,7 +278,8 @@ def _validation(
         reason=reason,
         own_simulation_error_percent=estimate.simulation_error_percent,
         least_equation_error_percent=equation * chance,
-        reestimate=None if again is None else reestimated(frozen, again, levels),
+        reestimate=anew,
+        changed=anew.differing(levels) if anew is not None and anew.matters(levels) else (),
     )
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 from axisid.estimation.choices import check_among
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked, Levels
-from axisid.estimation.diagnostics import EstimateDifference
+from axisid.estimation.diagnostics import RecordDifference
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_check
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds import MIN_COMMON_SAMPLES
@@ -50,8 +50,10 @@ class MethodValidation:
         On the record that the estimate was made from.
     least_equation_error_percent : float
         The equation error less what chance may make of it in so short a record.
-    reestimate : EstimateDifference or None
+    reestimate : RecordDifference or None
         What the record itself says of the parameters; None where it cannot.
+    changed : tuple of str
+        Parameters that are others in it; none where that is chance, or makes no force to speak of.
     """
 
     method: str
@@ -63,7 +65,8 @@ class MethodValidation:
     reason: str | None
     own_simulation_error_percent: float | None
     least_equation_error_percent: float
-    reestimate: EstimateDifference | None
+    reestimate: RecordDifference | None
+    changed: tuple[str, ...] = ()
 
     @property
     def holds(self) -> bool:
@@ -71,7 +74,7 @@ class MethodValidation:
 
         The errors are compared with those on the estimate's own record.
         """
-        return self.fits and self.follows and not (self.reestimate and self.reestimate.changed)
+        return self.fits and self.follows and not self.changed
 
     @property
     def fits(self) -> bool:
@@ -141,7 +144,7 @@ class Validation(Checked, Presentable, Exact):
             ("of the tracking error", "%"): tuple(v.tracking_error_percent for v in self),
             ("parameters anew", "%"): tuple(
                 # Of the record that they are of, rounding alone is left.
-                None if v.reestimate is None else round(v.reestimate.apart.share_percent, 6)
+                None if v.reestimate is None else round(v.reestimate.share_percent, 6)
                 for v in self
             ),
         }
@@ -255,21 +258,21 @@ class Validation(Checked, Presentable, Exact):
         again = {v.method: v.reestimate for v in self if v.reestimate is not None}
         if not again:
             return Check.not_evaluated("records alike", Missing("they cannot be estimated anew"))
-        changed = {method: each for method, each in again.items() if each.changed}
+        changed = {v.method: v.changed for v in self if v.changed}
         said = None
         if changed:
-            most = max(changed.values(), key=lambda each: each.apart.share_percent)
-            told = most.explained.told("this record", "the estimate's own")
+            most = max(changed, key=lambda method: again[method].share_percent)
+            told = again[most].told(changed[most], "this record", "the estimate's own")
             said = (
                 f"{', '.join(changed)}: does not hold on this record: estimated anew {told}, "
-                f"which makes {most.apart.share_percent:.2g} % of the force; check the load and "
+                f"which makes {again[most].share_percent:.2g} % of the force; check the load and "
                 "what has changed, or whether friction and motion are beyond what the model says"
             )
         return Check.unless(
             "records alike",
             said,
             "estimated anew no parameter differs by more than chance",
-            max(each.apart.share_percent for each in again.values()),
+            max(each.share_percent for each in again.values()),
             100 * self.levels.least_share,
         )
 

@@ -274,7 +274,7 @@ def _of_validation(result: Validation) -> list[_Row]:
             "tracking_error_percent": each.tracking_error_percent,
             "reestimate_percent": None
             if each.reestimate is None
-            else each.reestimate.apart.share_percent,
+            else each.reestimate.share_percent,
             "holds": each.holds,
         }
         for each in result

@@ -165,7 +165,7 @@ def test_a_second_record_is_estimated_anew_by_its_own_loops_rows(
     assert held.holds
     assert held.equation_error_percent == held.simulation_error_percent
     own = identify(emps2015, other, methods="didim")["didim"]
-    assert [*held.reestimate.apart.own.values()] == pytest.approx(own.corrected, rel=1e-9)
+    assert [*held.reestimate.own.values()] == pytest.approx(own.corrected, rel=1e-9)
 
 
 SAMPLES = 5000

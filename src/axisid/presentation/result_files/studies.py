@@ -201,7 +201,7 @@ def written_validation(validation: Validation) -> WrittenValidation:
 
 
 def _of_method(validation: MethodValidation) -> WrittenMethodValidation:
-    again = validation.reestimate and validation.reestimate.apart
+    again = validation.reestimate
     return written_as(
         WrittenMethodValidation,
         validation,
