@@ -29,7 +29,6 @@ from axisid.estimation.thresholds import (
     MIN_DISTANCE_FROM_NOISE,
     NO_DELAY,
 )
-from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import Missing, unless_missing
 
@@ -143,30 +142,6 @@ def _delayed(scores: RecordScores, samples: float) -> RecordScores:
     return replace(scores, residuals=residuals)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ForceTiming:
-    """How many samples after it is recorded a control or a force acts, beside its hold.
-
-    Attributes
-    ----------
-    role : str
-        ``control`` or ``force``.
-    samples : int
-        Whole ones; negative where it acts before it is recorded.
-    text : str
-        What the motion shows.
-    """
-
-    role: str
-    samples: int
-    text: str
-
-    @property
-    def shift(self) -> str:
-        """What moves the column to where it acts."""
-        return f"shift.{self.role} = {self.samples} in run.toml"
-
-
 @unless_missing
 def alignment_check(
     delay: Alignment,
@@ -174,7 +149,7 @@ def alignment_check(
     *,
     late: Misspecification | Missing | None,
     law: LawAgreement | Missing,
-    timing: ForceTiming | Missing,
+    timing: int | Missing,
 ) -> Check | Missing:
     """The delay that fits best against the one that the hold takes.
 
@@ -183,12 +158,9 @@ def alignment_check(
     A force may act whole samples after it is recorded, by `timing`; where the control law says that
     the log wrote it at another time, by as much, that is the only remedy, and counts once.
     """
-    by_log = (
-        isinstance(law, LawAgreement)
-        and isinstance(timing, ForceTiming)
-        and timing.role == "control"
-        and law.delay == -timing.samples != 0
-    )
+    role = "control" if data.record.force is None else "force"
+    shifted = 0 if isinstance(timing, Missing) or role == "force" else timing
+    by_log = isinstance(law, LawAgreement) and law.delay == -shifted != 0
     used, apart = data.hold_delay, delay.best - data.hold_delay
     far = delay.at_the_end and abs(apart) > MIN_DISTANCE_FROM_NOISE.value * delay.deviation
     if delay.deviation > MAX_DELAY_DEVIATION.value and not far:
@@ -213,11 +185,8 @@ def alignment_check(
         f"hold {data.prefilter.hold} supposes {abs(used):g} samples {supposed}"
         f"{'' if delay.by_instruments else ' (by least squares, which noise may bias)'}"
     )
-    advice = _advice(delay, data, _remedy(timing, data.axis.axis.control, law), by_log=by_log)
-    off = (
-        f"the {'control' if data.record.force is None else 'force'} is {abs(apart):.2g} samples "
-        f"{'early' if apart > 0 else 'late'}"
-    )
+    advice = _advice(delay, data, _remedy(timing, role), by_log=by_log)
+    off = f"the {role} is {abs(apart):.2g} samples {'early' if apart > 0 else 'late'}"
     aligned = not (delay.at_the_end if isinstance(late, Missing) else late)
     return Check(
         name="alignment",
@@ -270,82 +239,56 @@ def declared_lateness(data: FilteredRecord) -> float:
 
 
 @unless_missing
-def force_timing(profile: Alignment, data: FilteredRecord) -> ForceTiming | Missing:
-    """Whole samples between where a force is recorded and where it acts, or why they are unknown.
-
-    Parameters
-    ----------
-    profile : Alignment
-    data : FilteredRecord
-    """
-    if profile.deviation > MAX_DELAY_DEVIATION.value or profile.at_the_end:
+def force_timing(found: Alignment, data: FilteredRecord) -> int | Missing:
+    """Whole samples after which a force acts, after it is recorded, its hold apart."""
+    if found.deviation > MAX_DELAY_DEVIATION.value or found.at_the_end:
         return Missing("the motion does not show when the force acts")
-    apart = profile.best - data.hold_delay
-    samples = round(apart)
-    margin = max(MAX_MISALIGNMENT.value, MIN_DISTANCE_FROM_NOISE.value * profile.deviation)
-    if abs(apart - samples) > min(margin, 0.5):
+    apart = found.best - data.hold_delay
+    margin = max(MAX_MISALIGNMENT.value, MIN_DISTANCE_FROM_NOISE.value * found.deviation)
+    if abs(apart - round(apart)) > min(margin, 0.5):
         return Missing(f"the force acts {apart:.2f} samples after it is recorded, no whole number")
-    return ForceTiming(
-        role="control" if data.record.force is None else "force",
-        samples=samples,
-        text=f"acts {abs(apart):.2f} +- {profile.deviation:.2g} samples "
-        f"{'after' if apart > 0 else 'before'} it is recorded, its hold apart",
-    )
+    return round(apart)
 
 
-def law_in_time(
-    law: LawAgreement, declared: ControlLaw | None, timing: ForceTiming | Missing
-) -> LawAgreement:
+def law_in_time(law: LawAgreement, data: FilteredRecord, timing: int | Missing) -> LawAgreement:
     """A law check that says which of shift and delay the motion supports, where it is one."""
+    declared = data.axis.axis.control
     if not (law.delay and law.advice) or declared is None or declared.continuous:
         return law
-    if isinstance(timing, Missing):
-        return replace(
-            law, advice=f"{law.advice}. Which of them, this record does not tell: {timing}"
-        )
     late = declared.delay + law.delay
     return replace(
         law,
         advice=first_case(
-            (timing.role != "control", law.advice),
             (
-                timing.samples,
-                f"the log is to blame, as the control {timing.text}: move it there with "
-                f"{timing.shift}{_and_delay(declared, law, timing.samples)}",
+                isinstance(timing, Missing),
+                f"{law.advice}. Which of them, this record does not tell: {timing}",
+            ),
+            (data.record.force is not None, law.advice),
+            (
+                timing,
+                "the log is to blame, as the motion shows: move the control to where it acts with "
+                f"shift.control = {timing} in run.toml",
             ),
             (
                 late < 0 and not declared.delay,
-                f"and the control {timing.text}: see whether position or reference is written "
-                f"late, and move it with shift.reference = {law.delay} in run.toml or the like",
+                "and the control acts when it is recorded: see whether position or reference is "
+                f"written late, and move it with shift.reference = {law.delay} in run.toml or the "
+                "like",
             ),
             (
                 True,
-                f"declare delay={max(late, 0)}. The motion supports that: the control "
-                f"{timing.text}",
+                f"declare delay={max(late, 0)}. The motion supports that: the control acts when it "
+                "is recorded",
             ),
         ),
     )
 
 
-def _remedy(
-    timing: ForceTiming | Missing, declared: ControlLaw | None, law: LawAgreement | Missing
-) -> str:
+def _remedy(timing: int | Missing, role: str) -> str:
     """What to do about a force that acts whole samples after it is recorded."""
-    if isinstance(timing, Missing) or not timing.samples:
+    if isinstance(timing, Missing) or not timing:
         return ""
-    of_law = "" if timing.role == "force" else _and_delay(declared, law, timing.samples)
+    when = "before the drive applies it" if timing > 0 else "after it acted"
     return (
-        f"Where the log writes the {timing.role} "
-        f"{'before the drive applies it' if timing.samples > 0 else 'after it acted'}, "
-        f"move it with {timing.shift}{of_law}"
+        f"Where the log writes the {role} {when}, move it with shift.{role} = {timing} in run.toml"
     )
-
-
-def _and_delay(declared: ControlLaw | None, law: LawAgreement | Missing, samples: int) -> str:
-    """The delay of the law that goes with a control that is moved, where it is another one."""
-    if declared is None or declared.continuous or isinstance(law, Missing):
-        return ""
-    late = declared.delay + law.delay + samples
-    # The control is the law's, but for its time.
-    other = (law.passed or law.delay) and late != declared.delay and late >= 0
-    return f", and declare delay={late}" if other else ""

@@ -46,7 +46,6 @@ from axisid.support.errors import Missing
 
 from .alignment import (
     Alignment,
-    ForceTiming,
     alignment_check,
     alignment_of,
     force_timing,
@@ -241,10 +240,10 @@ class Case:
         found = (self.whole or self).laws[self.number]
         if isinstance(found, Missing) or not found.delay:
             return found
-        return law_in_time(found, self.data.axis.axis.control, self.timing)
+        return law_in_time(found, self.data, self.timing)
 
     @cached_property
-    def timing(self) -> ForceTiming | Missing:
+    def timing(self) -> int | Missing:
         """Whole samples between where the force is recorded and where it acts."""
         return force_timing(self.alignment, self.data)
 

@@ -161,7 +161,7 @@ def result(true: int, declared: int, early: int) -> Identification:
             r"note: .*so that the control is (0.9|1)\d* samples early beside(?!.*the drive's delay)"
             ".*add 1 to shift.control",
         ),
-        (1, 0, 1, "pass:", "fail: .*add 1 to shift.control in run.toml, and declare delay=1"),
+        (1, 0, 1, "pass:", "fail: .*add 1 to shift.control in run.toml"),
         *(
             (
                 true,
