@@ -266,14 +266,14 @@ def law_in_time(law: LawAgreement, data: FilteredRecord, timing: int | Missing) 
             (data.record.force is not None, law.advice),
             (
                 timing,
-                "the log is to blame, as the motion shows: move the control to where it acts with "
-                f"shift.control = {timing} in run.toml",
+                "the log is to blame, as the motion shows: move the control to where it acts (add "
+                f"{timing} to shift.control in run.toml)",
             ),
             (
                 late < 0 and not declared.delay,
                 "and the control acts when it is recorded: see whether position or reference is "
-                f"written late, and move it with shift.reference = {law.delay} in run.toml or the "
-                "like",
+                f"written late, and move it (add {law.delay} to shift.reference in run.toml, or the "
+                "like)",
             ),
             (
                 True,
@@ -290,5 +290,6 @@ def _remedy(timing: int | Missing, role: str) -> str:
         return ""
     when = "before the drive applies it" if timing > 0 else "after it acted"
     return (
-        f"Where the log writes the {role} {when}, move it with shift.{role} = {timing} in run.toml"
+        f"Where the log writes the {role} {when}, move it there (add {timing} to shift.{role} in "
+        "run.toml)"
     )
