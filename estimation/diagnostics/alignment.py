@@ -272,8 +272,8 @@ def law_in_time(law: LawAgreement, data: FilteredRecord, timing: int | Missing) 
             (
                 late < 0 and not declared.delay,
                 "and the control acts when it is recorded: see whether position or reference is "
-                f"written late, and move it (add {law.delay} to shift.reference in run.toml, or the "
-                "like)",
+                f"written late, and move it (add {law.delay} to shift.reference, or to "
+                "shift.position, in run.toml)",
             ),
             (
                 True,
