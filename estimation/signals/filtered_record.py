@@ -12,7 +12,7 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.records import Record, law_clock
 from axisid.estimation.thresholds import MIN_INFORMATION_LEFT, MIN_MOVING_SPEED
 from axisid.support.arrays import Array, Exact, Uncached, mask_of
-from axisid.support.errors import AxisidError, DataError
+from axisid.support.errors import DataError
 
 from .drive_response import DriveAlong, acting_control
 from .prefilter import Prefilter, SampledFilter, Span
@@ -29,9 +29,6 @@ from .signals import (
     searches_friction,
     takes_robust_loss,
 )
-
-# times the law's period, or part of it, from which a record's is likely in another unit: minutes
-_LEAST_UNIT_FACTOR = 59.0
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -89,7 +86,8 @@ class FilteredRecord(Exact, Uncached):
         hold = prefilter.hold or ("zoh" if is_held else "raw")
         settings = replace(prefilter, hold=hold, reversals="keep")
         kept = cls(axis=axis, record=record, prefilter=settings, fastest=fastest)
-        kept._check_filter()
+        what = "the record's longest segment" if record.segments else "the record"
+        kept.sampling.filter.check(max(stop - start for start, stop in record.spans), what)
         if prefilter.reversals == "keep" or not (prefilter.reversals or axis.has_direction):
             return kept
         without_turns = kept.without(kept.sampling.turns(kept.motion[1], fastest))
@@ -135,31 +133,6 @@ class FilteredRecord(Exact, Uncached):
         other = replace(self, **fields)
         vars(other).update({name: vars(self)[name] for name in same if name in vars(self)})
         return other
-
-    def _check_filter(self) -> None:
-        """Refuse a record that the prefilter cannot serve, with what explains it best.
-
-        Raises
-        ------
-        DataError
-            The time is in another unit than the control law's period.
-        UsageError, DataError
-            As `SampledFilter.check` does.
-        """
-        what = "the record's longest segment" if self.record.segments else "the record"
-        try:
-            self.sampling.filter.check(max(stop - start for start, stop in self.record.spans), what)
-        except AxisidError as error:
-            law, period = self.axis.axis.control, self.period
-            ratio = 1.0 if law is None or law.continuous else period / law.period
-            if 1 / _LEAST_UNIT_FACTOR < ratio < _LEAST_UNIT_FACTOR:
-                raise
-            raise DataError(
-                f"{self.record.provenance.source} is sampled every {period:.4g} s, the control law "
-                f"of axis {self.axis.axis.name!r} runs every {period / ratio:.4g} s: is time's "
-                f"unit right? Give it with columns time=NAME:UNIT. (As it stands, {error})",
-                code="units",
-            ) from error
 
     def __len__(self) -> int:
         return len(self.record)
@@ -282,7 +255,7 @@ class FilteredRecord(Exact, Uncached):
     @cached_property
     def rest(self) -> float:
         """Part of the samples of a fit at which the axis stands still."""
-        return resting(self.signals, self.record.spans, self.sampling.used, self.fastest)
+        return resting(self.signals, self.sampling.used, self.fastest)
 
     def reduce(self, columns: Array) -> Array:
         """Rows of signals, (N,) or (N, k) to (n,) or (n, k), see `Sampling.reduce`."""

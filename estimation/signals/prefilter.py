@@ -287,7 +287,8 @@ class SampledFilter:
             raise DataError(
                 f"{what} has {samples} samples; {start} + {end} are dropped and the filters' "
                 f"transients take {self.needed - 1 - start - end}. Record longer, drop fewer, "
-                "raise the cutoff, or lower the order or the decimation.",
+                "raise the cutoff, lower the order or the decimation, and check that time is in "
+                "seconds.",
                 code="too-short",
             )
 

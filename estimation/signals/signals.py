@@ -26,11 +26,9 @@ from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.records import Record
-from axisid.estimation.thresholds import MIN_MOVING_SPEED, REST_SPEED
-from axisid.support.arrays import Array, Exact, runs
+from axisid.estimation.thresholds import MIN_MOVING_SPEED
+from axisid.support.arrays import Array, Exact
 from axisid.support.errors import DataError
-
-from .prefilter import Span
 
 #: Position, velocity and acceleration, each (N,), SI.
 Motion = tuple[Array, Array, Array]
@@ -136,7 +134,7 @@ def check_position(axis: GeneratedAxis, record: Record) -> None:
         )
 
 
-_MAX_REST_SPEED = 0.01  # of the largest, on average: what noise may make of a rest
+_MAX_REST_SPEED = 0.005  # of the largest: what noise may make of a rest; beyond, an axis creeps
 # of the samples in motion go the other way; with fewer the axis hardly reverses
 _MIN_REVERSED_SHARE = 0.01
 _MIN_STEADY_SAMPLES = 16  # at steady speed, from which it is told whether there is one speed only
@@ -152,33 +150,21 @@ def motion_lacks(signals: Signals) -> tuple[str, ...]:
     return tuple(filter(None, (one_direction(signals), one_speed(signals))))
 
 
-def resting(
-    signals: Signals, spans: Sequence[Span], used: NDArray[np.bool_], others_fastest: float = 0.0
-) -> float:
+def resting(signals: Signals, used: NDArray[np.bool_], others_fastest: float = 0.0) -> float:
     """Part of the samples of a fit at which the axis stands still.
 
     Parameters
     ----------
     signals : Signals
         (N,)
-    spans : sequence of (int, int)
-        Segments of the record.
     used : (N,) array of bool
         Samples of the fit.
     others_fastest : float
         Largest speed of other records of the machine.
     """
-    still = np.zeros(len(used), dtype=bool)
-    fastest = max(float(np.abs(signals.velocity).max()), others_fastest)
-    for first, last in spans:
-        speed = signals.velocity[first:last]
-        for start, stop in runs(np.abs(speed) < MIN_MOVING_SPEED.value * fastest):
-            # It stops and starts slowly. Creeping gets somewhere, reversing does not stay.
-            within = slice(start + (stop - start) // 4, stop - (stop - start) // 4)
-            drift = abs(float(np.mean(speed[within])))
-            stays = float(np.mean(np.abs(speed[within]))) < _MAX_REST_SPEED * fastest
-            still[first + start : first + stop] = stays and drift < REST_SPEED.value * fastest
-    return float(np.mean(still[used])) if used.any() else 0.0
+    speed = np.abs(signals.velocity)
+    still = speed[used] < _MAX_REST_SPEED * max(float(speed.max()), others_fastest)
+    return float(np.mean(still)) if used.any() else 0.0
 
 
 def one_direction(signals: Signals) -> str:

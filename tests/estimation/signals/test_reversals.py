@@ -236,11 +236,11 @@ def test_a_velocity_that_changes_its_sign_in_few_samples_hardly_ever_does() -> N
 def test_rest_is_the_part_of_the_fits_samples_without_motion(rest: int) -> None:
     velocity = strokes(0.3, -0.3, rest=rest)
     all_, n = np.ones(len(velocity), dtype=bool), len(velocity)
-    found = resting(signals(velocity), [(0, n)], all_)
+    found = resting(signals(velocity), all_)
     assert found == pytest.approx(2 * rest / n, abs=0.02)
     moving = np.abs(velocity) > 0
-    assert resting(signals(velocity), [(0, n)], moving) < 0.03
-    assert resting(signals(velocity), [(0, n)], ~all_) == 0.0
+    assert resting(signals(velocity), moving) < 0.03
+    assert resting(signals(velocity), ~all_) == 0.0
 
 
 def test_creeping_and_reversing_are_no_rests() -> None:
@@ -249,4 +249,4 @@ def test_creeping_and_reversing_are_no_rests() -> None:
     reversing = np.concatenate([fast, 0.01 * np.sin(np.linspace(0, 40, 400)), fast])
     for velocity in (creeping, reversing):
         n = len(velocity)
-        assert resting(signals(velocity), [(0, n)], np.ones(n, dtype=bool)) < 0.1
+        assert resting(signals(velocity), np.ones(n, dtype=bool)) < 0.1
