@@ -14,7 +14,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from axisid.estimation.logs.text import read_text
 from axisid.estimation.raw_tables import Repair, Table, library, refusing
@@ -27,95 +27,21 @@ from .matlab import read_matlab
 from .measurement import bag_of, is_bag, read_bag, read_mdf, read_tdms
 
 
-class Packing(NamedTuple):
-    """A way to pack a file.
-
-    Attributes
-    ----------
-    name, ending : str
-    start : bytes
-        First bytes of such a file.
-    opened : callable
-        A stream of what is unpacked, of a file (for messages) and a stream of its content.
-    """
-
-    name: str
-    ending: str
-    start: bytes
-    opened: Callable[[Path, Any], Any]
+def _gzip(_: Path, content: Any) -> Any:
+    return gzip.GzipFile(fileobj=content)
 
 
 def _zstd(file: Path, content: Any) -> Any:
-    """By Python itself from 3.14 on, else by one of two libraries."""
-    ways: tuple[tuple[str, Callable[[Any], Any]], ...] = (
-        ("compression.zstd", lambda m: m.open(content)),
-        (
-            "zstandard",
-            lambda m: m.ZstdDecompressor().stream_reader(content, read_across_frames=True),
-        ),
-        ("pyarrow", lambda m: m.CompressedInputStream(m.PythonFile(content, "r"), "zstd")),
-    )
-    for name, opened in ways:
-        with suppress(DataError):
-            return opened(library(name, "zstd", file))
-    raise DataError(
-        f"{file} is compressed by zstd, which needs the library zstandard or pyarrow; run: pip "
-        "install zstandard (or axisid with the extra zstd), or unpack it first.",
-        code="missing-library",
-    )
-
-
-PACKINGS = (
-    Packing(
-        name="gzip",
-        ending=".gz",
-        start=b"\x1f\x8b",
-        opened=lambda _, content: gzip.GzipFile(fileobj=content),
-    ),
-    Packing(name="zstd", ending=".zst", start=b"\x28\xb5\x2f\xfd", opened=_zstd),
-)
-
-
-def packing_of(file: Path) -> Packing | None:
-    """Return the packing that a file has by its ending."""
-    return next((packing for packing in PACKINGS if packing.ending == file.suffix.lower()), None)
-
-
-def unpacked(packing: Packing, file: Path, content: bytes, room: Room, *, text: bool) -> bytes:
-    """The content of a packed file.
-
-    Parameters
-    ----------
-    packing : Packing
-    file : Path
-        For messages.
-    content : bytes
-    room : Room
-        The memory that there is for it.
-    text : bool
-        Whether it is read as text, which is counted at once: text takes the most.
-
-    Raises
-    ------
-    DataError
-        It is damaged, or unfolds to more than there is room for.
-    """
-    pieces = []
-    with (
-        refusing(f"{file} cannot be unpacked (unpack or compress it anew)"),
-        packing.opened(file, io.BytesIO(content)) as stream,
-    ):
-        while piece := stream.read(1 << 20):
-            room.take(2 * len(piece))  # by itself and joined
-            if text:
-                room.take_text(piece)
-            pieces.append(piece)
-    return b"".join(pieces)
+    """By Python itself from 3.14 on, else by pyarrow."""
+    with suppress(DataError):
+        return library("compression.zstd", "zstd", file).open(content)
+    arrow = library("pyarrow", "zstd", file)
+    return arrow.CompressedInputStream(arrow.PythonFile(content, "r"), "zstd")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Format:
-    """A format of logs. One without a reader is delimited text.
+    """A format of logs, or of packed files. One without a reader is delimited text.
 
     Attributes
     ----------
@@ -132,6 +58,9 @@ class Format:
         The table of a file's content, from its path, content and the memory that there is.
     read_file : callable or None
         The table of a file that its library opens by itself, from its path and the memory.
+    opened : callable or None
+        Of what packs a file of another format: a stream of what is unpacked, from its path and a
+        stream of its content.
     extra : str
         Of `pyproject.toml`, for what it needs beyond the core.
     """
@@ -142,12 +71,13 @@ class Format:
     provided: str = ""
     read: Callable[[Path, bytes, Room], Table] | None = None
     read_file: Callable[[Path, Room], Table] | None = None
+    opened: Callable[[Path, Any], Any] | None = None
     extra: str = ""
 
     @property
     def is_text(self) -> bool:
         """Whether it is read as delimited text."""
-        return self.read is None and self.read_file is None
+        return self.read is None and self.read_file is None and self.opened is None
 
 
 #: In the order of messages.
@@ -217,6 +147,21 @@ FORMATS = (
         read_file=read_bag,
         extra="rosbags",
     ),
+    Format(
+        name="gzip",
+        endings=(".gz",),
+        signatures={b"\x1f\x8b": "compressed by gzip"},
+        provided=", as in .csv.gz",
+        opened=_gzip,
+    ),
+    Format(
+        name="zstd",
+        endings=(".zst",),
+        signatures={b"\x28\xb5\x2f\xfd": "compressed by zstd"},
+        provided=", as in .csv.zst",
+        opened=_zstd,
+        extra="zstd",
+    ),
 )
 
 
@@ -227,10 +172,7 @@ def format_of(file: Path) -> Format:
 
 def log_endings() -> tuple[str, ...]:
     """Return the endings by which a file is known to be a log."""
-    return (
-        *(ending for each in FORMATS for ending in each.endings),
-        *(packing.ending for packing in PACKINGS),
-    )
+    return tuple(ending for each in FORMATS for ending in each.endings)
 
 
 _ASK = "give the file the ending "
@@ -295,12 +237,14 @@ def _read_file(file: Path, room: Room, *, drop_tail: bool) -> Table:
 
 def _parsed(file: Path, content: bytes, room: Room, *, drop_tail: bool) -> Table:
     """The table of a file's content, unpacked where it is compressed."""
-    packing = packing_of(file)
-    log_format = format_of(Path(file.stem) if packing else file)
-    if packing is not None:
+    packing = log_format = format_of(file)
+    notes: tuple[str, ...] = ()
+    if packing.opened is not None:
+        log_format = format_of(Path(file.stem))
         if log_format.read_file is not None:
             raise DataError(f"{file} is read from a file of its own; unpack it first.")
-        content = unpacked(packing, file, content, room, text=log_format.is_text)
+        content = _unpacked(packing.opened, file, content, room, text=log_format.is_text)
+        notes = (f"unpacked by {packing.name}",)
     elif log_format.is_text:
         room.take_text(content)
     if log_format.read is None:
@@ -308,8 +252,42 @@ def _parsed(file: Path, content: bytes, room: Room, *, drop_tail: bool) -> Table
         table = read_text(str(file), content, drop_tail=drop_tail, endings=others)
     else:
         table = log_format.read(file, content, room)
-    notes = (f"unpacked by {packing.name}",) if packing else ()
     return replace(table, notes=(*notes, *table.notes))
+
+
+def _unpacked(
+    opened: Callable[[Path, Any], Any], file: Path, content: bytes, room: Room, *, text: bool
+) -> bytes:
+    """The content of a packed file.
+
+    Parameters
+    ----------
+    opened : callable
+        Of the format that packs it.
+    file : Path
+        For messages.
+    content : bytes
+    room : Room
+        The memory that there is for it.
+    text : bool
+        Whether it is read as text, which is counted at once: text takes the most.
+
+    Raises
+    ------
+    DataError
+        It is damaged, or unfolds to more than there is room for.
+    """
+    pieces = []
+    with (
+        refusing(f"{file} cannot be unpacked (unpack or compress it anew)"),
+        opened(file, io.BytesIO(content)) as stream,
+    ):
+        while piece := stream.read(1 << 20):
+            room.take(2 * len(piece))  # by itself and joined
+            if text:
+                room.take_text(piece)
+            pieces.append(piece)
+    return b"".join(pieces)
 
 
 def _check_regular(file: Path, *, folder: bool) -> None:
@@ -340,20 +318,17 @@ def _wrong_kind(file: Path) -> tuple[str, str] | None:
     """What a file is by its first bytes and what to do, where its ending surely says another."""
     with file.open("rb") as stream:
         head = stream.read(4096)
-    named, packing = format_of(file), packing_of(file)
+    named = format_of(file)
     for pattern, kind, advice in _NO_LOGS:
         if re.match(pattern, head, re.DOTALL | re.IGNORECASE):
             return kind, advice
-    for log_format in FORMATS:
-        for start, kind in log_format.signatures.items():
+    for each in FORMATS:
+        for start, kind in each.signatures.items():
             if head.startswith(start):
-                advice = f"{_ASK}{log_format.endings[0]}{log_format.provided}"
-                return None if log_format is named else (kind, advice)
-    packed = next((each for each in PACKINGS if head.startswith(each.start)), None)
-    if packed is not None and packed is not packing:
-        return f"compressed by {packed.name}", f"{_ASK}{packed.ending}, as in .csv{packed.ending}"
-    if packing is not None:
-        return None if packed else (f"not compressed by {packing.name}", f"{_ASK}of what it is")
+                advice = f"{_ASK}{each.endings[0]}{each.provided}"
+                return None if each is named else (kind, advice)
+    if named.opened is not None:
+        return f"not compressed by {named.name}", f"{_ASK}of what it is"
     if named.is_text and re.match(_JSON, head):
         return "a JSON document", f"{_ASK}.json, or .jsonl for a record in each line"
     # A table in text is printable and has lines.
