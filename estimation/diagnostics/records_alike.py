@@ -16,7 +16,7 @@ resampled the rows before are compared, where they are kept: those of columns of
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import combinations
 
 import numpy as np
@@ -145,39 +145,39 @@ class RecordDifference:
 
 
 def difference_of(
-    of: RecordRegressor,
+    units: Mapping[str, str],
     common: Array,
     difference: Array,
     covariance: Array,
     freedom: float,
+    share_percent: float,
     untold: Sequence[str] = (),
 ) -> RecordDifference:
     """What a record has more of its q parameters than the others, and the test of that.
 
     Parameters
     ----------
-    of : RecordRegressor
+    units : mapping of str to str
+        Of the q parameters, by name.
     common, difference : (q,) array
         As the others have them, and what the record has more.
     covariance : (q, q) array
         Of the difference.
-    freedom : float
-    untold : sequence of str
-        Parameters that the record alone does not tell.
+    freedom, share_percent, untold
+        As of `RecordDifference`, the first of the covariance.
     """
-    names, q = of.names, len(difference)
-    square = wald(difference, covariance)[0]
+    q, square = len(difference), wald(difference, covariance)[0]
     deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     return RecordDifference(
-        own=dict(zip(names, common + difference, strict=True)),
-        common=dict(zip(names, common, strict=True)),
-        deviations=dict(zip(names, deviations, strict=True)),
+        own=dict(zip(units, common + difference, strict=True)),
+        common=dict(zip(units, common, strict=True)),
+        deviations=dict(zip(units, deviations, strict=True)),
         statistic=square / q,
         freedom=(float(q), freedom - q + 1),
         p_value=joint_p(square, q, freedom),
-        share_percent=relative_error_percent(of.columns @ difference, np.array([of.size])),
+        share_percent=share_percent,
         untold=tuple(untold),
-        units=dict(zip(names, of.units, strict=True)),
+        units=units,
     )
 
 
@@ -371,18 +371,14 @@ def _tested(
     q, freedom = len(own), float(np.min(dof[-len(own) :]))
     if freedom - q + 1 < _FEWEST:
         return Missing("too few of the residuals are independent to tell what is chance")
-    part = replace(
-        record,
-        names=tuple(record.names[j] for j in own),
-        units=tuple(record.units[j] for j in own),
-        columns=record.columns[:, own],
-    )
+    effect = record.columns[:, own] @ change[-q:]
     return difference_of(
-        part,
+        {record.names[j]: record.units[j] for j in own},
         record.values[own] + record.slopes[own] @ change[:-q],
         change[-q:],
         covariance[-q:, -q:],
         freedom,
+        relative_error_percent(effect, np.array([record.size])),
         [name for j, name in enumerate(record.names) if j not in shown],
     )
 

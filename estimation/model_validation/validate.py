@@ -18,12 +18,7 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.bootstrap import DEFAULT_COUNT
 from axisid.estimation.choices import OPEN_LOOP, check_among, is_output_error
 from axisid.estimation.diagnostic_checks import Check, Checked, Levels
-from axisid.estimation.diagnostics import (
-    RecordDifference,
-    RecordRegressor,
-    common_samples,
-    difference_of,
-)
+from axisid.estimation.diagnostics import RecordDifference, common_samples, difference_of
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_agreement
 from axisid.estimation.estimates import Estimate, SamplingDistribution
 from axisid.estimation.estimation_problem import Problem
@@ -168,19 +163,14 @@ def reestimated(frozen: SamplingDistribution, own: Estimate) -> RecordDifference
     dof = np.array([each.freedom[frozen.chosen] for each in (frozen, anew)])
     # Welch and Satterthwaite's degrees of freedom of a difference.
     freedom = variances.sum(axis=0) ** 2 / (variances**2 / dof).sum(axis=0)
-    by_physical = own.X @ np.linalg.inv(own.jacobian)
-    regressor = RecordRegressor(
-        names=tuple(q.name for q in own.quantities),
-        units=tuple(q.unit for q in own.quantities),
-        values=before,
-        slopes=np.zeros_like(own.jacobian),
-        span=slice(0, len(own.y)),
-        columns=by_physical,
-        instruments=by_physical,
-        size=float(np.linalg.norm(own.y)),
-    )
+    effect = own.X @ np.linalg.solve(own.jacobian, after - before)
     return difference_of(
-        regressor, before, after - before, covariances.sum(axis=0), float(np.nanmin(freedom))
+        {q.name: q.unit for q in own.quantities},
+        before,
+        after - before,
+        covariances.sum(axis=0),
+        float(np.nanmin(freedom)),
+        relative_error_percent(effect, own.y),
     )
 
 
