@@ -255,7 +255,6 @@ KINDS: dict[str, Kind] = {
     "sample period": Kind(line="timing"),
     "alignment": Kind(line="timing", rank=8),
     "recorded signals": Kind(line="timing", rank=2, grave=True),
-    "start of the loop": Kind(line="timing"),
     "simulation": Kind(line="loop", rank=2, grave=True),
     "windows": Kind(line="loop", rank=2, grave=True),
     "measured velocity": Kind(line="loop", rank=1, grave=True),

@@ -20,15 +20,12 @@ from .law_run import (
     limit_in_log as limit_in_log,
     measured_velocity as measured_velocity,
     recorded_inputs as recorded_inputs,
-    slopes_along as slopes_along,
     state_at_rest as state_at_rest,
     two_clocks as two_clocks,
     with_drive as with_drive,
 )
 from .start import (
-    MIN_MEMORY_EFFECT as MIN_MEMORY_EFFECT,
     START_SAMPLES as START_SAMPLES,
-    as_read_by_law as as_read_by_law,
     at_rest_misses as at_rest_misses,
     below_limit as below_limit,
     first_memory as first_memory,

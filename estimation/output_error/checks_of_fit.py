@@ -26,7 +26,7 @@ from axisid.estimation.diagnostics import (
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_check
 from axisid.estimation.estimates import student_interval
 from axisid.estimation.nonlinear_least_squares import MOST_STEPS
-from axisid.estimation.parameters import GAIN, START
+from axisid.estimation.parameters import GAIN
 from axisid.estimation.prediction_errors import WindowPredictions
 from axisid.estimation.records import record_labels
 from axisid.estimation.signals import Prefilter
@@ -45,7 +45,6 @@ from axisid.estimation.thresholds import (
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
 
-from .covariance import MIN_MOVED_BY_START
 from .result import OutputFit
 
 _MAX_BEYOND_NOISE = 15.0  # % of a recorded output, left beyond noise
@@ -199,29 +198,6 @@ def noise_in_loop_check(of: OutputFit) -> Check | Missing | None:
         source="chosen",
         meaning=f"simulated loops with the record's noise moved {of.names[worst]} by "
         f"{far[worst]:.2g} deviations{share}, which is taken off, and the others alike",
-    )
-
-
-def loop_start_check(of: OutputFit) -> Check | None:
-    """What the first positions and velocities, as the records have them, leave open."""
-    moved, far = of.by_start
-    if not far.any():
-        return None
-    worst = int(np.argmax(far))
-    value, by = of.physical[worst], abs(float(moved[worst]))
-    share = f"by {100 * by / abs(value):.2g} %" if by < abs(value) else "by more than its value"
-    return Check(
-        name="start of the loop",
-        status="note",
-        figure=float(far[worst]),
-        threshold=MIN_MOVED_BY_START,
-        source="measured: of twins cut 0.1 s long from a move 80 % of intervals hold without, "
-        "100 % with",
-        meaning=(
-            "the record begins in motion, and the loop where its first samples say; with "
-            f"another start {of.names[worst]} would move {share}, which its deviation counts; "
-            f'find the start with the parameters by free="{START}".'
-        ),
     )
 
 
@@ -517,6 +493,5 @@ _CHECKS: dict[str, Callable[[OutputFit], Check | Missing | None]] = {
     "bounds": bounds_check,
     NOMINAL_VALUES: nominal_values_check,
     "starts": starts_check,
-    "start of the loop": loop_start_check,
     "noise in the loop": noise_in_loop_check,
 }

@@ -17,7 +17,6 @@ from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from axisid.estimation.diagnostics import covariance_of_twins
 from axisid.estimation.nonlinear_least_squares import SearchResult, WeightedLoss
@@ -88,8 +87,6 @@ def unseen_in_words(
         sentences.append(f"{named[0]} at all" if len(named) == 1 else several)
     return tuple(sentences)
 
-
-MIN_MOVED_BY_START = 1.0  # deviations by the start of a loop, were that free, which then count
 
 _NOTHING = MIN_SHOWN.value / 2  # what is nearer to being shown is said to be vague instead
 
@@ -207,17 +204,21 @@ class Sandwich:
             ratios.append(coloured / white if coloured > 0 and white > 0 else 1.0)
         return np.array(ratios)
 
+    def beside(self, columns: Array) -> "Sandwich":
+        """The same with further parameters, by which weighted errors have slopes (n, q)."""
+        nothing = np.zeros((len(self.known), columns.shape[1]))
+        return replace(
+            self,
+            jacobian=np.hstack([self.jacobian, columns]),
+            known=np.hstack([self.known, nothing]),
+        )
+
     def extended(self, columns: Array, *, clustered: bool) -> tuple[Array, Array, Array]:
         """What further columns (n, q) of weighted errors change, to first order; see `Solved`.
 
         Chance is what twins make of them, or the errors' colours where those are too few.
         """
-        known, k = self.known, self.jacobian.shape[1]
-        wide = replace(
-            self,
-            jacobian=np.hstack([self.jacobian, columns]),
-            known=np.hstack([known, np.zeros((len(known), columns.shape[1]))]),
-        )
+        wide, k = self.beside(columns), self.jacobian.shape[1]
         change = -wide.inverse[:, k:] @ (columns.T @ self.errors)
         if self.twins is not None:
             of_twins = wide.inverse @ (wide.jacobian.T @ self.twins)
@@ -259,34 +260,3 @@ def sandwich_of(
         periods=tuple(record.period for record in records),
         outputs=len(predictions.units),
     )
-
-
-def moved_by_start(
-    scores: Sandwich, starts: Sequence[tuple[slice, Array]], covariance: Array
-) -> tuple[Array, Array]:
-    """What parameters would move by if first positions and velocities were free with them.
-
-    To first order, by the errors, in their units and in their deviations, (k,) each; 0 where that
-    is within a deviation of each.
-
-    Parameters
-    ----------
-    scores : Sandwich
-    starts : sequence of (slice, array)
-        Rows of a stretch, and slopes of its weighted errors by its start, of one size, (m, 2).
-    covariance : (k, k) array
-        Of the parameters, with starts as they are.
-    """
-    if not starts:
-        return np.zeros(len(covariance)), np.zeros(len(covariance))
-    counted = [(rows, slopes, scores.curvature[rows, None] * slopes) for rows, slopes in starts]
-    together = np.hstack([scores.jacobian[rows].T @ each for rows, _, each in counted])
-    gained = np.concatenate([slopes.T @ scores.errors[rows] for rows, slopes in starts])
-    beside = scores.inverse @ together
-    net = block_diag(*(slopes.T @ each for _, slopes, each in counted)) - together.T @ beside
-    downhill = beside.T @ (scores.jacobian.T @ scores.errors) - gained
-    moved = -beside @ (np.linalg.pinv(net, rcond=MIN_SHOWN.value) @ downhill)
-    deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    far = np.divide(np.abs(moved), deviations, out=np.zeros(len(moved)), where=deviations > 0)
-    matters = np.any(far > MIN_MOVED_BY_START)
-    return moved * matters, far * matters

@@ -11,7 +11,7 @@ from scipy.special import log_ndtr, ndtri_exp
 
 from axisid.codegen.generated_axes import GeneratedAxis, Quantity
 from axisid.estimation.choices import SQUARES
-from axisid.estimation.diagnostic_checks import unless_faulty
+from axisid.estimation.diagnostic_checks import told_or, unless_faulty
 from axisid.estimation.estimates import (
     NamedValues,
     SamplingDistribution,
@@ -21,20 +21,21 @@ from axisid.estimation.estimates import (
 from axisid.estimation.estimation_problem import ParameterAtBound
 from axisid.estimation.nonlinear_least_squares import SearchResult, WeightedLoss
 from axisid.estimation.parameters import (
+    START,
     ExtendedForm,
     KnownValues,
     Unknowns,
     bounded_quadratic_minimum,
     least_sizes,
 )
-from axisid.estimation.prediction_errors import PredictionErrors
+from axisid.estimation.prediction_errors import LoopPredictions, PredictionErrors, jacobian_at
 from axisid.estimation.records import Record
 from axisid.estimation.regression import CovarianceEstimate, widened
 from axisid.estimation.thresholds import INTERVAL_LEVEL
-from axisid.support.arrays import Array, column_sizes
+from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, Missing
 
-from .covariance import Sandwich, moved_by_start, sandwich_of, unseen_directions
+from .covariance import Sandwich, sandwich_of, unseen_directions
 from .parametric_bootstrap import RecordLoops, calibrated_covariance, outputs_by_noise
 
 _EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding
@@ -181,8 +182,6 @@ class FitInference(FittedParameters):
     moved : (P,) array, Missing or None
         What noise in the loop moves the parameters by, or why that is not known; None where it was
         not asked for.
-    by_start : (P,) array, (P,) array
-        What other starts move all parameters by, where that matters, and in deviations.
     """
 
     sides: NDArray[np.int8] = field(repr=False)
@@ -193,7 +192,6 @@ class FitInference(FittedParameters):
     judged_sandwich: Sandwich = field(repr=False, compare=False)
     loops: tuple[RecordLoops | Missing, ...] = field(repr=False, compare=False)
     moved: Array | Missing | None = field(repr=False)
-    by_start: tuple[Array, Array] = field(repr=False)
 
 
 def inferred(of: FitSearch) -> FitInference:
@@ -221,16 +219,14 @@ def inferred(of: FitSearch) -> FitInference:
         # What noise makes by its square comes at every reversal alike, so that it scatters nothing.
         net = common - end.jacobian @ (influence @ common)
         judged = replace(judged, errors=judged.errors + weights * net)
-    starts = _slopes_by_start(of)
     scattered = twins if of.horizon is None else None
-    coloured, found = _covariances(of, at_liberty, twins, judged.errors, starts)
+    coloured, found = _covariances(of, at_liberty, twins, judged.errors)
     dof, chosen = coloured.freedom, "coloured"
     if scattered is not None:
         dof, chosen = np.full(len(dof), scattered.shape[1] / 2), "bootstrap"  # of pairs
         judged = replace(judged, twins=judged.counts[:, None] * scattered)
-    variances, by_start = np.full(len(free), np.inf), np.zeros((2, len(free)))
+    variances = np.full(len(free), np.inf)
     variances[free] = np.diag(found[chosen])
-    by_start[:, free] = moved_by_start(at_liberty, starts, coloured.matrix)
     rows = np.vstack([weights[:, None] * end.jacobian, of.unknowns.known_rows])
     not_shown = unseen_directions(rows, of.scale, free)
     covariances = {}
@@ -239,7 +235,7 @@ def inferred(of: FitSearch) -> FitInference:
         whole[np.ix_(free, free)] = matrix
         whole[lost, lost] = np.inf
         covariances[name] = np.where(inner[:, None] & inner, whole, 0.0)
-    held = _held(of, physical, sides, common, judged.errors, starts, variances)
+    held = _held(of, physical, sides, common, judged.errors, variances)
     return FitInference(
         physical=physical,
         sides=sides,
@@ -253,18 +249,7 @@ def inferred(of: FitSearch) -> FitInference:
         judged_sandwich=judged,
         loops=loops,
         moved=noise if twins is None else end.physical - physical,
-        by_start=(by_start[0], by_start[1]),
     )
-
-
-def _slopes_by_start(of: FitSearch) -> list[tuple[slice, Array]]:
-    """Rows of each stretch, and slopes of its weighted errors by its start, of one size, (m, 2)."""
-    found = []
-    with np.errstate(all="ignore"):
-        for rows, slopes in of.predictions.jacobian_by_start(of.best.physical):
-            weighed = of.weighing.weights[rows, None] * slopes
-            found.append((rows, weighed / column_sizes(weighed)))
-    return found
 
 
 def _noise(of: FitSearch, loops: Sequence[RecordLoops | Missing]) -> Array | Missing | None:
@@ -333,7 +318,6 @@ def _covariances(
     sandwich: Sandwich,
     twins: Array | None,
     errors: Array,
-    starts: Sequence[tuple[slice, Array]],
 ) -> tuple[CovarianceEstimate, dict[str, Array]]:
     """By coloured errors alone, and by name with all else that leaves unsure, (k, k) each.
 
@@ -346,11 +330,14 @@ def _covariances(
         What noise makes of the outputs.
     errors : (n,) array
         Weighted, less what noise makes of them by its square.
-    starts : sequence of (slice, array)
-        Of `_slopes_by_start`.
     """
     weights, influence = of.weighing.weights, sandwich.influence(of.weighing.weights)
     coloured = sandwich.coloured(clustered=of.horizon is not None)
+    if twins is None and of.horizon is None:
+        starts, k = told_or(np.zeros((0, 0)), partial(_slopes_by_start, of)), len(influence)
+        if starts.any():
+            whole = sandwich.beside(weights[:, None] * starts).coloured()
+            coloured = replace(coloured, matrix=whole.matrix[:k, :k])
     covariances, iid = {"coloured": coloured.matrix}, sandwich.independent()
     if of.horizon is None and twins is not None:
         centred = twins - twins.mean(axis=1, keepdims=True)
@@ -370,24 +357,38 @@ def _covariances(
                 (influence @ twins[:, : 2 * pairs]).reshape(len(influence), pairs, 2).mean(axis=2)
             )
             covariances["coloured"] = matrix + np.atleast_2d(np.cov(means)) / pairs
-    for name, matrix in covariances.items():
-        # No error of a record tells what the starts of loops add.
-        by_start, _ = moved_by_start(sandwich, starts, matrix)
-        covariances[name] = matrix + np.outer(by_start, by_start)
-    errors_there = of.best.errors[:, None]
-    doubted = [of.predictions.doubts_of_memory(of.best.physical)]
+    doubted = [np.zeros((len(weights), 0))]
     for form, predictions in of.doubts:
         at = np.array([of.ended.get(q.name, 0.0) for q in form.physical_quantities])
         predictions.settle(at)
         lanes = predictions(at[None, :])
         if lanes.failures:
             raise EstimationError(lanes.failures[0], code="simulation")
-        doubted.append(lanes.errors - errors_there)
+        doubted.append(lanes.errors - of.best.errors[:, None])
     by_doubts = influence @ np.hstack(doubted)
     covariances = {"coloured": covariances.pop("coloured"), "iid": iid, **covariances}
     return coloured, {
         name: matrix + by_doubts @ by_doubts.T for name, matrix in covariances.items()
     }
+
+
+def _slopes_by_start(of: FitSearch) -> Array:
+    """Slopes of the errors by first positions and velocities of stretches in motion, (n, j).
+
+    A record tells them but for its noise. None where they are searched.
+    """
+    in_motion = [bool(each.inputs.start.velocity) for each in of.predictions.stretches]
+    if of.of_start.any() or not any(in_motion):
+        return np.zeros((len(of.best.errors), 0))
+    form = replace(of.form, time=()).with_starts(of.records, [START])
+    predictions = LoopPredictions(form, form.axes, of.records, of.outputs)
+    first = len(of.best.physical) - len(of.form.time)
+    at = np.append(of.best.physical[:first], form.start[first:])
+    no_end = np.full(len(at), np.inf)
+    searched = np.append(np.zeros(first, dtype=bool), np.repeat(in_motion, 2))
+    predictions.settle(at)
+    _, slopes = jacobian_at(predictions, at, least_sizes(form), -no_end, no_end, searched)
+    return slopes[:, searched]
 
 
 def _held(
@@ -396,7 +397,6 @@ def _held(
     sides: NDArray[np.int8],
     common: Array | None,
     errors: Array,
-    starts: Sequence[tuple[slice, Array]],
     variances: Array,
 ) -> tuple[ParameterAtBound, ...]:
     """Parameters at their bounds, and what each would be without its own.
@@ -411,8 +411,7 @@ def _held(
         free[j] = True
         sandwich, place = of.sandwich(free), int(np.count_nonzero(free[:j]))
         matrix = replace(sandwich, errors=errors).coloured().matrix
-        by_start, _ = moved_by_start(sandwich, starts, matrix)
-        deviation = float(np.sqrt((matrix + np.outer(by_start, by_start))[place, place]))
+        deviation = math.sqrt(matrix[place, place])
         residuals = sandwich.errors
         if common is not None:
             change = of.best.jacobian @ (physical - of.best.physical)

@@ -28,7 +28,6 @@ from .nuisance import (
     gains_in as gains_in,
     inputs_at as inputs_at,
     least_sizes as least_sizes,
-    start_sizes as start_sizes,
     started_at as started_at,
 )
 from .unknowns import (

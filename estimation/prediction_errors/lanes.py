@@ -4,43 +4,29 @@ from abc import ABC, abstractmethod
 from collections import ChainMap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, islice, pairwise, starmap
+from itertools import islice, pairwise, starmap
 
 import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.law_replay import (
-    MIN_MEMORY_EFFECT,
-    START_SAMPLES,
     LawAlong,
     LawInputs,
-    as_read_by_law,
-    cached_per_record,
-    first_memory,
     law_memory,
-    law_residual,
     law_terms_along,
-    law_ticks,
-    slopes_along,
     state_at_rest,
 )
-from axisid.estimation.parameters import (
-    axis_at,
-    inputs_at,
-    least_sizes,
-    start_sizes,
-    started_at,
-)
+from axisid.estimation.parameters import axis_at, inputs_at, started_at
 from axisid.estimation.records import Record
-from axisid.estimation.regression import Form, autoregression_of
+from axisid.estimation.regression import Form
 from axisid.estimation.simulation import (
     BatchSimulation,
     LoopInputs,
     gains_by_lane,
     simulate_lanes,
 )
-from axisid.support.arrays import Array, column_sizes
+from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
 #: Of a parameter's scale. The cost is smooth there: slopes agree to 0.06 % from 1e-3 to 1e-6.
@@ -197,7 +183,12 @@ class PredictionErrors(ABC):
     def outputs_of(self, records: Sequence[Record], physical: Array) -> Array:
         """Rows that the errors of other records of the same samples would have less of, (n,).
 
-        Of each the output, or how far it is from a prediction by parameters (P,) that follows it.
+        Of each how far its output is from what parameters (P,) predict of it, from where it starts.
+
+        Raises
+        ------
+        EstimationError
+            It cannot be simulated.
         """
 
     def __call__(self, physical: Array) -> Lanes:
@@ -218,53 +209,6 @@ class PredictionErrors(ABC):
         inputs = started_at(self._form, physical, stretch.record, stretch.segment, inputs)
         theta = self._form.own(physical, stretch.record)
         return replace(stretch, axis=axis, inputs=inputs), theta
-
-    def jacobian_by_start(self, physical: Array) -> tuple[tuple[slice, Array], ...]:
-        """Rows of each stretch that begins in motion, and slopes of its errors there, (n, 2).
-
-        By its first position and velocity, which are those of the record; none where they are
-        parameters, or are taken out of the errors.
-        """
-        if least_sizes(self._form).any():
-            return ()
-        found = []
-        for each, rows in zip(self.stretches, chain(*self.spans), strict=bool(self.stretches)):
-            if not each.inputs.start.velocity:
-                continue
-            record, (at, own) = self._records[each.record], self._at(each, physical)
-            position = record.position[slice(*record.spans[each.segment])]
-            start, step = at.inputs.start, STEP * np.array(start_sizes(position, record.period))
-            there = np.array([[float(start.position)], [float(start.velocity)]])
-            moved = there + step[:, None] * np.array([[1, -1, 0, 0], [0, 0, 1, -1]])
-            inputs = replace(at.inputs, start=replace(start, position=moved[0], velocity=moved[1]))
-            out, failures = at.rows(np.tile(own, (4, 1)), inputs)
-            slopes = at.counted[:, None] * (out[:, ::2] - out[:, 1::2]) / (2 * step)
-            if not failures and np.all(np.isfinite(slopes)):
-                found.append((rows, slopes))
-        return tuple(found)
-
-    def doubts_of_memory(self, physical: Array) -> Array:
-        """What the law's memory at each start, a deviation off, makes of the errors, (n, k).
-
-        None where nothing is taken from the controls of the records.
-        """
-        columns = [np.zeros((len(self.measured), 0))]
-        for each, rows in zip(self.stretches, chain(*self.spans), strict=bool(self.stretches)):
-            at, own = self._at(each, physical)
-            root = memory_deviations(at.axis, self._records[each.record])[each.segment]
-            if not len(root):
-                continue
-            start = at.inputs.start
-            law = np.pad(root, ((0, 0), (0, len(start.memory) - root.shape[1])))  # not the drive's
-            lanes = replace(start, memory=start.memory + np.vstack([law, -law]))
-            tiled = np.tile(own, (2 * len(law), 1))
-            out, failures = at.rows(tiled, replace(at.inputs, start=lanes))
-            if failures:
-                raise EstimationError(next(iter(failures.values())), code="simulation")
-            more, less = np.split(out, 2, axis=1)
-            columns.append(np.zeros((len(self.measured), len(law))))
-            columns[-1][rows] = at.counted[:, None] * (more - less) / 2
-        return np.hstack(columns)
 
     def jacobian_by_law(self, physical: Array) -> Mapping[str, Array]:
         """Slopes of the errors by a factor of each term of the law, (n,), by its gains.
@@ -322,48 +266,6 @@ class PredictionErrors(ABC):
                 code="simulation",
             )
         self._slope_by_time, self._time = slope, time
-
-
-@cached_per_record
-def memory_deviations(axis: GeneratedAxis, record: Record) -> list[Array]:
-    """Deviations of what the law remembers where segments begin: roots of covariances, (k, m) each.
-
-    It is of the first controls, whose noise follows the autoregression that the law leaves of all,
-    but for another memory. None of a memory that is declared, (0, m).
-
-    Parameters
-    ----------
-    axis : GeneratedAxis
-        With a control law.
-    record : Record
-    """
-    size, influences = law_memory(axis), dict[int, Array]()
-    residuals, every_counted = list[Array](), list[NDArray[np.bool_]]()
-    for segment, span in enumerate(record.spans):
-        read = as_read_by_law(axis, record, span)
-        memory = first_memory(axis, read, span)
-        if memory is None:
-            continue
-        (residual, counted), ticks = law_residual(axis, record, span), law_ticks(axis, read, span)
-        slopes = slopes_along(axis, ticks, memory)
-        slopes = np.where(counted[:, None] & np.isfinite(slopes), slopes, 0.0)
-        norms = column_sizes(slopes[:START_SAMPLES])
-        unit = slopes / norms
-        inverse = np.linalg.pinv(unit[:START_SAMPLES], rcond=MIN_MEMORY_EFFECT)
-        influences[segment] = inverse / norms[:, None]
-        explained = unit @ np.linalg.lstsq(unit, residual, rcond=MIN_MEMORY_EFFECT)[0]
-        residuals.append(residual - explained)
-        every_counted.append(counted)
-    roots = [np.zeros((0, size)) for _ in record.spans]
-    if not influences:
-        return roots
-    model = autoregression_of(residuals, record.period, every_counted)
-    used = sum(map(np.count_nonzero, every_counted))
-    widened = used / max(used - size * len(residuals), 1)
-    for segment, influence in influences.items():
-        variances, directions = np.linalg.eigh(widened * model.coloured(influence.T))
-        roots[segment] = np.sqrt(np.maximum(variances, 0.0))[:, None] * directions.T
-    return roots
 
 
 def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:

@@ -89,19 +89,22 @@ class LoopPredictions(PredictionErrors):
         self.stretches = stretches
         super().__init__(form, records, stretches)
 
-    def outputs_of(
-        self,
-        records: Sequence[Record],
-        physical: Array,  # noqa: ARG002
-    ) -> Array:
-        """See `PredictionErrors.outputs_of`."""
-        return np.concatenate(
-            [
-                interleaved([getattr(each, name)[first:last] for name in self.stretches[0].outputs])
-                for each in records
-                for first, last in each.spans
-            ]
-        )
+    def outputs_of(self, records: Sequence[Record], physical: Array) -> Array:
+        """See `PredictionErrors.outputs_of`; the first samples tell where a loop starts."""
+        pieces = []
+        for each in self.stretches:
+            record, (at, theta) = records[each.record], self._at(each, physical)
+            rows = slice(*record.spans[each.segment])
+            start = loop_starts(at.axis, record)[each.segment]
+            inputs = started_at(
+                self._form, physical, each.record, each.segment, replace(at.inputs, start=start)
+            )
+            out, failures = at.rows(theta[None, :], inputs)
+            if failures:
+                raise EstimationError(failures[0], code="simulation")
+            recorded = interleaved([getattr(record, name)[rows] for name in each.outputs])
+            pieces.append(recorded - out[:, 0])
+        return np.concatenate(pieces)
 
     def settle(self, physical: Array) -> None:
         """See `PredictionErrors.settle`: how many steps a sample is simulated in.

@@ -210,13 +210,7 @@ class WindowPredictions(PredictionErrors):
             yield w.rows(errors), failed
 
     def outputs_of(self, records: Sequence[Record], physical: Array) -> Array:
-        """See `PredictionErrors.outputs_of`; windows start where these records ask for.
-
-        Raises
-        ------
-        EstimationError
-            A window cannot be simulated.
-        """
+        """See `PredictionErrors.outputs_of`; windows start where these records ask for."""
         controls, pieces = [*map(_control, self._axes, records)], []
         for each in self._windows:
             position = each.cut(records[each.record].position)

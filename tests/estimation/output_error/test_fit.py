@@ -258,22 +258,16 @@ def test_records_too_short_for_the_filter_of_identify_are_fitted(
         identify(emps2015, short)
     result = fit(emps2015, short, start={**TRUTH})
     assert len(result.records) == len(short)
-    assert abs(result["M"].value - TRUTH["M"]) < 5 * result["M"].deviation < 0.1 * TRUTH["M"]
+    assert abs(result["M"].value - TRUTH["M"]) < 4 * result["M"].deviation < 0.1 * TRUTH["M"]
 
 
-def test_what_the_start_of_a_loop_leaves_open_counts_and_names_what_finds_it(
-    emps2015: GeneratedAxis, twin: Record, found: OutputFit
+def test_a_move_too_short_for_twins_is_no_surer_than_with_its_start_free(
+    emps2015: GeneratedAxis,
 ) -> None:
-    """What parameters move by is told to first order, without another search."""
     record = twin_record(emps2015, seed=107).windowed((1.2, 1.4))
     result, free = fit(emps2015, record), fit(emps2015, record, free="start")
-    check = checks(result)["start of the loop"]
-    assert check.status == "note"
-    assert check.meaning.endswith('find the start with the parameters by free="start".')
-    moved, _ = result.by_start
-    np.testing.assert_allclose(free.physical[:3] - result.physical, moved, rtol=0.05)
-    assert np.all(result.deviations > np.abs(moved))
-    assert "start of the loop" not in checks(free).keys() | checks(found).keys()
+    assert np.all(result.deviations > free.deviations[:3])
+    assert np.all(np.abs(free.physical[:3] - result.physical) < result.deviations)
 
 
 @pytest.mark.parametrize("output", ["control", "position"])
