@@ -80,7 +80,6 @@ _MAX_TIME_STEP = 0.01
 _ROUNDS = 8
 _FURTHEST = 2.0  # periods, by which a time of the drive moves in a round
 _TIME_STEP = 0.05  # periods, by which a time of the drive is longer for the slope by it
-_HORIZONS = 3  # lengths of windows that a search goes on with
 _PASSES, _SETTLED = 4, 0.02  # of weights: how often they are found anew, and their last change
 
 
@@ -224,7 +223,7 @@ def fit(
         checked_horizon(horizon, outputs, given),
     )
     if time is None:
-        first, last = _in_steady_windows(search, generated, start, asked)
+        first = last = search(generated, start, None, horizon=asked)
     else:
         of_time = partial(search, horizon=asked)
         first, last = _with_time_found(generated, time, start, of_time, given[0].period)
@@ -262,28 +261,6 @@ def _with_time_found(
         "and the model are right.",
         code="no-convergence",
     )
-
-
-def _in_steady_windows(
-    search: Callable[..., FitSearch],
-    generated: GeneratedAxis,
-    start: StartLike,
-    asked: float | None,
-) -> tuple[FitSearch, FitSearch]:
-    """The first and the last search, in windows as long as asked for, s, or else steady ones.
-
-    How long the windows of an open loop may be is told by parameters that are right. From a poor
-    start they are shorter, in which a search comes nearer, or too long; then it goes on from its
-    end with those that are steady there.
-    """
-    first = last = search(generated, start, None, horizon=asked)
-    is_given = asked is not None or last.horizon is None
-    for _ in range(0 if is_given else _HORIZONS):
-        horizon = _steady_horizon(last.form, last.records, last.best.physical)
-        if horizon in (None, last.horizon):
-            break
-        last = search(generated, last.ended, None, horizon=horizon)
-    return first, last
 
 
 def _searched(
@@ -370,23 +347,19 @@ def _predictions(
     physical: Array,
     horizon: float | None,
 ) -> PredictionErrors:
-    """What is predicted; windows of an open loop are such that errors do not grow in them."""
+    """What is predicted; windows of an open loop are such that errors do not grow in them.
+
+    At parameters (P,), where a length, s, is not asked for. Where they cannot be simulated, the
+    search tells it.
+    """
     if OPEN_LOOP not in outputs:
         return LoopPredictions(form, form.axes, records, outputs)
-    horizon = horizon or _steady_horizon(form, records, physical) or default_horizon(records)
-    return WindowPredictions(form, form.axes, records, horizon)
-
-
-def _steady_horizon(form: ExtendedForm, records: Sequence[Record], physical: Array) -> float | None:
-    """Length of windows, s, in which errors do not grow at parameters (P,).
-
-    None where they cannot be simulated, which the search and the check of the windows tell.
-    """
-    longest = WindowPredictions(form, form.axes, records, default_horizon(records))
-    try:
-        return longest.steady_horizon(physical)
-    except EstimationError:
-        return None
+    longest = WindowPredictions(form, form.axes, records, horizon or default_horizon(records))
+    if horizon is None:
+        with suppress(EstimationError):
+            steady = longest.steady_horizon(physical)
+            return WindowPredictions(form, form.axes, records, steady)
+    return longest
 
 
 def _rests(form: ExtendedForm, records: Sequence[Record]) -> dict[int, FilteredRecord]:
