@@ -55,7 +55,6 @@ _MAX_LAW_SHIFT = 2.0  # deviations, by a control law that is not the declared on
 _MAX_LAW_SENSITIVITY = 5.0  # % by 1 % of a term of the law; beyond, the law must be exact
 _MAX_APART = 0.5  # of the searches end higher than the best
 _SAME_END = 1e-3  # of the least cost, by which another search that ended there may be higher
-_MIN_MOVED_BY_NOISE = 1.0  # deviations by noise in the loop, which is taken off
 
 _FACTORS = "law's factors"
 
@@ -140,12 +139,7 @@ def exact_law_check(of: OutputFit) -> Check | None:
     share, term, j = max(every, key=itemgetter(0))
     said = f"a law whose {term} is 1 % other than declared moves {of.names[j]} by {share:.2g} %"
     if share > _MAX_LAW_SENSITIVITY:
-        exact = "the law must be exact" if of.outputs == (POSITION,) else "the law must be right"
-        deviations = of.deviations[j] / abs(float(of.law_moves[term][j]))
-        if 0 < deviations < 1:
-            enough = float(f"{deviations:.2g}")
-            said += f", and {enough:g} % by its whole deviation, which supposes the declared law"
-        said += f": {exact}, or the numbers are its error"
+        said += ": the law must be right, or the numbers are its error"
     return Check(
         name="exact law",
         status=status_of(share <= _MAX_LAW_SENSITIVITY, matters=False),
@@ -176,29 +170,11 @@ def convergence_check(of: OutputFit) -> Check:
     )
 
 
-def noise_in_loop_check(of: OutputFit) -> Check | Missing | None:
-    """What noise in the loop moved, and is taken off."""
-    bias = of.moved
-    if bias is None:
+def noise_in_loop_check(of: OutputFit) -> Missing | None:
+    """Why it is not known what noise in the loop moves; what is known is taken off."""
+    if not isinstance(of.moved, Missing):
         return None
-    if isinstance(bias, Missing):
-        return Missing(f"what noise makes of the parameters is not known: {bias.reason}")
-    searched = of.deviations > 0
-    far = np.divide(np.abs(bias), of.deviations, out=np.zeros(len(bias)), where=searched)
-    worst = int(np.argmax(far))
-    if far[worst] <= _MIN_MOVED_BY_NOISE:
-        return None
-    value, by = of.physical[worst], float(bias[worst])
-    share = f" ({100 * by / abs(value):+.2g} %)" if value else ""
-    return Check(
-        name="noise in the loop",
-        status="note",
-        figure=float(far[worst]),
-        threshold=_MIN_MOVED_BY_NOISE,
-        source="chosen",
-        meaning=f"simulated loops with the record's noise moved {of.names[worst]} by "
-        f"{far[worst]:.2g} deviations{share}, which is taken off, and the others alike",
-    )
+    return Missing(f"what noise makes of the parameters is not known: {of.moved.reason}")
 
 
 def starts_check(of: OutputFit) -> Check | None:
