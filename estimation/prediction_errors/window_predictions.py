@@ -236,8 +236,6 @@ class WindowPredictions(PredictionErrors):
         """
         longest = min(self.horizon, max(len(w.position) * w.period for w in self._windows))
         halvings = max(math.ceil(math.log2(longest / _SHORTEST)), 0)
-        # What grows no faster in the shortest may last through the longest: sinh(x)/x is below e^x.
-        slow = math.log(MAX_GROWTH.value) * 0.5**halvings
         steady = 0.5 * longest * 0.5**halvings
         for k in reversed(range(halvings + 1)):
             asked = longest * 0.5**k
@@ -246,8 +244,6 @@ class WindowPredictions(PredictionErrors):
             grown = max(_growth(w, self._form.own(physical, w.record)) for w in windows._windows)
             if grown > MAX_GROWTH.value:
                 return steady
-            if k == halvings and grown <= math.sinh(slow) / slow:
-                break
             steady = asked
         return self.horizon
 
