@@ -90,10 +90,6 @@ class SearchResult:
         -1 at the lower, 1 at the upper one, 0 elsewhere.
     steps : tuple of FitStep
     cost : float
-    lost : int
-        Parameter sets on the way whose loop could not be simulated.
-    why_lost : str
-        Of the last of them.
     converged : bool
     """
 
@@ -103,8 +99,6 @@ class SearchResult:
     at_bound: NDArray[np.int8]
     steps: tuple[FitStep, ...]
     cost: float
-    lost: int
-    why_lost: str
     converged: bool
 
 
@@ -149,7 +143,7 @@ class Search:
         self._predictions, self._unknowns, self._scale = predictions, unknowns, scale
         self._weighing, self._progress = weighing, progress
         self._steps: list[FitStep] = []
-        self._largest, self._lost, self._why = 0.0, 0, ""
+        self._largest = 0.0
         self._at = np.empty(0)  # where errors and slopes are known
         self._slopes: tuple[Array, Array]
 
@@ -181,8 +175,6 @@ class Search:
             at_bound=bound,
             steps=tuple(self._steps),
             cost=cost_of(at, errors, self._unknowns, self._weighing),
-            lost=self._lost,
-            why_lost=self._why,
             converged=settled and converged,
         )
 
@@ -267,7 +259,6 @@ class Search:
             return weighed_rows(at, self._slopes_at(at)[0], self._unknowns, self._weighing)
         lanes = self._predictions(at[None, :])
         if lanes.failures:
-            self._lost, self._why = self._lost + 1, next(iter(lanes.failures.values()))
             rows = len(self._weighing.weights) + int(self._unknowns.has_prior.sum())
             return np.full(rows, _LOST * self._largest)
         return weighed_rows(at, lanes.errors[:, 0], self._unknowns, self._weighing)

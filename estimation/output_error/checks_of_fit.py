@@ -159,8 +159,6 @@ def convergence_check(of: OutputFit) -> Check:
         else f"the search still moves after {MOST_STEPS} steps; start elsewhere, or leave out what "
         "the record does not show"
     )
-    if best.lost:
-        said += f"; {best.lost} parameter sets on the way could not be simulated: {best.why_lost}"
     return Check(
         name="convergence",
         status=status_of(best.converged),

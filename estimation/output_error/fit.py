@@ -554,7 +554,7 @@ class _FitRun:
             if settled and np.array_equal(counted, self.counted):
                 return found
             again = self._run(u.inside(found.physical, self.scale * _SETTLED), u)
-            found = replace(again, steps=(*found.steps, *again.steps), lost=found.lost + again.lost)
+            found = replace(again, steps=(*found.steps, *again.steps))
         return found
 
     def _effects(self, found: SearchResult, unknowns: Unknowns) -> Array | None:
