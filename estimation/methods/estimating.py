@@ -365,7 +365,7 @@ def _inference(
         own = {name: each.matrix for name, each in applied.items()}
         mapped = {name: delta_method(each, jacobian) for name, each in own.items()}
         freedom = {name: each.freedom for name, each in applied.items()}
-        names = {n: f"{a.description}{_widened(form, jacobian, a)}" for n, a in applied.items()}
+        names = {name: each.description for name, each in applied.items()}
         chains: tuple[Chain, ...] = ()
         bias = left = off = None
         if isinstance(told, str):
@@ -423,18 +423,6 @@ def _noise(axis: Axis, correction: BootstrapCorrection) -> str:
     if len(noise) > 1:
         noise = [f"record {number}: {each}" for number, each in enumerate(noise, 1)]
     return f", as {correction.count} twins with {'; '.join(noise)} scatter"
-
-
-def _widened(form: Form, jacobian: Array, applied: CovarianceEstimate) -> str:
-    """Whose deviations are those of autoregressive residuals, as scores are few; for notes."""
-    if applied.widened is None or not applied.widened.any():
-        return ""
-    of_some = np.any(jacobian[:, applied.widened] != 0, axis=1)
-    named = [p.name for p, yes in zip(form.declared, of_some, strict=True) if yes]
-    return (
-        f"; {', '.join(named)}: the larger deviation of residuals that are an AR(1), as few "
-        "scores are independent"
-    )
 
 
 def _scaled(covariance: Array, known: Array, scale: Array, correlation: Array) -> Array:

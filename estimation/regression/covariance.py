@@ -146,11 +146,12 @@ class Hac(Covariance):
         other, variances = covariance_of_ar1(solution), np.diag(applied.matrix)
         least = np.diag(other.matrix)
         wider = (variances > 0) & (least > variances)
+        said = "; of few independent scores no less than of residuals that are an AR(1)"
         return replace(
             applied,
             matrix=widened(applied.matrix, least),
             freedom=np.where(wider, other.freedom, applied.freedom),
-            widened=wider,
+            description=applied.description + said * bool(wider.any()),
         )
 
     def of_scores(self, scores: Array, neighbours: RowTimes) -> CovarianceEstimate:

@@ -131,15 +131,11 @@ class CovarianceEstimate:
         Degrees of freedom of the chi-squared with each variance's relative error.
     description : str
         Name with lags and small-sample correction.
-    widened : (k,) array of bool or None
-        Parameters whose deviation, and freedom, is that of autoregressive residuals, the larger
-        where scores are few; None where they are not.
     """
 
     matrix: Array
     freedom: Array
     description: str = ""
-    widened: NDArray[np.bool_] | None = None
 
 
 def checked_columns(
