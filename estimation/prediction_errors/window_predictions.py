@@ -33,8 +33,6 @@ FEWEST_IN_WINDOW = 20
 _FITTED = 20  # samples from the first on, from which a first velocity is begun
 _ROUNDS = 8  # of the first positions and velocities, at each point, at most
 _SHARES = np.array([1.0, 0.25, 0.03])  # of a step of them, that are tried
-_OF_FEW = (3, 5, 8, 12)  # first samples, whose slopes are velocities that are tried as well
-_OTHER = 0.9  # of a window's squared errors, below which another start is one
 _SHORTEST = 0.0625  # s, of the windows that are asked first
 _STILL = 1e-6  # of a window's squared errors, by which a step lessens them that is the last
 # Of what a first position changes, what a first velocity does: else it is rounding. A velocity that
@@ -194,7 +192,7 @@ class WindowPredictions(PredictionErrors):
             inputs = w.inputs(w.first_states)
             asked = (settled_substeps(w.axis, theta, inputs.lanes(k)) for k in range(w.count))
             w.substeps = max(w.substeps or 1, *(steps or 1 for steps in asked))
-            _begin(w, theta)
+            _follow(w, theta)
 
     def _errors(self, physical: Array) -> Iterator[tuple[Array, dict[int, str]]]:
         """Errors of windows; those of a trial alone start where its own errors are least."""
@@ -216,7 +214,7 @@ class WindowPredictions(PredictionErrors):
             position = each.cut(records[each.record].position)
             w = replace(each, position=position, control=each.cut(controls[each.record]))
             theta = np.asarray(self._form.own(physical, w.record))
-            _begin(w, theta)
+            _follow(w, theta)
             errors, failed = w.errors(theta[None])
             if failed:
                 raise EstimationError(failed[0], code="simulation")
@@ -293,33 +291,6 @@ def _follow(w: _Windows, theta: Array) -> None:
         w.first_states = np.where(less, tried[:, best, every], w.first_states)
         if np.all(~less | (there[best, every] > (1 - _STILL) * here)):
             break
-
-
-def _begin(w: _Windows, theta: Array) -> None:
-    """Start windows where their errors are least, not only less than near by.
-
-    Near rest the errors have several least values: another velocity is tried about each window's.
-    """
-    _follow(w, theta)
-    slopes = [  # of lines through fewer samples
-        polyfit(w.period * np.arange(n), w.position[:n], 1)[1]
-        for n in _OF_FEW
-        if n <= len(w.position)
-    ]
-    sets = 2 + len(slopes)
-    tried = np.tile(w.first_states[:, None, :], (1, sets, 1))
-    tried[1, 1:] = [*slopes, np.zeros(w.count)]
-    errors, failed = w.errors(np.tile(theta, (sets, 1)), tried.reshape(2, -1))
-    mean = errors.sum(axis=0) / np.maximum(w.counted.sum(axis=0), 1.0)  # as another position leaves
-    errors -= mean * w.counted[:, None, :]
-    squares = np.einsum("nbw,nbw->bw", errors, errors)
-    squares[[*failed]] = np.inf
-    best, every = squares.argmin(axis=0), np.arange(w.count)
-    less = squares[best, every] < _OTHER * squares[0]
-    tried[0] -= mean
-    w.first_states = np.where(less, tried[:, best, every], w.first_states)
-    if less.any():
-        _follow(w, theta)
 
 
 def _moved(w: _Windows, theta: Array) -> Array:
