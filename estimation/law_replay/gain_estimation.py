@@ -110,7 +110,10 @@ class LawAlong:
 
     @classmethod
     def of_loop(cls, axis: GeneratedAxis, ticks: LawInputs, start: Array) -> "LawAlong":
-        """The law along a simulated loop, before the drive, whose limit it knows."""
+        """The law along a simulated loop, before the drive, whose limit it knows.
+
+        Of what the loop remembers at the start the law's memory comes first.
+        """
         law = law_of(axis)
         return cls(
             law=law,
@@ -121,7 +124,7 @@ class LawAlong:
             functions=law_functions(law, axis.axis.signal_symbols),
             logged=lambda output, **_: output,
             gains=np.array([*law.gains.values()], dtype=float),
-            start=start,
+            start=start[: len(law.memory)],
         )
 
     @property

@@ -281,6 +281,15 @@ def test_a_record_that_is_cut_from_a_fast_move_is_believed(output: str) -> None:
 
 
 @pytest.mark.slow
+def test_a_law_may_have_both_a_delay_and_a_memory() -> None:
+    """The loop remembers controls that are on their way behind what the law remembers."""
+    declared = load_axis("servo_joint")
+    late = replace(declared, control=replace(declared.control, delay=1))
+    result = fit(build(late), twin_record(late, seed=1).windowed((0.0, 4.0)))
+    assert checks(result)["law's factors"].status == "pass"
+
+
+@pytest.mark.slow
 def test_what_no_output_shows_is_named(twin: Record, found: OutputFit) -> None:
     """A force at a place where the axis never is; the others are what they are without it."""
     result = fit(with_bump(0.5), twin)
