@@ -13,9 +13,14 @@ from dataclasses import dataclass, replace
 from operator import is_
 
 import numpy as np
+from scipy.special import ndtri, stdtrit
 
 from axisid.estimation.bootstrap import Chain, measured_chain, twins_of
-from axisid.estimation.diagnostics.control_law import LawAgreement
+from axisid.estimation.diagnostics.control_law import (
+    EstimatedGains,
+    LawAgreement,
+    found_law_agreement,
+)
 from axisid.estimation.estimation_problem import noise_free_record
 from axisid.estimation.parameters import ExtendedForm, axis_at
 from axisid.estimation.prediction_errors import PredictionErrors, record_rows
@@ -155,22 +160,55 @@ def calibrated_covariance(
 
 
 PERCENT = 0.01
+_TWINS = 8
+_LEVEL = 0.975  # at which eight twins are as sure as the normal law has it
+
+
+def factors_in_twins(
+    law: LawAgreement | Missing, loops: RecordLoops | Missing, found: EstimatedGains
+) -> Sequence[Mapping[str, float]]:
+    """Factors that the law has in twins, which are under the declared one; none without twins.
+
+    A control that answers to noise within a sample is no sum of its terms, and HAC deviations know
+    of what stands in the rows alone.
+
+    Parameters
+    ----------
+    law : LawAgreement or Missing
+    loops : RecordLoops or Missing
+        Of the record.
+    found : EstimatedGains
+    """
+    if isinstance(law, Missing) or isinstance(loops, Missing):
+        return []
+    if not law.factors or loops.chain.is_silent:
+        return []
+    twins = loops.twins(loops.chain, _TWINS, paired=False)
+    checked = (found_law_agreement(loops.data.axis, twin, found) for twin in twins)
+    factors = [each.factors for each in checked if isinstance(each, LawAgreement)]
+    same = [each for each in factors if each.keys() == law.factors.keys()]
+    return same if 2 * len(same) >= _TWINS else []
 
 
 def move_by_record(
     of_records: Sequence[Mapping[str, Array]],
     laws: Sequence[LawAgreement | Missing],
+    every: Sequence[RecordLoops | Missing],
+    found: EstimatedGains,
 ) -> tuple[Array, Array] | None:
     """What the law as the records have it, less the declared one, moves the parameters by, (P,).
 
-    Each record moves them by its own factors; one that does not tell them is taken for the mean of
-    those that do.
+    Each record moves them by its own factors, less what those of its twins do in the mean; one that
+    does not tell them is taken for the mean of those that do.
 
     Parameters
     ----------
     of_records : sequence of mapping of str to (P,) array
         Of each term, 1 % larger, by its gains.
     laws : sequence of LawAgreement or Missing
+    every : sequence of RecordLoops or Missing
+        Of the records, whose twins tell how sure the factors are; HAC does where there are none.
+    found : EstimatedGains
 
     Returns
     -------
@@ -187,10 +225,18 @@ def move_by_record(
         return None
     mean = {name: float(np.mean([each[name] for each in telling])) for name in names}
     shifts, variances = [], []
-    for moves, of_record, law in zip(of_records, factors, laws, strict=True):
+    for moves, of_record, law, loops in zip(of_records, factors, laws, every, strict=True):
+        twins = factors_in_twins(law, loops, found)
+        table = np.array([[f[n] for n in names] for f in (of_record or mean, *twins)])
         slopes = np.array([moves[n] for n in names]) / PERCENT
-        shifts.append(np.array([(of_record or mean)[n] - 1 for n in names]) @ slopes)
-        if isinstance(law, LawAgreement):
+        shift, *of_twins = (table - 1) @ slopes
+        if twins:
+            count = len(twins)
+            shift = shift - np.mean(of_twins, axis=0)
+            widened = (1 + 1 / count) * (stdtrit(count - 1, _LEVEL) / ndtri(_LEVEL)) ** 2
+            variances.append(widened * np.var(of_twins, axis=0, ddof=1))
+        elif isinstance(law, LawAgreement):
             deviations = np.array([law.deviations.get(n, 0.0) for n in names])
             variances.append(deviations**2 @ slopes**2)
+        shifts.append(shift)
     return np.asarray(np.sum(shifts, axis=0)), np.sqrt(np.sum(variances, axis=0))

@@ -263,7 +263,11 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     @cached_property
     def law_shift(self) -> tuple[Array, Array] | Missing | None:
         """What the law as the records have it would move them by, with deviations, (P,) each."""
-        return unless_faulty(lambda: move_by_record(self._moves_of_records, self._laws))
+        return unless_faulty(
+            lambda: move_by_record(
+                self._moves_of_records, self._laws, self.loops, self.estimated_gains
+            )
+        )
 
     @cached_property
     def _moves_of_records(self) -> tuple[Mapping[str, Array], ...]:
