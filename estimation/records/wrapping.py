@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from axisid.estimation.raw_tables import Repair
+from axisid.estimation.raw_tables import Repair, Samples
 from axisid.estimation.records.columns import RoleColumns
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
@@ -85,43 +85,45 @@ def unwound(
 
 
 def _unwrapped(columns: RoleColumns, modulus: Modulus, gap: float) -> RoleColumns:
-    """Undo the jumps of the position by whole moduli, and lay the reference on its turn.
+    """Undo the jumps of position and reference by whole moduli.
 
-    Where samples are missing, the turns in between are not known: the position is taken to have
-    moved by less than half a modulus. A reference that spans more than the modulus is not wrapped
-    by it, and stays.
+    Where there were jumps, the reference begins on the position's turn, unless it spans more than
+    the modulus. Where samples are missing, the turns in between are not known: the position is
+    taken to have moved by less than half a modulus, and the reference to begin again on the
+    position's turn. Without a jump nothing is moved.
     """
     source, samples = columns.source, {**columns.samples}
-    position, reference = samples["position"], samples.get("reference")
-    span, limit = float(np.ptp(position.values)), _MAX_WRAPPED_SPAN * modulus.si
-    if span > limit:
+    span = float(np.ptp(samples["position"].values))
+    if span > _MAX_WRAPPED_SPAN * modulus.si:
         raise DataError(
             f"{source}: the position spans {modulus.written(span)}, more than the modulus "
             f"{modulus}, so it is not wrapped by it; give the modulus with its unit, or leave wrap "
             "out in run.toml.",
             code="wrap",
         )
-    gaps = long_steps(position.times, gap)
-    turns = np.round(np.diff(position.values, prepend=position.values[0]) / modulus.si)
-    values = position.values - modulus.si * np.cumsum(turns)
-    _check_seams(source, values, np.flatnonzero(turns[1:]), gaps, modulus)
-    samples["position"] = replace(position, values=values)
-    counts = {"position": int(np.count_nonzero(turns))}
-    if reference is not None and np.ptp(reference.values) <= limit:
-        steps = np.abs(np.diff(reference.values))
-        # Without a jump nothing says that either is wrapped: no turn is the wrong one then.
-        if counts["position"] or steps.max(initial=0.0) > modulus.si / 2:
-            there = np.interp(reference.times, position.times, values)
-            ahead = np.round((there - reference.values) / modulus.si)
-            laid = replace(reference, values=reference.values + modulus.si * ahead)
-            samples["reference"] = laid
-            counts["reference"] = int(np.count_nonzero(np.diff(ahead, prepend=0.0)))
+    gaps, counts, own_turn, pieces_moved = long_steps(samples["position"].times, gap), {}, False, 0
+    for role in [role for role in ("position", "reference") if role in samples]:
+        values = samples[role].values
+        own_turn = float(np.ptp(values)) > _MAX_WRAPPED_SPAN * modulus.si
+        turns = np.round(np.diff(values, prepend=values[0]) / modulus.si) * (not own_turn)
+        values, counts[role] = values - modulus.si * np.cumsum(turns), int(np.count_nonzero(turns))
+        if role == "position":  # a reference may well step across its seam
+            _check_seams(source, values, np.flatnonzero(turns[1:]), gaps, modulus)
+        samples[role] = replace(samples[role], values=values)
+    # Without a jump nothing says that either is wrapped: no turn is the wrong one then.
+    if "reference" in samples and any(counts.values()):
+        samples["reference"], pieces_moved = _on_positions_turn(
+            samples, modulus.si, gap, own_turn=own_turn
+        )
     counted = ", ".join(f"{role} {count}" for role, count in counts.items())
     text = f"jumps by the modulus {modulus} undone: {counted}"
     if len(gaps):
         across = "a gap" if len(gaps) == 1 else f"each of {len(gaps)} gaps"
         text += f"; across {across} the motion is taken to be less than half of it"
-    return columns.repaired(samples, Repair(kind="wrap", count=sum(counts.values()), text=text))
+    text += f"; pieces of the reference moved by whole moduli: {pieces_moved}" * bool(pieces_moved)
+    return columns.repaired(
+        samples, Repair(kind="wrap", count=sum(counts.values()) + pieces_moved, text=text)
+    )
 
 
 def _signed(columns: RoleColumns, role: str, modulus: Modulus) -> RoleColumns:
@@ -145,6 +147,29 @@ def _signed(columns: RoleColumns, role: str, modulus: Modulus) -> RoleColumns:
             text=f"{role} of half the modulus {modulus} and more taken as negative: {count}",
         ),
     )
+
+
+def _on_positions_turn(
+    samples: Mapping[str, Samples], modulus: float, gap: float, *, own_turn: bool
+) -> tuple[Samples, int]:
+    """The reference, moved by whole moduli to where the position is, and how many pieces moved.
+
+    It is moved at its start, unless it has a turn of its own there, and after each gap.
+    """
+    position, reference = samples["position"], samples["reference"]
+    clock, reference_clock = position.times, reference.times
+    after = np.searchsorted(reference_clock, clock[long_steps(position.times, gap) + 1])
+    starts = np.unique(np.concatenate([[0], after, long_steps(reference.times, gap) + 1]))
+    starts = starts[starts < len(reference_clock)]
+    nearest = np.minimum(np.searchsorted(clock, reference_clock[starts]), len(clock) - 1)
+    turns = np.round((position.values[nearest] - reference.values[starts]) / modulus)
+    if own_turn:
+        turns[0] = 0.0
+    stops = np.append(starts[1:], len(reference_clock))
+    shifted = replace(
+        reference, values=reference.values + modulus * np.repeat(turns, stops - starts)
+    )
+    return shifted, int(np.count_nonzero(turns))
 
 
 def _check_seams(source: str, unwrapped: Array, places: Rows, gaps: Rows, modulus: Modulus) -> None:
