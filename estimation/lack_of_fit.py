@@ -82,13 +82,16 @@ def repeated_part(reference: Array) -> tuple[int, int, int] | None:
     correlation = correlate(directions, directions, method="fft")[len(steps) :]
     least = _MIN_CORRELATION * float(directions @ directions)
     most_apart = 2 * float(np.sqrt(np.mean(steps**2)))  # periods need be no whole samples
-    found = [
-        (first, last + period, period)
-        for period in map(int, find_peaks(correlation, prominence=least)[0] + 1)
-        for first, last in runs(np.abs(reference[period:] - reference[:-period]) <= most_apart)
-        if np.ptp(reference[first:last]) > _MIN_REPEATED_TRAVEL * travel
-    ]
-    return max(found, key=lambda each: each[1] - each[0] - each[2], default=None)
+    best, longest = None, 0
+    for period in map(int, find_peaks(correlation, prominence=least)[0] + 1):
+        if len(reference) - period <= longest:  # as of multiples of a period
+            break
+        same = np.abs(reference[period:] - reference[:-period]) <= most_apart
+        for first, last in runs(same):
+            far = np.ptp(reference[first:last]) > _MIN_REPEATED_TRAVEL * travel
+            if last - first > longest and far:
+                best, longest = (first, last + period, period), last - first
+    return best
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

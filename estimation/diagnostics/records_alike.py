@@ -5,7 +5,8 @@ record, are added to the estimate, which is solved once more. What is found of t
 difference from the others; its covariance is that of twins, and without them HAC for rows, and for
 a fit that of its errors. ``d' V^-1 d`` is held against Hotelling's distribution with the degrees of
 freedom of that. One that is odd makes the others differ from a rest that it is part of, by less:
-that which differs most is named, with the parameters that differ by themselves.
+that which differs most is named, with the parameters that differ by themselves, or all where only
+together they do.
 
 Samples may also be among records more than once: a record given twice, or an overlap. Two files of
 one recorder may hold the same samples, with times of their own: rows 1 to 10000 of a log, and rows
@@ -292,7 +293,7 @@ def records_alike(
     if not tests:
         return next(each for each in found if isinstance(each, Missing))
     # Bonferroni's; of two records there is one difference, which both tests are of.
-    number = len(tests) if len(tests) > 2 else 1
+    number = len(tests) if len(found) > 2 else 1
     beyond = [i for i, each in tests.items() if number * each.p_value < levels.level]
     odd = min(
         beyond,

@@ -28,7 +28,6 @@ from .start import (
     START_SAMPLES as START_SAMPLES,
     at_rest_misses as at_rest_misses,
     below_limit as below_limit,
-    first_memory as first_memory,
     first_velocity as first_velocity,
     law_residual as law_residual,
     loop_starts as loop_starts,

@@ -241,8 +241,10 @@ def _parsed(file: Path, content: bytes, room: Room, *, drop_tail: bool) -> Table
     notes: tuple[str, ...] = ()
     if packing.opened is not None:
         log_format = format_of(Path(file.stem))
-        if log_format.read_file is not None:
-            raise DataError(f"{file} is read from a file of its own; unpack it first.")
+        if log_format.read_file is not None or log_format.opened is not None:
+            raise DataError(
+                f"{file} is packed twice, or read from a file of its own; unpack it first."
+            )
         content = _unpacked(packing.opened, file, content, room, text=log_format.is_text)
         notes = (f"unpacked by {packing.name}",)
     elif log_format.is_text:

@@ -246,7 +246,7 @@ def _joints(
                 for value in getattr(message, kind)[k : k + 1]:  # which may be empty
                     joints.setdefault(f"{joint}.{kind}", {})[row] = value
     note = "time of the messages' headers"
-    if 0 in stamps[1:]:  # a clock may begin at zero
+    if 0 in stamps:
         stamps = recorded
         note = "not all of its messages have a time, so that of their recording"
     times = np.array(stamps, dtype=np.int64)

@@ -34,6 +34,7 @@ from axisid.estimation.regression import (
     factor,
     least_squares,
     loop_reference,
+    simulated_loops,
     simulated_position,
 )
 from axisid.estimation.signals import FilteredRecord, RowTimes
@@ -101,11 +102,12 @@ def validate(
     data = bound_record(
         result.axis, record, requested.at_period(result.record.period, record.period)
     )
+    own_data = result.problem.data if isinstance(result, Identification) else ()
     law = law_agreement(result.axis, record)
     anew = _estimated_anew(data, [*result.estimates], law)
     of_each = replace(levels, level=levels.level / len(result.estimates))
     methods = tuple(
-        _validation(data, frozen, anew.get(method), of_each)
+        _validation(data, frozen, own_data, anew.get(method), of_each)
         for method, frozen in result.estimates.items()
     )
     return Validation(
@@ -209,16 +211,19 @@ def _known_share(own: Sequence[RecordInfo], record: Record) -> float:
 def _validation(
     data: FilteredRecord,
     estimate: Estimate | Any,
+    own_data: Sequence[FilteredRecord],
     again: Estimate | None,
     levels: Levels,
 ) -> MethodValidation:
-    """How an estimate holds on a second record.
+    """How an estimate holds on a second record, its own records being these.
 
     Parameters
     ----------
     data : FilteredRecord
         The second record.
     estimate : Estimate or SavedEstimate
+    own_data : sequence of FilteredRecord
+        What it was made from, where that is known.
     again : Estimate or None
         The second record's own, by the same method.
     levels : Levels
@@ -267,10 +272,26 @@ def _validation(
         tracking_error_percent=tracking,
         reason=reason,
         own_simulation_error_percent=estimate.simulation_error_percent,
+        own_tracking_error_percent=None
+        if tracking is None
+        else _own_tracking(own_data, frozen.theta),
         least_equation_error_percent=equation * chance,
         reestimate=anew,
         changed=anew.differing(levels) if anew is not None and anew.matters(levels) else (),
     )
+
+
+def _own_tracking(own: Sequence[FilteredRecord], physical: Array) -> float | None:
+    """The same error on the estimate's own records, where they and their loops are there."""
+    if not own or any(data.record.integrated for data in own):
+        return None
+    with suppress(ModelError, DataError, EstimationError):
+        pairs = [
+            _positions(data, simulated_loops(data.axis, data.record, physical)) for data in own
+        ]
+        off, tracking = (np.concatenate(side) for side in zip(*pairs, strict=True))
+        return relative_error_percent(off, tracking)
+    return None
 
 
 def _positions(data: FilteredRecord, loops: Sequence[Simulation]) -> tuple[Array, Array]:

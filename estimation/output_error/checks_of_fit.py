@@ -52,7 +52,7 @@ _MAX_BEYOND_NOISE = 15.0  # % of a recorded output, left beyond noise
 # small motion hardly more
 _MAX_LEFT = 120.0
 _MAX_LAW_SHIFT = 2.0  # deviations, by a control law that is not the declared one
-_MAX_LAW_SENSITIVITY = 5.0  # % by 1 % of a term of the law; beyond, the law must be exact
+_MAX_LAW_SENSITIVITY = 5.0  # % by 1 % of a term of the law; beyond, its error is the numbers'
 _MAX_APART = 0.5  # of the searches end higher than the best
 _SAME_END = 1e-3  # of the least cost, by which another search that ended there may be higher
 
@@ -423,6 +423,18 @@ def precise_check(of: OutputFit) -> Check | None:
     )
 
 
+def enough_rows_check(of: OutputFit) -> Check | None:
+    """Whether samples are enough, of which as many count as `identify` has rows by default."""
+    sandwich = of.judged_sandwich
+    every = Prefilter().at_rate_of(min(sandwich.periods)).decimate
+    return rows_check(
+        int(np.count_nonzero(sandwich.counted)) // (sandwich.outputs * every),
+        len(of.names) - len(of.fixed),
+        f"one sample in {every} counts, as its neighbours say little more; follow a longer part of "
+        "the record",
+    )
+
+
 def bounds_check(of: OutputFit) -> Check:
     """Parameters at their bounds: what chance takes there, or what contradicts the bound."""
     if of.held:
@@ -450,13 +462,7 @@ _CHECKS: dict[str, Callable[[OutputFit], Check | Missing | None]] = {
     "missing terms": missing_terms_check,
     "outliers": partial(joined_check, "outliers"),
     "what was known": known_check,
-    # As many as `identify` has by default: samples between say little that is new of forces.
-    "rows": lambda of: rows_check(
-        int(np.count_nonzero(of.judged_sandwich.counted))
-        // Prefilter().at_rate_of(min(of.judged_sandwich.periods)).decimate,
-        len(of.names) - len(of.fixed),
-        "one sample in so many counts as `identify` keeps; follow a longer part of the record",
-    ),
+    "rows": enough_rows_check,
     "samples near rests": rests_check,
     "repeated records": lambda of: repeated_check(of.records),
     "records alike": records_alike_check,

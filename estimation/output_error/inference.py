@@ -302,6 +302,11 @@ def _corrected(
     # The search stands still but for what a bound holds.
     at_bounds = sandwich.jacobian.T @ sandwich.errors + sandwich.known.T @ u.known_errors(at)
     downhill = -gradient - np.where(side[u.free] != 0, at_bounds, 0.0)
+    physical = at.copy()
+    # Without what is not shown, which bounded least squares would divide by.
+    physical[u.free] += sandwich.inverse @ downhill
+    if not side.any() and np.all(((u.lower < physical) & (physical < u.upper))[u.free]):
+        return physical, side
     rows = np.vstack([np.sqrt(sandwich.curvature)[:, None] * sandwich.jacobian, sandwich.known])
     physical, side = at.copy(), np.zeros_like(side)
     lower, upper, start = (each[u.free] for each in (u.lower, u.upper, at))

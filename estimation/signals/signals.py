@@ -134,7 +134,7 @@ def check_position(axis: GeneratedAxis, record: Record) -> None:
         )
 
 
-_MAX_REST_SPEED = 0.005  # of the largest: what noise may make of a rest; beyond, an axis creeps
+_MAX_REST_SPEED = 0.005  # of the largest, below which an axis rests, whatever noise or creep it is
 # of the samples in motion go the other way; with fewer the axis hardly reverses
 _MIN_REVERSED_SHARE = 0.01
 _MIN_STEADY_SAMPLES = 16  # at steady speed, from which it is told whether there is one speed only

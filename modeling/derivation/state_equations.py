@@ -113,10 +113,11 @@ def state_limits(axis: Axis) -> tuple[tuple[StatePart, Callable[[Sequence[float]
     """
     if not axis.states:  # asked at each simulation, and symbols take long to make
         return ()
-    symbols = tuple(p.symbol for p in axis.parameters)
+    places = {p.symbol: place for place, p in enumerate(axis.parameters)}
 
     def value_of(expression: sympy.Expr, values: Sequence[float]) -> float:
-        found = expression.xreplace(dict(zip(symbols, map(sympy.Float, values), strict=True)))
+        given = {symbol: sympy.Float(values[places[symbol]]) for symbol in expression.free_symbols}
+        found = expression.xreplace(given)
         return float(found) if found.is_real else math.nan
 
     parts = [part for state in axis.states for part in state.parts if part.least]

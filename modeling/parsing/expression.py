@@ -202,8 +202,8 @@ class ExpressionReader:
         function = FUNCTIONS[name]
         if len(arguments) != function.arguments or node.keywords:
             raise TextError(
-                f"{name}(...) with {len(arguments)} arguments cannot be used; give "
-                f"{function.arguments}, without names.",
+                f"{name}(...) with {len(arguments) + len(node.keywords)} arguments cannot be used; "
+                f"give {function.arguments}, without names.",
                 *self._at(node),
             )
         inner = [self._evaluated(argument, depth - 1, calls - 1) for argument in arguments]

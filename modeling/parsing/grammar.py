@@ -69,7 +69,7 @@ class TextError(UsageError):
 
 def nearest(name: str, names: Collection[str]) -> str:
     """The name that is most like another one, as a question; empty if none is."""
-    close = difflib.get_close_matches(name[:50], list(names), 1, 0.5)
+    close = difflib.get_close_matches(name[:50], list(names), 1)
     return f" Did you mean {close[0]!r}?" if close else ""
 
 

@@ -112,6 +112,10 @@ class WrittenMethodValidation(JsonObject, frozen=True, kw_only=True):
         ),
     ] = UNSET
     own_simulation_error_percent: float | UnsetType | None = UNSET
+    own_tracking_error_percent: Annotated[
+        float | UnsetType | None,
+        about("null where it is not known, as of a result read from a file."),
+    ] = UNSET
     anew: Annotated[
         Mapping[str, float | None] | UnsetType | None,
         about("What the second record itself says of the parameters, by the same method."),

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from axisid.estimation.diagnostic_checks import Check
 from axisid.estimation.diagnostics import within_bounds
-from axisid.estimation.estimates import Value
+from axisid.estimation.estimates import NotSimulated, Value
 from axisid.estimation.model_validation import Candidate, Comparison
 from axisid.estimation.thresholds import SIGNIFICANCE_LEVEL
 from axisid.modeling.declaration import left_out_text
@@ -22,6 +22,7 @@ from axisid.presentation.documents import (
     text_table,
 )
 from axisid.support.errors import Missing, or_dash
+from axisid.support.mappings import grouped
 
 from .record import force_told, records_facts, rows_text, set_aside_facts
 
@@ -156,6 +157,14 @@ def _remarks(c: Comparison) -> list[Sentence]:
             else [Sentence(text=f"Believe nothing before this is mended: {c.law.sentence}.")]
         ),
         *(Sentence(text=f"{name} is left out: {why}") for name, why in c.failures.items()),
+        *(
+            Sentence(text=f"no simulation of {', '.join(of)}: {why}")
+            for why, of in grouped(
+                (str(e.estimate.simulated), e.name)
+                for e in c.candidates
+                if isinstance(e.estimate.simulated, NotSimulated)
+            ).items()
+        ),
         *(
             Sentence(text=f"{a} and {b} are the same model in different parameters, on these rows.")
             for a, b in c.same
