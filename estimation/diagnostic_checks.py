@@ -269,7 +269,6 @@ KINDS: dict[str, Kind] = {
     "lack of fit": Kind(line="model"),
     "outliers": Kind(line="outliers", rank=1),
     "parameters shown": Kind(line="precision", rank=3, grave=True),
-    "one end": Kind(line="precision", rank=3, grave=True),
     "bounds": Kind(line="precision", rank=3, grave=True),
     "rows": Kind(line="precision"),
     "convergence": Kind(line="precision"),

@@ -160,12 +160,6 @@ LEAST_SHARE = Threshold(0.01, "1",
 MIN_SHOWN = Threshold(1e-6, "1",
     "change of the outputs with a parameter, or a sum of them, by the most that one makes",
     "measured: slopes by differences agree to 1e-8")
-MIN_FAR = Threshold(6.0, "deviations",
-    "of a place that the search passed from its end, to ask whether the errors tell them apart",
-    "chosen: nearer ones may be as good by chance")
-MAX_FAR = Threshold(2.0, "deviations",
-    "of such a place by its errors, beyond those of the end, below which deviations are too small",
-    "chosen: noise alone tells two places that far apart in 1 of 20")
 ADVISED_WINDOWS = Threshold(20.0, "1",
     "windows of an open loop from which deviations and missing terms are told for sure",
     "chosen: a Stribeck rise of half the Coulomb friction goes untold in 16, and is told in 28")

@@ -7,7 +7,6 @@ Knows nothing of records, of drives and of how sure its end is.
 from .trust_region import (
     LOSSES as LOSSES,
     MOST_STEPS as MOST_STEPS,
-    EquallyGoodPoint as EquallyGoodPoint,
     FitStep as FitStep,
     Search as Search,
     SearchResult as SearchResult,

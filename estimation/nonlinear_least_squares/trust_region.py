@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from axisid.estimation.choices import HUBER, SOFT_L1, SQUARES
 from axisid.estimation.parameters import Unknowns
 from axisid.estimation.prediction_errors import PredictionErrors, jacobian_at
-from axisid.estimation.thresholds import MAX_FAR, MIN_FAR
 from axisid.support.arrays import Array
 from axisid.support.progress import Progress
 
@@ -26,7 +25,6 @@ MOST_STEPS = 60
 _TOLERANCE = 1e-8
 _LOST = 1e3  # times the errors at the start: what a loop that cannot be simulated counts as
 _ROUNDS = 5  # of searches, after each of which parameters may be put to bounds or freed
-_MOST_PASSED, _NEAR = 8, 0.01  # places that are asked anew, and how near their errors are
 
 #: Takes squares of errors over the loss's scale, (n,), and gives the loss with its first two
 #: derivatives, (3, n).
@@ -102,24 +100,6 @@ class SearchResult:
     converged: bool
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EquallyGoodPoint:
-    """A place that a search passed, which the errors tell less apart than the deviations claim.
-
-    Attributes
-    ----------
-    physical : (P,) array
-    away : (P,) array
-        How far it is, in claimed deviations; 0 of what is held.
-    by_errors : float
-        How far that is by what the errors are more there, in the same deviations.
-    """
-
-    physical: Array
-    away: Array
-    by_errors: float
-
-
 class Search:
     """One search.
 
@@ -177,41 +157,6 @@ class Search:
             cost=cost_of(at, errors, self._unknowns, self._weighing),
             converged=settled and converged,
         )
-
-    def equally_good_point(
-        self, ends: Sequence[SearchResult], variances: Array, independent: Array
-    ) -> EquallyGoodPoint | None:
-        """The farthest place that was passed and is as good as the end, if claimed to be far away.
-
-        About a least that errors bend to by chance, in a valley that is flat, slopes claim what
-        holds no farther than that.
-
-        Parameters
-        ----------
-        ends : sequence of SearchResult
-        variances : (P,) array
-            That are told.
-        independent : (P,) array
-            For independent errors, by which the cost is more elsewhere.
-        """
-        best = best_of(ends)
-        shown = np.isfinite(variances) & (variances > 0) & (independent > 0)
-        wide = np.sqrt(np.where(shown, variances, np.inf))
-        least = (1 + _NEAR) * best.steps[-1].error
-        places = [s.physical for end in ends for s in end.steps if s.error <= least]
-        away = np.abs(np.array(places).reshape(-1, len(wide)) - best.physical) / wide
-        noise = best.cost / max(int(np.count_nonzero(self._weighing.weights)), 1) or 1.0
-        farthest = np.argsort(-away.max(axis=1))[:_MOST_PASSED]
-        for place in farthest[away[farthest].max(axis=1) > MIN_FAR.value]:
-            at, j = places[place], int(np.argmax(away[place]))
-            lanes = self._predictions(at[None, :])
-            if lanes.failures:
-                continue
-            more = cost_of(at, lanes.errors[:, 0], self._unknowns, self._weighing) - best.cost
-            by_errors = float(np.sqrt(max(more / noise, 0.0) * independent[j] / variances[j]))
-            if by_errors < MAX_FAR.value:
-                return EquallyGoodPoint(physical=at, away=away[place], by_errors=by_errors)
-        return None
 
     def _ended(self, at: Array, bound: NDArray[np.int8]) -> tuple[Array, bool]:
         """Where a search ends with what is at a bound held there, and whether by its tolerances.

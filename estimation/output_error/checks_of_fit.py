@@ -32,11 +32,9 @@ from axisid.estimation.records import record_labels
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds import (
     ADVISED_WINDOWS,
-    MAX_FAR,
     MAX_GROWTH,
     MAX_RELATIVE_DEVIATION,
     MIN_DISTANCE_FROM_NOISE,
-    MIN_FAR,
     MIN_SHOWN,
     NEGLIGIBLE_FORCE,
     NEGLIGIBLE_PEAK_FORCE,
@@ -366,32 +364,6 @@ def shown_check(of: OutputFit) -> Check:
     )
 
 
-def one_end_check(of: OutputFit) -> Check | None:
-    """Whether the search passed a place as good as its end, which is claimed to be far from it."""
-    place = of.elsewhere
-    if place is None:
-        return None
-    order = [int(j) for j in np.argsort(-place.away) if place.away[j] > MIN_FAR.value]
-    values = (
-        f"{of.names[j]} {place.physical[j]:.4g} {of.unknowns.quantities[j].unit}" for j in order
-    )
-    listed = ", ".join(map(str.rstrip, values))
-    outputs = f"{of.output} leave{'s' * (len(of.outputs) == 1)}"
-    return Check(
-        name="one end",
-        status="fail",
-        figure=place.by_errors,
-        threshold=MAX_FAR.value,
-        source=MAX_FAR.source,
-        meaning=(
-            f"the errors are as small at {listed}: {place.away[order[0]]:.2g} of the "
-            f"deviations away, and {place.by_errors:.2g} by the errors. The {outputs} these "
-            "open along a valley, and the deviations are those of one place in it; hold one "
-            f"with fix {of.names[order[0]]}=VALUE, or follow another output."
-        ),
-    )
-
-
 def precise_check(of: OutputFit) -> Check | None:
     """Every parameter that is searched, and shown, against its own deviation."""
     parts = np.abs(of.weighing.weights[:, None] * of.best.jacobian * of.physical)
@@ -468,7 +440,6 @@ _CHECKS: dict[str, Callable[[OutputFit], Check | Missing | None]] = {
     "records alike": records_alike_check,
     "convergence": convergence_check,
     "parameters shown": shown_check,
-    "one end": one_end_check,
     "precision": precise_check,
     "bounds": bounds_check,
     NOMINAL_VALUES: nominal_values_check,

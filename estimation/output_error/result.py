@@ -27,7 +27,6 @@ from axisid.estimation.diagnostics.control_law import (
 from axisid.estimation.estimates import Value, degrees_of_freedom_of
 from axisid.estimation.methods import bound_record
 from axisid.estimation.misspecification import Misspecification, find_misspecification, scores_of
-from axisid.estimation.nonlinear_least_squares import EquallyGoodPoint, Search
 from axisid.estimation.parameters import axis_at
 from axisid.estimation.prediction_errors import record_rows
 from axisid.estimation.signals import Prefilter
@@ -105,8 +104,6 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     remarks : tuple of str
     without_prior : mapping of str to (float, float)
         What the records alone say of what was known before, with deviations, by name.
-    elsewhere : EquallyGoodPoint or None
-        A place as good as the end that is claimed to be far from it.
     judge : callable
         Gives the checks of a fit.
     levels : Levels
@@ -114,7 +111,6 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     """
 
     without_prior: Mapping[str, tuple[float, float]] = field(repr=False, compare=False)
-    elsewhere: EquallyGoodPoint | None = field(repr=False, compare=False)
     judge: Callable[["OutputFit"], tuple[Check, ...]] = field(repr=False, compare=False)
     levels: Levels = DEFAULT_LEVELS
 
@@ -132,13 +128,10 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
             deviations = np.sqrt(np.maximum(alone.variances, 0.0))
             for j in map(int, np.flatnonzero(u.has_prior)):
                 without[u.names[j]] = float(alone.physical[j]), float(deviations[j])
-        variances = (np.diag(inference.covariances[name]) for name in (inference.chosen, "iid"))
-        again = Search(search.predictions, u, search.scale, search.weighing)
         return cls(
             **vars(search),
             **vars(inference),
             without_prior=without,
-            elsewhere=again.equally_good_point(search.searches, *variances),
             judge=judge,
             levels=levels,
         )
