@@ -326,8 +326,11 @@ def stamped(tmp_path: Path, stamp: Callable[[int], int], **settings: Any) -> Rec
     ("stamp", "told"),
     [
         (lambda k: EPOCH + k * MILLISECOND, "time of the messages' headers"),
-        (lambda k: k * MILLISECOND, "time of the messages' headers"),
-        (lambda _: 0, "not all of its messages have a time, so that of their recording"),
+        (lambda k: (k + 1) * MILLISECOND, "time of the messages' headers"),
+        *(
+            (stamp, "not all of its messages have a time, so that of their recording")
+            for stamp in (lambda k: k and EPOCH + k * MILLISECOND, lambda _: 0)
+        ),
     ],
 )
 def test_it_is_said_which_time_is_taken(
