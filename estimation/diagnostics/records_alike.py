@@ -38,7 +38,7 @@ from axisid.estimation.regression import (
     wald,
 )
 from axisid.estimation.thresholds import MAX_REPEATED_SAMPLES, MIN_COMMON_SAMPLES
-from axisid.support.arrays import Array, relative_error_percent
+from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, Missing, unless_missing
 
 _OWN_PART = 1e-3  # of a column, below which others span it: slopes by differences are as exact
@@ -107,6 +107,8 @@ class RecordDifference:
     untold : tuple of str
         Parameters that the record alone does not tell.
     units : mapping of str to str
+    shares : mapping of str to float
+        What each parameter's difference makes, of the same.
     """
 
     own: Mapping[str, float]
@@ -118,6 +120,7 @@ class RecordDifference:
     share_percent: float
     untold: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
+    shares: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def distances(self) -> dict[str, float]:
@@ -129,10 +132,14 @@ class RecordDifference:
         return self.p_value < levels.level and self.share_percent > 100 * levels.least_share
 
     def differing(self, levels: Levels) -> tuple[str, ...]:
-        """Parameters that differ by themselves, by Bonferroni's rule; all where none does."""
+        """Parameters that differ by themselves, and matter: all where none does.
+
+        By Bonferroni's rule, and by what each makes.
+        """
         q, freedom = len(self.own), sum(self.freedom) - 1
         chances = {n: 2 * q * float(stdtr(freedom, -abs(d))) for n, d in self.distances.items()}
-        return tuple(n for n, p in chances.items() if p < levels.level) or tuple(self.own)
+        beyond = (n for n, p in chances.items() if p < levels.level)
+        return tuple(n for n in beyond if self.shares[n] > levels.least_share) or tuple(self.own)
 
     def told(self, names: Sequence[str], whose: str, rest: str) -> str:
         """What parameters are in the record and in the others."""
@@ -151,7 +158,7 @@ def difference_of(
     difference: Array,
     covariance: Array,
     freedom: float,
-    share_percent: float,
+    effects: Array,
     untold: Sequence[str] = (),
 ) -> RecordDifference:
     """What a record has more of its q parameters than the others, and the test of that.
@@ -164,8 +171,12 @@ def difference_of(
         As the others have them, and what the record has more.
     covariance : (q, q) array
         Of the difference.
-    freedom, share_percent, untold
-        As of `RecordDifference`, the first of the covariance.
+    freedom : float
+        Of that.
+    effects : (n, q) array
+        What each parameter's difference makes of the output, by the size of that.
+    untold : sequence of str
+        As of `RecordDifference`.
     """
     q, square = len(difference), wald(difference, covariance)[0]
     deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
@@ -176,9 +187,10 @@ def difference_of(
         statistic=square / q,
         freedom=(float(q), freedom - q + 1),
         p_value=joint_p(square, q, freedom),
-        share_percent=share_percent,
+        share_percent=100 * float(np.linalg.norm(effects.sum(axis=1))),
         untold=tuple(untold),
         units=units,
+        shares=dict(zip(units, np.linalg.norm(effects, axis=0).tolist(), strict=True)),
     )
 
 
@@ -372,14 +384,13 @@ def _tested(
     q, freedom = len(own), float(np.min(dof[-len(own) :]))
     if freedom - q + 1 < _FEWEST:
         return Missing("too few of the residuals are independent to tell what is chance")
-    effect = record.columns[:, own] @ change[-q:]
     return difference_of(
         {record.names[j]: record.units[j] for j in own},
         record.values[own] + record.slopes[own] @ change[:-q],
         change[-q:],
         covariance[-q:, -q:],
         freedom,
-        relative_error_percent(effect, np.array([record.size])),
+        record.columns[:, own] * change[-q:] / (record.size or 1.0),
         [name for j, name in enumerate(record.names) if j not in shown],
     )
 

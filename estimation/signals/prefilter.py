@@ -286,9 +286,9 @@ class SampledFilter:
             start, end = self.dropped
             raise DataError(
                 f"{what} has {samples} samples; {start} + {end} are dropped and the filters' "
-                f"transients take {self.needed - 1 - start - end}. Record longer, drop fewer, "
-                "raise the cutoff, lower the order or the decimation, and check that time is in "
-                "seconds.",
+                f"transients take {self.needed - 1 - start - end}. Check that time is in seconds "
+                "(columns time=NAME:UNIT); else record longer, drop fewer, raise the cutoff, or "
+                "lower the order or the decimation.",
                 code="too-short",
             )
 
