@@ -275,19 +275,19 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
     ),
     # The law along the record.
     "a late law acts at once": (
-        "estimation/law_replay/law_run.py",
+        "estimation/law_replay/law_inputs.py",
         "rows[np.maximum(ticks.held - law_of(axis).delay, 0)]",
         "rows[ticks.held]",
         (f"{_ALONG}::test_a_late_law_with_an_integral_is_the_sum_by_hand",),
     ),
     "a law remembers what it measures now": (
-        "estimation/law_replay/law_run.py",
+        "estimation/law_replay/law_inputs.py",
         "return np.vstack([start, after[:-1]])",
         "return after",
         (f"{_ALONG}::test_a_late_law_with_an_integral_is_the_sum_by_hand",),
     ),
     "what is added to a late law is in time": (
-        "estimation/law_replay/law_run.py",
+        "estimation/law_replay/law_inputs.py",
         "late = self.held - delay",
         "late = self.held - 0 * delay",
         (f"{_ALONG}::test_what_is_added_to_a_late_law_is_as_late",),

@@ -24,7 +24,7 @@ from .diagnosis import (
     Diagnosis as Diagnosis,
     RecordDiagnosis as RecordDiagnosis,
 )
-from .estimator_choice import (
+from .estimator_checks import (
     DDM_LESS_IDM as DDM_LESS_IDM,
     SECOND_OPINION as SECOND_OPINION,
     InstrumentStrength as InstrumentStrength,
@@ -47,10 +47,10 @@ from .records_alike import (
     PoolingTest as PoolingTest,
     RecordDifference as RecordDifference,
     RecordRegressor as RecordRegressor,
-    alike_check as alike_check,
     common_samples as common_samples,
     covariance_of_twins as covariance_of_twins,
     difference_of as difference_of,
+    pooling_check as pooling_check,
     pooling_test as pooling_test,
     records_alike as records_alike,
     repeated_check as repeated_check,

@@ -36,7 +36,7 @@ from axisid.support.errors import Missing, unless_missing
 from .alignment import declared_lateness
 from .column_comparison import derivative_check, force_check, limit_check
 from .diagnosis import Case, Diagnosis, RecordDiagnosis
-from .estimator_choice import forms_check, method_check
+from .estimator_checks import forms_check, method_check
 from .excitation import (
     NOMINAL_VALUES,
     fixed_check,
@@ -46,7 +46,7 @@ from .excitation import (
     rows_check,
     within_bounds,
 )
-from .records_alike import alike_check, repeated_check
+from .records_alike import pooling_check, repeated_check
 
 #: By check of what is lacking: what is said where there is nothing.
 _NOTHING: Mapping[str, str] = {
@@ -317,7 +317,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         ),
         Diagnostic(
             name="records alike",
-            check=lambda case: alike_check(
+            check=lambda case: pooling_check(
                 case.alike, record_labels([data.record for data in case.problem.data]), case.levels
             ),
             several=True,

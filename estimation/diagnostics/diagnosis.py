@@ -52,7 +52,7 @@ from .alignment import (
     law_in_time,
 )
 from .column_comparison import ColumnComparison, compared_motion
-from .estimator_choice import (
+from .estimator_checks import (
     DDM_LESS_IDM,
     FEWEST_STEPS,
     LESS,

@@ -33,8 +33,8 @@ from axisid.estimation.regression import (
     Hac,
     checked_columns,
     factor,
+    hotelling_p_value,
     instrumental_variables,
-    joint_p,
     wald,
 )
 from axisid.estimation.thresholds import MAX_REPEATED_SAMPLES, MIN_COMMON_SAMPLES
@@ -186,7 +186,7 @@ def difference_of(
         deviations=dict(zip(units, deviations, strict=True)),
         statistic=square / q,
         freedom=(float(q), freedom - q + 1),
-        p_value=joint_p(square, q, freedom),
+        p_value=hotelling_p_value(square, q, freedom),
         share_percent=100 * float(np.linalg.norm(effects.sum(axis=1))),
         untold=tuple(untold),
         units=units,
@@ -317,7 +317,7 @@ def records_alike(
 
 
 @unless_missing
-def alike_check(
+def pooling_check(
     found: PoolingTest,
     names: Sequence[str],
     levels: Levels = DEFAULT_LEVELS,

@@ -11,6 +11,7 @@ from .estimate import (
     Iterate as Iterate,
     NotSimulated as NotSimulated,
 )
+from .estimate_of_record import estimate_of_record as estimate_of_record
 from .hausman import (
     NOTICEABLE as NOTICEABLE,
     HausmanTest as HausmanTest,
@@ -22,7 +23,6 @@ from .physical import (
     PhysicalByMethod as PhysicalByMethod,
     physical_parameters as physical_parameters,
 )
-from .record_estimate import estimate_of_record as estimate_of_record
 from .value import (
     CORRECTED as CORRECTED,
     COVARIANCES as COVARIANCES,

@@ -21,7 +21,7 @@ from axisid.estimation.regression import (
     delta_method,
     draw_parameters,
     residual_tests,
-    slopes_and_bends,
+    scaled_gradients_and_hessians,
     summary_of_draws,
 )
 from axisid.estimation.signals import RowTimes
@@ -464,7 +464,7 @@ class Estimate(EstimateFacts, Presentable, Exact):
     @property
     def _curvature(self) -> Callable[[Array, Array], float]:
         of_theta = self._of_theta(self.chosen)
-        return partial(curvature, *slopes_and_bends(self.form, self.theta, of_theta))
+        return partial(curvature, *scaled_gradients_and_hessians(self.form, self.theta, of_theta))
 
     def _of_theta(self, name: str) -> Array:
         """Covariance of the regression's own parameters."""

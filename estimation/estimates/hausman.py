@@ -18,8 +18,8 @@ from axisid.estimation.regression import (
     Hac,
     checked_columns,
     factor,
+    hotelling_p_value,
     instrumental_variables,
-    joint_p,
     wald,
 )
 from axisid.estimation.thresholds import CHECK_LEVEL
@@ -85,7 +85,7 @@ def hausman(one: Estimate, other: Estimate) -> dict[str, HausmanTest] | Missing:
         return Missing("the difference of the two is not finite")
     deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     square, directions = wald(difference, covariance)
-    together = joint_p(square, directions, float(freedom.min())) if directions else 1.0
+    together = hotelling_p_value(square, directions, float(freedom.min())) if directions else 1.0
     found = {}
     for j, (name, value) in enumerate(other.parameters.items()):
         distance = abs(difference[j]) / deviations[j] if deviations[j] > 0 else 0.0

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import Quantity
 from axisid.estimation.parameters import JointForm
-from axisid.estimation.regression import Form, delta_method, joint_p
+from axisid.estimation.regression import Form, delta_method, hotelling_p_value
 from axisid.modeling.derivation import BaseModel, describe_undetermined, undetermined_names
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array, Exact
@@ -355,7 +355,7 @@ def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) 
         undetermined=undetermined,
         statistic=min(cost, float(np.finfo(float).max)) if is_tested else 0.0,
         dof=dof if is_tested else 0,
-        p_value=joint_p(cost, dof, dof_of_base) if is_tested else None,
+        p_value=hotelling_p_value(cost, dof, dof_of_base) if is_tested else None,
         remarks=(
             *(_others(distance, theta, kept) if kept else ()),
             *(

@@ -13,6 +13,14 @@ from .identify import (
     records_of as records_of,
     requested_methods as requested_methods,
 )
+from .joint_records import (
+    JointRecords as JointRecords,
+    bound_records as bound_records,
+    check_bad as check_bad,
+    known_without as known_without,
+    layout_for as layout_for,
+    shared_records as shared_records,
+)
 from .result import (
     ByMethod as ByMethod,
     DriveTime as DriveTime,
@@ -21,12 +29,4 @@ from .result import (
     RecordInfo as RecordInfo,
     RecordResult as RecordResult,
     record_index as record_index,
-)
-from .shared import (
-    JointRecords as JointRecords,
-    bound_records as bound_records,
-    check_bad as check_bad,
-    known_without as known_without,
-    layout_for as layout_for,
-    shared_records as shared_records,
 )

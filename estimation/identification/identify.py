@@ -50,8 +50,8 @@ from axisid.support.errors import (
     refuse,
 )
 
+from .joint_records import shared_records
 from .result import DriveTime, Identification
-from .shared import shared_records
 
 #: Identifies an axis by methods; None for all that axis and record allow.
 Identify = Callable[[GeneratedAxis, Sequence[str] | None], Identification]

@@ -4,7 +4,7 @@ In: `Record`, axis. Out: `LawInputs`, `LoopStart`. Knows nothing of rows and par
 """
 
 from .gain_estimation import LAW_SETTLING as LAW_SETTLING, LawAlong as LawAlong
-from .law_run import (
+from .law_inputs import (
     LawInputs as LawInputs,
     as_logged as as_logged,
     cached_per_record as cached_per_record,

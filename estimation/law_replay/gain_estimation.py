@@ -18,7 +18,7 @@ from axisid.estimation.simulation import law_of
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 
-from .law_run import (
+from .law_inputs import (
     LawInputs,
     as_logged,
     commands_as_logged,

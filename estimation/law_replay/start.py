@@ -27,7 +27,7 @@ from axisid.estimation.simulation import law_of
 from axisid.estimation.thresholds import LIMIT_TOLERANCE
 from axisid.support.arrays import Array, frozen, mask_of
 
-from .law_run import (
+from .law_inputs import (
     LawInputs,
     as_logged,
     cached_per_record,

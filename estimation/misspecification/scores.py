@@ -21,7 +21,7 @@ from axisid.estimation.regression import (
     Equations,
     Hac,
     InverseForm,
-    joint_p,
+    hotelling_p_value,
     loop_carries_noise,
     recorded_loops,
 )
@@ -214,7 +214,7 @@ class RecordScores:
         for left in (residuals - block @ values[place], residuals):
             run = Hac().long_run(block * left[:, None], self.data.sampling.neighbours)
             square = float(away @ np.linalg.solve(run.matrix, away))
-            chances.append((joint_p(square, g, float(np.min(run.freedom))), run.matrix))
+            chances.append((hotelling_p_value(square, g, float(np.min(run.freedom))), run.matrix))
         (wald, spread[place]), (score, _) = chances
         # Where it is most of the residuals, their covariance is that of the term itself.
         mostly = powers[place] > 0.8 * np.mean(residuals**2)

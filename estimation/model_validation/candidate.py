@@ -18,7 +18,7 @@ import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.regression import Covariance, Hac, Solution, joint_p, wald
+from axisid.estimation.regression import Covariance, Hac, Solution, hotelling_p_value, wald
 from axisid.support.arrays import Array, Exact, MaybeNan
 
 from .held_out import HeldOut, Regression
@@ -199,6 +199,6 @@ def wald_test(larger: Solution, how: Embedding, covariance: Covariance) -> tuple
     departure = across @ ((larger.theta - start) / size)
     square, restrictions = wald(departure, across @ (spread / np.outer(size, size)) @ across.T)
     dof = float(np.min(covariance.applied(larger).freedom))
-    return square / restrictions, joint_p(
+    return square / restrictions, hotelling_p_value(
         square, restrictions, dof, one_variance=covariance.has_one_variance
     )

@@ -14,10 +14,10 @@ from axisid.estimation.diagnostic_checks import Check, joined, made, status_of
 from axisid.estimation.diagnostics import (
     NOMINAL_VALUES,
     RecordRegressor,
-    alike_check,
     at_bound_check,
     lacks_check,
     nominal_check,
+    pooling_check,
     precision_check,
     records_alike,
     repeated_check,
@@ -310,7 +310,7 @@ def records_alike_check(of: OutputFit) -> Check | Missing | None:
         return sandwich.extended(columns, clustered=of.horizon is not None)
 
     comparison = records_alike(sandwich.jacobian, records, extended, of.levels)
-    return alike_check(comparison, record_labels(of.records), of.levels, "output")
+    return pooling_check(comparison, record_labels(of.records), of.levels, "output")
 
 
 _LEAST_VARIANCE = 1e-2  # of what was known: the least of how far an estimate may be from it

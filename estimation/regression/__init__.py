@@ -9,7 +9,7 @@ from .coloured_errors import (
     autoregression_of as autoregression_of,
     autoregressive_covariance as autoregressive_covariance,
     clustered_covariance as clustered_covariance,
-    score_products as score_products,
+    score_autocovariances as score_autocovariances,
     sum_covariances as sum_covariances,
     widened as widened,
 )
@@ -21,7 +21,7 @@ from .covariance import (
     Robust as Robust,
     correlation as correlation,
     delta_method as delta_method,
-    joint_p as joint_p,
+    hotelling_p_value as hotelling_p_value,
     wald as wald,
 )
 from .inverse_and_direct import (
@@ -51,7 +51,7 @@ from .propagation import (
     covariance_root as covariance_root,
     curvature as curvature,
     draw_parameters as draw_parameters,
-    slopes_and_bends as slopes_and_bends,
+    scaled_gradients_and_hessians as scaled_gradients_and_hessians,
     summary_of_draws as summary_of_draws,
 )
 from .residual_tests import (

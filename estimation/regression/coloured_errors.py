@@ -180,10 +180,10 @@ def autoregression_of(
         return levinson_whittle(np.zeros((1, outputs, outputs)), 0)
     most = min(max(round(_LONGEST / period), _FEWEST), used // (_ROWS_PER_ORDER * outputs))
     order = RowTimes.joined([RowTimes.consecutive(len(each) // outputs) for each in pieces])
-    products = score_products(np.concatenate(pieces).reshape(-1, outputs), order, most)
+    products = score_autocovariances(np.concatenate(pieces).reshape(-1, outputs), order, most)
     if used < rows:
         whole, pairs = (
-            np.rint(score_products(each[:, None], order, most))
+            np.rint(score_autocovariances(each[:, None], order, most))
             for each in (np.ones(rows), there.astype(float))
         )
         few = np.flatnonzero(pairs < _MIN_PAIRS * used)
@@ -315,7 +315,7 @@ def widened(covariance: Array, least: Array) -> Array:
     return np.asarray(np.outer(scale, scale) * covariance, dtype=float)
 
 
-def score_products(scores: Array, neighbours: RowTimes, lags: int) -> Array:
+def score_autocovariances(scores: Array, neighbours: RowTimes, lags: int) -> Array:
     """``sum s_t s_(t-lag)'`` of scores (n, k) at lags 0 to `lags`, (lags + 1, k, k)."""
     placed = neighbours.on_grid(scores, lags + 1)
     rows = len(placed)
@@ -325,7 +325,7 @@ def score_products(scores: Array, neighbours: RowTimes, lags: int) -> Array:
 
 
 def _products_by_transform(scores: Array, lags: int) -> Array:
-    """`score_products` of rows without gaps, by Fourier transforms.
+    """`score_autocovariances` of rows without gaps, by Fourier transforms.
 
     Their cost does not grow with the lags, which grow with the rows.
     """

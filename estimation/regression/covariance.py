@@ -23,7 +23,7 @@ from axisid.estimation.thresholds import (
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 
-from .coloured_errors import score_products, widened
+from .coloured_errors import score_autocovariances, widened
 from .linear import CovarianceEstimate, Solution
 
 _CERTAIN = 1e9  # degrees of freedom, from which F is chi-squared to rounding
@@ -200,18 +200,18 @@ class Hac(Covariance):
                     f"{self.lags} lags are too many for {rows} rows; give {rows // 4} or fewer.",
                     code="result",
                 )
-            plain = score_products(scores, neighbours, int(self.lags))
+            plain = score_autocovariances(scores, neighbours, int(self.lags))
             return plain, np.zeros(plain.shape[1])
         # The plug-in rule looks at so many lags.
         looked_at = int(min(np.ceil(4 * (rows / 100) ** (2 / 9)), rows - 1))
-        raw = score_products(scores, neighbours, looked_at + 1)
+        raw = score_autocovariances(scores, neighbours, looked_at + 1)
         colour = _autoregression(raw)
         white = _whitened(raw, colour)
         # Each parameter's scores by themselves, so that neither units nor signs enter.
         sums = np.diagonal(white, axis1=1, axis2=2) / rows
         lags = min(max(lags_of(list(of_one), rows) for of_one in sums.T), most_lags(rows))
         if lags > looked_at:
-            white = _whitened(score_products(scores, neighbours, lags + 1), colour)
+            white = _whitened(score_autocovariances(scores, neighbours, lags + 1), colour)
         return white[: lags + 1], colour
 
 
@@ -285,7 +285,7 @@ def wald(difference: Array, covariance: Array) -> tuple[float, int]:
     return float(np.sum(along**2 / sizes[kept])), int(kept.sum())
 
 
-def joint_p(
+def hotelling_p_value(
     square: float, restrictions: int, freedom: float, *, one_variance: bool = False
 ) -> float:
     """P-value of ``d' V^-1 d``, Hotelling's T squared.

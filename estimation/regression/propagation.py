@@ -93,7 +93,9 @@ def curvature(slopes: Array, bends: Array, gradient: Array, hessian: Array) -> f
     return float("inf") if first == 0 else second / first
 
 
-def slopes_and_bends(form: Form, theta: Array, covariance: Array) -> tuple[Array, Array]:
+def scaled_gradients_and_hessians(
+    form: Form, theta: Array, covariance: Array
+) -> tuple[Array, Array]:
     """A form's map, as `curvature` takes it, in units of the estimate's own deviations.
 
     By differences of its exact Jacobian along the covariance's own directions.

@@ -168,7 +168,7 @@ CASES: list[tuple[str, Case]] = [
     ("units", lambda _: read_record(log(), columns={"position": "position:ms"})),
     ("columns", lambda _: read_record({"time": TIME, "q": POSITION})),
     ("columns", lambda _: read_record(log(), columns={"reference": "position"})),
-    ("units", lambda _: FilteredRecord.bind(emps(), SLOW, FILTER)),
+    ("filter", lambda _: FilteredRecord.bind(emps(), SLOW, FILTER)),
     ("test-signal", lambda _: read_record(log(), injected_at="control")),
     ("test-signal", lambda _: read_record(log(e=POSITION), columns={"injected": "e"})),
     ("missing-column", lambda _: FilteredRecord.bind(emps(), BARE, FILTER).force),

@@ -23,7 +23,7 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.diagnostic_checks import Check, first_case, status_of
 from axisid.estimation.law_replay import hides_command
 from axisid.estimation.records import Record, law_clock
-from axisid.estimation.regression import joint_p, lacking_law, lacking_loop, wald
+from axisid.estimation.regression import hotelling_p_value, lacking_law, lacking_loop, wald
 from axisid.estimation.thresholds import (
     COMPARISON_CUTOFF,
     MAX_LAW_RESIDUAL,
@@ -426,5 +426,5 @@ def apart_in_deviations(off: Array, covariance: Array, freedom: float) -> float:
     square, directions = wald(off, covariance)
     if not directions:
         return 0.0
-    p_value = max(joint_p(square, directions, freedom), float(np.finfo(float).tiny))
+    p_value = max(hotelling_p_value(square, directions, freedom), float(np.finfo(float).tiny))
     return -float(ndtri(p_value / 2))

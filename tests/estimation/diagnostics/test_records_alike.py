@@ -13,7 +13,7 @@ from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.diagnostics.records_alike import (
     PoolingTest,
     RecordRegressor,
-    alike_check,
+    pooling_check,
     records_alike,
     repeated_check,
 )
@@ -190,7 +190,7 @@ def test_what_a_record_alone_does_not_tell_is_said(rng: np.random.Generator) -> 
     J = rng.standard_normal((1200, 2))
     J[:400, 1] = 2 * J[:400, 0]
     J[800:] = 0.0
-    check = alike_check(_asked(J, rng.standard_normal(1200)), ["one", "two", "three"])
+    check = pooling_check(_asked(J, rng.standard_normal(1200)), ["one", "two", "three"])
     assert check.status == "pass"
     assert check.meaning.endswith("(one alone would not tell b; three alone would not tell them)")
 

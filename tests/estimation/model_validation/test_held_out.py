@@ -18,7 +18,7 @@ from axisid.estimation.model_validation.held_out import (
     contiguous_blocks,
     held_out_equation,
 )
-from axisid.estimation.regression import joint_p
+from axisid.estimation.regression import hotelling_p_value
 from axisid.estimation.regression.covariance import Classical, Hac
 from axisid.estimation.signals import RowTimes, SampledFilter
 
@@ -140,7 +140,7 @@ def test_robust_wald_is_that_of_statsmodels(data: tuple[np.ndarray, np.ndarray])
         expected, q = robust.f_test(np.array(restriction, dtype=float)), len(restriction)
         statistic, p = wald_test(larger, how, Hac(6))
         assert statistic == pytest.approx(float(expected.fvalue), rel=1e-6)
-        assert p == pytest.approx(joint_p(q * statistic, q, freedom))
+        assert p == pytest.approx(hotelling_p_value(q * statistic, q, freedom))
         assert p >= float(expected.pvalue)
 
 

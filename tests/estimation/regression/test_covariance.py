@@ -13,14 +13,14 @@ from statsmodels.stats.sandwich_covariance import S_hac_simple
 
 from axisid import Prefilter
 from axisid.estimation import delta_method
-from axisid.estimation.regression import joint_p
+from axisid.estimation.regression import hotelling_p_value
 from axisid.estimation.regression.covariance import (
     Classical,
     Hac,
     PublishedCovariance,
     Robust,
     lags_of,
-    score_products,
+    score_autocovariances,
 )
 from axisid.estimation.regression.linear import (
     CovarianceEstimate,
@@ -188,7 +188,7 @@ def test_products_of_rows_with_gaps_are_those_of_the_pairs(
     scores = lfilter([1.0], [1.0, -0.9], rng.standard_normal((n, 2)), axis=0)
     places = np.cumsum(rng.choice([1, 1, 3, 2000], n)) if missing else np.arange(n)
     order = RowTimes(places)
-    found = score_products(scores, order, lags)
+    found = score_autocovariances(scores, order, lags)
     for lag in (0, 1, 3, lags):
         late, early = order.pairs(lag)
         pairs = scores[late].T @ scores[early]
@@ -199,9 +199,9 @@ def test_products_of_rows_with_gaps_are_those_of_the_pairs(
 def test_one_parameter_is_students_test(freedom: float) -> None:
     expected = 2 * stats.t.sf(2.3, freedom)
     for one_variance in (False, True):
-        found = joint_p(2.3**2, 1, freedom, one_variance=one_variance)
+        found = hotelling_p_value(2.3**2, 1, freedom, one_variance=one_variance)
         assert found == pytest.approx(expected, rel=1e-9)
-    three = joint_p(9.0, 3, freedom, one_variance=True)
+    three = hotelling_p_value(9.0, 3, freedom, one_variance=True)
     assert three == pytest.approx(stats.f.sf(3.0, 3, freedom))
 
 
@@ -213,7 +213,9 @@ def test_it_rejects_as_often_as_it_says(
     drawn = rng.normal(size=(2000, samples, restrictions))
     means = drawn.mean(axis=1)
     chances = [
-        joint_p(float(m @ np.linalg.solve(np.cov(s.T) / samples, m)), restrictions, samples - 1)
+        hotelling_p_value(
+            float(m @ np.linalg.solve(np.cov(s.T) / samples, m)), restrictions, samples - 1
+        )
         for m, s in zip(means, drawn, strict=True)
     ]
     assert np.mean(np.array(chances) < 0.05) == pytest.approx(0.05, abs=0.015)

@@ -18,7 +18,7 @@ from axisid.estimation.diagnostics import (
     forms_check,
     method_check,
 )
-from axisid.estimation.diagnostics.estimator_choice import (
+from axisid.estimation.diagnostics.estimator_checks import (
     InstrumentTests,
     instrument_tests,
     tests_of_instruments as strength_of,
