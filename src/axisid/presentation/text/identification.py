@@ -95,10 +95,17 @@ def saved_document(
 
 
 def _screen(result: SavedIdentification) -> Document:
-    """Heading, the judged estimate, the verdict without what it only notes, and of what rows."""
+    """Heading, the judged estimate, the verdict without what it only notes, and of what rows.
+
+    Where the verdict fails, what else came to nothing follows from that, and is named alone.
+    """
     noted = [check.line for check in by_weight(result.verdict) if check.status == "note"]
-    missing = missing_notes({**result.skipped, **result.failed}, result.verdict)
-    remarks = shared_remarks([result.preferred])
+    missing, fails = {**result.skipped, **result.failed}, result.belief != "believed"
+    said = (
+        [f"Without {', '.join(missing)}."] * bool(missing)
+        if fails
+        else [*shared_remarks([result.preferred]), *missing_notes(missing, result.verdict)]
+    )
     verdict = verdict_block(result.verdict)
     more = f"notes on {', '.join(dict.fromkeys(noted))} and " * bool(noted)
     return (
@@ -108,21 +115,21 @@ def _screen(result: SavedIdentification) -> Document:
         replace(verdict, judged=tuple(e for e in verdict.judged if e.status != "note")),
         Paragraph(
             sentences=(
-                *(Sentence(text=each) for each in (*remarks, *missing)),
+                *(Sentence(text=each) for each in said),
                 Sentence(
-                    text=f"{_rows_in_short(result)} See {more}every method with --all, "
-                    "summary(every=True)."
+                    text=f"{_rows_in_short(result, why=not fails)} See {more}every method with "
+                    "--all, summary(every=True)."
                 ),
             )
         ),
     )
 
 
-def _rows_in_short(result: SavedIdentification) -> str:
-    """Of what rows an estimate is, and what its deviations are."""
+def _rows_in_short(result: SavedIdentification, *, why: bool) -> str:
+    """Of what rows an estimate is, what its deviations are, and why there are no twins."""
     judged, sampling = result.preferred, result.sampling
     name = judged.covariance_names[judged.chosen]
-    without = re.search(r", by no twins: [^;]*", name)
+    without = re.search(rf", by no twins{': [^;]*' * why}", name)
     twins = re.search(r", as \d+ twins", name)
     noise = f"{twins[0]} of the record scatter" if twins else without[0] if without else ""
     gain = judged.gain_relative_sd
