@@ -182,7 +182,6 @@ def test_the_band_holds_what_the_interval_misses(shape: str, motion: str) -> Non
     assert found["hac"]["Fc"] < 0.7
     assert found["shown"]["Fc"] > 0.9
     assert found["shown"]["Fv"] > 0.9
-    assert found["moves"]["Fv"] <= found["band"]["Fv"]
 
 
 output_error: Any = import_module("output_error")
