@@ -29,7 +29,6 @@ from axisid.support.errors import ModelError
 from .control_residuals import (
     DRIFT,
     MOST_SHIFT,
-    at_limit,
     compared_with_law,
     law_error_percent,
 )
@@ -191,24 +190,32 @@ def _moved_zero(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterato
 
 
 def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
-    drive, limit = axis.axis.drive, float(np.abs(np.asarray(record.control)).max())
-    if drive.logs_what_acts or limit >= drive.limit:
+    drive, control = axis.axis.drive, np.asarray(record.control)
+    largest = float(np.abs(control).max())
+    if drive.logs_what_acts or largest >= drive.limit:
         return
     try:
-        declared = replace(axis.axis, drive=replace(drive, limit=limit))
+        _, made, *_ = compared_with_law(_with_limit(axis, largest), law, record)
+        cut = np.abs(control[made * np.sign(control) > largest])
+        if len(cut) < MIN_SAMPLES_PER_FACTOR.value:
+            return
+        # The largest has the most of a converter's noise, the median has none.
+        limit = float(np.median(cut))
+        limited = _with_limit(axis, limit)
     except ModelError:  # no dead band and no step is as large as the limit
         return
-    limited = build(declared, native=False)
-    control, made, *_ = compared_with_law(limited, law, record)
-    cut = int(at_limit(control, made, limit).sum())
-    if cut >= MIN_SAMPLES_PER_FACTOR.value:
-        yield (
-            f"it is with a drive that is at its limit of {limit:.6g} {drive.unit} in {cut} "
-            "samples: declare that limit",
-            limited,
-            law,
-            record,
-        )
+    yield (
+        f"it is with a drive that is at its limit of {limit:.6g} {drive.unit} in {len(cut)} "
+        "samples: declare that limit",
+        limited,
+        law,
+        record,
+    )
+
+
+def _with_limit(axis: GeneratedAxis, limit: float) -> GeneratedAxis:
+    drive = replace(axis.axis.drive, limit=limit)
+    return build(replace(axis.axis, drive=drive), native=False)
 
 
 def _moved_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
