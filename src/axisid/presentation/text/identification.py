@@ -155,12 +155,18 @@ def judged_table(result: SavedIdentification) -> TableBlock:
         (
             name,
             value.unit,
-            *(f"{x:.{digits}f}" for x in (value.corrected, value.deviation)),
-            " to ".join(f"{end:.{digits}f}" for end in value.interval),
+            f"{value.corrected:.{digits}f}",
+            f"{value.deviation:.{digits}f}" if value.deviation else "-",
+            " to ".join(f"{end:.{digits}f}" for end in value.interval) if value.deviation else "-",
             *([f"{beside[name].value:.{digits}f}" if name in beside else ""] * bool(beside)),
             ", ".join(
                 [
                     *([f"declared {result.declared_gain:g}"] if name == GAIN else []),
+                    *(
+                        "fixed" if value.deviation == 0 else f"known {p.known:g} +- {p.known_sd:g}"
+                        for p in (physical.known if physical else ())
+                        if p.name == name
+                    ),
                     *([f"{value.value:.{digits}f} with bias"] * value.is_shifted),
                     *(
                         [f"{range_text(*bands[name].interval, ' to ')} over moves"]
