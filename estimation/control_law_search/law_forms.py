@@ -21,7 +21,7 @@ from axisid.support.presentable import Presentable
 #: Coefficients of a regression of the control, by column.
 Coefficients = Mapping[str, float]
 #: Time constants and 1/bandwidths that begin the search for a filter, sampling periods.
-_FILTERS = (1.0, 4.0)
+_FILTERS = (1.0, 1.5, 2.2, 3.3, 5.0, 7.5, 11.0, 17.0, 25.0)
 #: Times that begin the search for that of back-calculation, of the integral's.
 _TRACKING = (0.3, 1.0)
 
@@ -121,7 +121,7 @@ class LawForm(ReadyLaw):
         if how == "averaged" or self.function == "cascade_pd_averaged":
             before = np.concatenate([position[:1], position[:1], position[:-2]])
             return np.asarray((position - before) / (2 * period))
-        filtered = extra if self.extra == "velocity_filter" else None
+        filtered = extra if self.extra in ("velocity_filter", "filter_time") else None
         time = 2 / extra if how == "pll" and extra else filtered
         return _smooth(_rate(position, period), period, time)
 
@@ -220,6 +220,13 @@ FORMS: tuple[LawForm, ...] = (
         gains=_pid,
         extra="filter_time",
         same="pid_ideal with k = kp, ti = kp / ki, td = kd / kp and the same filter_time",
+    ),
+    LawForm(
+        function="pid",
+        columns=("error", "velocity", "sum of error", "constant"),
+        gains=_pid,
+        extra="filter_time",
+        words={"derivative_of": "position"},
     ),
     _p_pi("difference", *_PI, extra="velocity_filter"),
     _p_pi("pll", *_PI, extra="pll_bandwidth"),

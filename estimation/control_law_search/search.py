@@ -284,7 +284,11 @@ def _ranked(axis: GeneratedAxis, record: Record, found: list[ExplainedLaw]) -> L
     ]
     first = sorted(
         (each for each in found if each not in others),
-        key=lambda each: (len(each.law.gains), len(each.words), each.held_out_percent),
+        key=lambda each: (
+            len(each.law.gains),
+            len(each.words),
+            max(each.held_out_percent, _NEGLIGIBLE_LEFT),  # then in the order of `FORMS`
+        ),
     )
     return LawSearch(
         axis=axis.axis.name,

@@ -147,16 +147,20 @@ class LawAlong:
         more, less = (self.logged(self._applied + by, steps=False) for by in (step, -step))
         return np.asarray((more - less) / (2 * _STEP))
 
-    @property
-    def jacobian_by_start(self) -> Array:
-        """How that changes with each memory at the start, (N, m); by 0 where that hardly shows."""
+    def slopes_by_start(self, compared: Callable[[Array], Array]) -> list[Array]:
+        """How what is compared changes with each memory at the start; by 0 where it hardly does.
+
+        What has faded before the first sample that is compared is left alone: it could be anything.
+        """
         sizes = np.abs(self._run[0]).max(axis=0, initial=0.0)
         sizes = np.where(np.isfinite(sizes) & (sizes > 0), sizes, 1.0)
-        ends = self.start + np.diag(_STEP * sizes)
-        slopes = self._slopes([replace(self, start=end) for end in ends]) / sizes
-        effect = np.linalg.norm(slopes[LAW_SETTLING:], axis=0) * sizes
-        slopes[:, effect <= MIN_MEMORY_EFFECT * float(np.linalg.norm(self.control))] = 0.0
-        return slopes
+        ends = [replace(self, start=end) for end in self.start + np.diag(_STEP * sizes)]
+        effects = [compared(effect) for effect in self._slopes(ends).T]
+        least = MIN_MEMORY_EFFECT * float(np.linalg.norm(compared(self.control)))
+        return [
+            effect / size if float(np.linalg.norm(effect)) > least else 0.0 * effect
+            for effect, size in zip(effects, sizes, strict=True)
+        ]
 
     def _slopes(self, ends: "Sequence[LawAlong]") -> Array:
         """Slopes of the output towards laws that are `_STEP` away, (N, k)."""
@@ -193,8 +197,8 @@ class LawAlong:
         for _ in range(_ROUNDS):
             if not (cost > enough and before - cost > _STILL * cost):
                 break
-            slopes = *best.jacobian_by_gain(chosen).T, *best.jacobian_by_start.T
-            columns = np.column_stack([*map(compared, slopes)])
+            by_gain = map(compared, best.jacobian_by_gain(chosen).T)
+            columns = np.column_stack([*by_gain, *best.slopes_by_start(compared)])
             before, share = cost, 1.0
             for _ in range(_STEPS):  # by the same slopes as long as they lead on
                 step = least_step(columns, residuals, _CLEAR)[0]

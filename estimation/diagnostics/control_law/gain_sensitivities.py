@@ -390,7 +390,7 @@ class LawByGains:
     @cached_property
     def _besides_start(self) -> Callable[[Array], Array]:
         """What takes from columns, (n, k), all that another start of the memory explains."""
-        by_start = map(self.compared, self.along.jacobian_by_start.T)
+        by_start = self.along.slopes_by_start(self.compared)
         starts = np.column_stack([np.empty((len(self.control), 0)), *by_start])
         sizes = np.linalg.norm(starts, axis=0)
         unit = starts[:, sizes > 0] / sizes[sizes > 0]

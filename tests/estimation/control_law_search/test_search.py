@@ -11,7 +11,7 @@ import sympy
 
 from axisid import build, load_axis, twin_record
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
-from axisid.control import ControlLaw, cascade_pd_difference
+from axisid.control import ControlLaw, cascade_pd_difference, pid
 from axisid.estimation import LawSearch, find_law
 from axisid.estimation.control_law_search.law_forms import ExplainedLaw
 from axisid.modeling import back_and_forth
@@ -73,6 +73,20 @@ def test_anti_windup_is_found_where_the_drive_saturates(how: str, limit: float) 
     best = _found(name, limit).best
     assert best.words["anti_windup"] == how.replace("clamped", "clamping").replace("-", "_")
     assert has_gains_of(best, name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("words", [{}, {"derivative_of": "position"}])
+@pytest.mark.parametrize("periods", [2.0, 6.0, 20.0])
+def test_a_derivative_behind_a_filter_is_found_with_its_time(
+    periods: float, words: dict[str, str]
+) -> None:
+    axis = _axis("pid").axis
+    law = pid(**{**LAWS["pid"]().gains, "filter_time": periods * PERIOD}, **words, period=PERIOD)
+    filtered = build(replace(axis, control=law), native=False)
+    best = find_law(filtered, twin_record(filtered)).best
+    assert (best.function, dict(best.words), best.law.delay) == ("pid", words, 0)
+    assert best.law.gains == pytest.approx(law.gains, rel=1e-5)
 
 
 @pytest.mark.slow
