@@ -43,7 +43,7 @@ class MethodRow:
 
 
 _METHODS = "axisid.estimation.methods"
-_LEAST_SQUARES = f"{_METHODS}.method:LeastSquares"
+_LEAST_SQUARES = f"{_METHODS}.least_squares:LeastSquares"
 _INSTRUMENTS = f"{_METHODS}.instrumental:Instruments"
 
 INVERSE, DIRECT = (f"axisid.estimation.regression:{side}Form" for side in ("Inverse", "Direct"))

@@ -19,7 +19,7 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.diagnostic_checks import Check, first_case, status_of
 from axisid.estimation.diagnostics.control_law import LawAgreement
 from axisid.estimation.estimation_problem import Problem
-from axisid.estimation.methods import METHODS, bound_record
+from axisid.estimation.methods import METHODS, filtered_record
 from axisid.estimation.misspecification import Misspecification, RecordScores, scores_of
 from axisid.estimation.records import Record, law_clock
 from axisid.estimation.signals import FilteredRecord, Prefilter
@@ -82,7 +82,7 @@ def estimate_delay(
     prefilter : Prefilter
         Its hold moves no more than where the search starts.
     """
-    data = bound_record(axis, record, prefilter)
+    data = filtered_record(axis, record, prefilter)
     fit = METHODS["idm-ls"].fit(Problem(axis=axis, data=(data,)))
     physical = fit.form.physical(fit.solution.theta)[0]
     return alignment_of(scores_of(data, physical, None, range(len(physical))))

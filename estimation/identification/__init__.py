@@ -4,10 +4,12 @@ In: `Axis`, `Record`, `Prefilter`. Out: `Identification`.
 Knows nothing of how it is shown.
 """
 
+from .drive_time import (
+    check_drive_time as check_drive_time,
+    with_drive_time as with_drive_time,
+)
 from .identify import (
-    at_time as at_time,
     check_choices as check_choices,
-    check_time as check_time,
     identify as identify,
     identify_problem as identify_problem,
     records_of as records_of,
@@ -15,8 +17,8 @@ from .identify import (
 )
 from .joint_records import (
     JointRecords as JointRecords,
-    bound_records as bound_records,
     check_bad as check_bad,
+    filtered_records as filtered_records,
     known_without as known_without,
     layout_for as layout_for,
     shared_records as shared_records,

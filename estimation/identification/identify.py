@@ -1,26 +1,11 @@
-"""The pipeline: from an axis and its records to estimates, method by method.
+"""The pipeline: from an axis and its records to estimates, method by method."""
 
-The estimate within declared bounds is the point within them that is nearest to the free one, by the
-covariance of independent residuals; of least squares that is the bounded least squares of the same
-rows. What it has at a bound is held, the others are identified anew with it, until none goes beyond
-its bound. What a bound holds is not known, so the others are as unsure as its parameter lets them
-be: they have the covariance that they have without bounds. The bounded estimate is, by that
-covariance, nearer to whatever is within the bounds than the free one is, so that it is enough.
-
-A drive's lag or delay makes the force act where the motion shows it: the loop is simulated with it,
-and the delay that the alignment finds beside it is added, until there is none. A lag, a delay and
-the half sample of the hold move the force alike at the frequencies of a motion: a record shows
-their sum, so that at most one of them can be estimated, and the others are to be known.
-"""
-
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
-from scipy.special import stdtrit
 
-from axisid.codegen.generated_axes import GeneratedAxis, as_generated, build
+from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.estimation.bootstrap import DEFAULT_COUNT, check_count
 from axisid.estimation.choices import (
     INSTRUMENT_STARTS,
@@ -29,32 +14,22 @@ from axisid.estimation.choices import (
     is_output_error,
     listed,
 )
-from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels, unless_faulty
+from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.diagnostics import Case
-from axisid.estimation.estimates import COVARIANCES, Estimate, student_interval
-from axisid.estimation.estimation_problem import ParameterAtBound, Problem, check_has_rows
+from axisid.estimation.estimates import COVARIANCES, Estimate
+from axisid.estimation.estimation_problem import Problem, check_has_rows
 from axisid.estimation.methods import METHODS, Bootstrap, estimate_by
-from axisid.estimation.parameters import KnownValue, bounded_quadratic_minimum
+from axisid.estimation.parameters import KnownValue
 from axisid.estimation.records import Record, check_record
-from axisid.estimation.regression import LoopDataError, covariance_root
+from axisid.estimation.regression import LoopDataError
 from axisid.estimation.signals import Prefilter
-from axisid.estimation.thresholds import INTERVAL_LEVEL
-from axisid.modeling.declaration import HIDDEN_FROM, Axis, leave_out
-from axisid.modeling.quantities import Parameter
-from axisid.support.errors import (
-    AxisidError,
-    EstimationError,
-    Missing,
-    ModelError,
-    UsageError,
-    refuse,
-)
+from axisid.modeling.declaration import Axis
+from axisid.support.errors import EstimationError, ModelError, UsageError
 
+from .bounds import bounded_identification
+from .drive_time import identify_with_drive_time
 from .joint_records import shared_records
-from .result import DriveTime, Identification
-
-#: Identifies an axis by methods; None for all that axis and record allow.
-Identify = Callable[[GeneratedAxis, Sequence[str] | None], Identification]
+from .result import Identification
 
 
 def identify(
@@ -164,10 +139,10 @@ def identify(
                 levels=levels,
             )
 
-        return bounded_result(tried, free) if bounded else free(tried)
+        return bounded_identification(tried, free) if bounded else free(tried)
 
     if generated.declared.drive.estimated is not None:
-        return identified_with_time(generated, records, run, requested)
+        return identify_with_drive_time(generated, records, run, requested)
     return run(generated, requested)
 
 
@@ -279,242 +254,4 @@ def check_choices(covariance: object, start: object, loss: object) -> None:
         ("covariance", covariance, COVARIANCES),
         ("start", start, INSTRUMENT_STARTS),
         ("loss", loss, ROW_LOSSES),
-    )
-
-
-def bounded_result(
-    axis: GeneratedAxis, identify: Callable[[GeneratedAxis], Identification]
-) -> Identification:
-    """What is identified with every declared parameter within its bounds, by the judged method.
-
-    Its covariances are those of the free estimates: a parameter that is held is not known.
-
-    Parameters
-    ----------
-    axis : GeneratedAxis
-    identify : callable
-
-    Raises
-    ------
-    EstimationError
-        Nothing is left to identify, or no inertia, with the parameters at their bounds.
-    """
-    result = free = identify(axis)
-    bounds: dict[str, float] = {}
-    while beyond := _at_bounds(axis, result.preferred):
-        bounds |= beyond
-        result = identify(_axis_with(axis, bounds))
-    if not bounds:
-        return free
-    held = []
-    for name, bound in bounds.items():
-        others = {other: at for other, at in bounds.items() if other != name}
-        without = identify(_axis_with(axis, others)) if others else free
-        held.append(_held(without.preferred, axis, name, bound))
-    estimates = {
-        method: _as_unsure(estimate, free.estimates.get(method, estimate))
-        for method, estimate in result.estimates.items()
-    }
-    return replace(result, problem=replace(result.problem, held=tuple(held)), estimates=estimates)
-
-
-def _axis_with(axis: GeneratedAxis, bounds: Mapping[str, float]) -> GeneratedAxis:
-    """An axis whose parameters at a bound are held there."""
-    try:
-        return build(leave_out(axis.declared, **bounds), native=axis.native.enabled)
-    except AxisidError as error:
-        said = ", ".join(f"{name} at its bound {bound:g}" for name, bound in bounds.items())
-        raise EstimationError(
-            f"with {said} there is no axis left: {str(error).rstrip('.')}. Check the signs "
-            "and units of the record.",
-            code="bounds",
-        ) from error
-
-
-def _as_unsure(estimate: Estimate, free: Estimate) -> Estimate:
-    """The same with the covariances that its parameters have where nothing is held."""
-    names, own = ([q.name for q in each] for each in (free.quantities, free.ddm_quantities))
-    try:
-        at = [names.index(q.name) for q in estimate.quantities]
-        of_ddm = [own.index(q.name) for q in estimate.ddm_quantities]
-    except ValueError:  # what is held regrouped the others
-        return estimate
-    return estimate.with_inference(
-        covariances={n: each[np.ix_(at, at)] for n, each in free.covariances.items()},
-        covariance_names=free.covariance_names,
-        ddm_covariances={
-            n: each[np.ix_(of_ddm, of_ddm)] for n, each in free.ddm_covariances.items()
-        },
-        freedom={n: each[at] for n, each in free.freedom.items()},
-        ddm_freedom={n: each[of_ddm] for n, each in free.inference.ddm_freedom.items()},
-    )
-
-
-def _at_bounds(axis: GeneratedAxis, estimate: Estimate) -> dict[str, float]:
-    """Declared parameters that the bounded estimate has at a bound, with that bound."""
-    names, free = {p.name for p in axis.declared.parameters}, estimate.corrected
-    declared = [p if p.name in names else None for p in estimate.form.declared]
-    if all(p is None or p.allows(x) for p, x in zip(declared, free, strict=True)):
-        return {}
-    lower = np.array([-np.inf if p is None else p.lower for p in declared])
-    upper = np.array([np.inf if p is None else p.upper for p in declared])
-    covariance = estimate.covariances["iid"]
-    scale = np.sqrt(np.diag(covariance))
-    rows = np.linalg.pinv(covariance_root(covariance) / scale[:, None]) / scale
-    _, sides = bounded_quadratic_minimum(lower, upper, free, rows, np.zeros(len(free)))
-    return {
-        p.name: p.lower if side < 0 else p.upper
-        for p, side in zip(declared, sides, strict=True)
-        if p and side
-    }
-
-
-def _held(estimate: Estimate, axis: GeneratedAxis, name: str, bound: float) -> ParameterAtBound:
-    """A parameter at its bound, and what it is in an estimate that has it free."""
-    value = estimate.parameters[name]
-    is_lower = any((p.name, p.lower) == (name, bound) for p in axis.declared.parameters)
-    dof = dict(zip(estimate.parameters, estimate.freedom[estimate.chosen], strict=True))[name]
-    away = float(stdtrit(dof, INTERVAL_LEVEL.value)) * value.deviation
-    reach = value.corrected + (away if is_lower else -away)
-    return ParameterAtBound(
-        name=name,
-        unit=value.unit,
-        bound=bound,
-        is_lower=is_lower,
-        free=value.corrected,
-        deviation=value.deviation,
-        reach=max(bound, reach) if is_lower else min(bound, reach),
-    )
-
-
-def at_time(axis: GeneratedAxis, name: str, value: float) -> GeneratedAxis:
-    """The axis with another lag or delay of its drive, s, which is then known.
-
-    To compile its loop takes less than a search without does.
-    """
-    drive = axis.declared.drive.with_time(name, value)
-    return build(replace(axis.declared, drive=drive), native=axis.native.enabled)
-
-
-def identified_with_time(
-    axis: GeneratedAxis,
-    records: Sequence[Record],
-    run: Identify,
-    methods: Sequence[str] | None,
-) -> Identification:
-    """Identify an axis whose drive has a lag or a delay that is estimated too.
-
-    Every deviation of the parameters has in it what that of the time adds: the estimates are made
-    once more with the time a deviation longer.
-
-    Raises
-    ------
-    UsageError
-        There are several records, or the control was recorded where nothing shows the time.
-    EstimationError
-        The record does not show it, or the force acts before its command.
-    """
-    declared = axis.declared
-    name, parameter = declared.drive.estimated or ("lag", Parameter("lag", "s"))
-    if len(records) > 1:
-        raise UsageError(
-            f"axis {declared.name!r}: the drive's {name} is to be estimated, which one record "
-            f"tells, and {len(records)} are given; identify it from one of them, and declare it as "
-            "a number for all.",
-            code="drive-time",
-        )
-    value, deviation = _searched(axis, records[0], name, run)
-    result = run(at_time(axis, name, value), methods)
-    longer = run(at_time(axis, name, value + deviation), [*result.estimates])
-    judged = result.preferred
-    low, high = student_interval(value, deviation, float(len(judged.y) - len(judged.theta)))
-    return replace(
-        result,
-        estimates={n: _widened(e, longer.estimates[n]) for n, e in result.estimates.items()},
-        drive_time=DriveTime(
-            name=name,
-            parameter=parameter,
-            value=value,
-            deviation=deviation,
-            interval=(max(low, 0.0), high),
-        ),
-    )
-
-
-def _searched(axis: GeneratedAxis, record: Record, name: str, run: Identify) -> tuple[float, float]:
-    """The lag or the delay with which force and motion are aligned, and its deviation, s."""
-    declared, period = axis.declared, record.period
-    check_time(declared, record, name)
-    value = float(getattr(declared.drive, name))
-    for _ in range(10):
-        result = run(at_time(axis, name, value), ["idm-iv"])
-        alignment = unless_faulty(partial(getattr, result.case.parts[0], "alignment"))
-        if isinstance(alignment, Missing) or alignment.at_the_end:
-            unseen = "the record tells no delay between force and motion"
-            why = alignment if isinstance(alignment, Missing) else unseen
-            raise EstimationError(
-                f"axis {declared.name!r}: the drive's {name} cannot be estimated: {why}.",
-                code="drive-time",
-            )
-        step, deviation = (
-            (alignment.best - result.data.hold_delay) * period,
-            alignment.deviation * period,
-        )
-        # It has settled within a twentieth of its deviation, or what rounding does not reach.
-        near = max(0.05 * deviation, 1e-9 * period)
-        if abs(step) < near or (value == 0 and step <= 0):
-            break
-        value = max(value + step, 0.0)
-    else:
-        raise EstimationError(
-            f"axis {declared.name!r}: the estimate of the drive's {name} does not settle; it is "
-            f"about {value:.3g} s. See whether the law and the model are right.",
-            code="no-convergence",
-        )
-    if step < -2 * deviation:
-        raise EstimationError(
-            f"axis {declared.name!r}: the force acts {-step:.3g} s before its command, so there is "
-            f"no {name} to estimate; see whether the control is logged late, and its hold.",
-            code="drive-time",
-        )
-    return value, deviation
-
-
-def _widened(estimate: Estimate, longer: Estimate) -> Estimate:
-    """An estimate whose covariances have in them that a time may be a deviation longer."""
-    changes = {
-        "covariances": longer.physical - estimate.physical,
-        "ddm_covariances": longer.theta_ddm - estimate.theta_ddm,
-    }
-    return estimate.with_inference(
-        **{
-            which: {n: each + np.outer(by, by) for n, each in getattr(estimate, which).items()}
-            for which, by in changes.items()
-        }
-    )
-
-
-def check_time(declared: Axis, record: Record, name: str, *, by_law: bool = True) -> None:
-    """Refuse a time that a record cannot show, of a loop under a law or of one without.
-
-    Raises
-    ------
-    UsageError
-        The control was recorded where nothing shows it.
-    """
-    law = declared.control
-    unsampled = by_law and (law is None or law.continuous)
-    refuse(
-        UsageError,
-        (
-            unsampled or record.force is not None or record.control is None,
-            f"axis {declared.name!r}: the drive's {name} is told by a recorded control"
-            f"{' of a sampled law' * by_law}, and by no force that was measured",
-        ),
-        (
-            declared.drive.logged in HIDDEN_FROM[name],
-            f"axis {declared.name!r}: the control was recorded behind the drive's {name} "
-            f"(logged={declared.drive.logged!r}), so that the motion does not show it",
-        ),
-        code="drive-time",
     )

@@ -10,7 +10,7 @@ import numpy as np
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.choices import ROW_LOSSES, check_among, listed
 from axisid.estimation.estimation_problem import Problem, check_time_known
-from axisid.estimation.methods import METHODS, bound_record, scale_of
+from axisid.estimation.methods import METHODS, filtered_record, scale_of
 from axisid.estimation.parameters import (
     JointForm,
     KnownValue,
@@ -20,12 +20,7 @@ from axisid.estimation.parameters import (
     prefilters_of,
 )
 from axisid.estimation.records import Record, record_labels
-from axisid.estimation.signals import (
-    FilteredRecord,
-    Prefilter,
-    searches_friction,
-    show_too_little,
-)
+from axisid.estimation.signals import FilteredRecord, Prefilter, searches_friction, show_too_little
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, DataError, UsageError
 
@@ -50,7 +45,7 @@ def layout_for(
     return layout_of(axis, records, known_of(known, records), local, commanded=commanded)
 
 
-def bound_records(
+def filtered_records(
     axes: Sequence[GeneratedAxis],
     records: Sequence[Record],
     asked: Prefilter,
@@ -64,10 +59,10 @@ def bound_records(
     Raises
     ------
     UsageError, DataError
-        As `bound_record` does, with the record's name.
+        As `filtered_record` does, with the record's name.
     """
     if len(records) == 1:
-        return (bound_record(axes[0], records[0], asked),)
+        return (filtered_record(axes[0], records[0], asked),)
     filters = prefilters_of(asked, records[0].period, [record.period for record in records])
     every = tuple(zip(axes, records, filters, strict=True))
     moving = [FilteredRecord.bind(a, r, replace(f, reversals="keep")) for a, r, f in every]
@@ -76,7 +71,9 @@ def bound_records(
     if reversals is None and axes[0].has_direction and not searches_friction(axes[0]):
         turned = [data.without(data.sampling.turns(data.motion[1], fastest)) for data in moving]
         reversals = "keep" if show_too_little(turned, into) else "leave-out"
-    return tuple(bound_record(a, r, replace(f, reversals=reversals), fastest) for a, r, f in every)
+    return tuple(
+        filtered_record(a, r, replace(f, reversals=reversals), fastest) for a, r, f in every
+    )
 
 
 def weighted(problem: Problem, loss: str = ROW_LOSSES[0]) -> Problem:
@@ -189,7 +186,7 @@ class JointRecords:
         """The records under a prefilter, each of its own axis, weighted by its own noise."""
         layout = self.layout(axis)
         into = () if layout is None else [*map(layout.record_jacobian, range(len(self.records)))]
-        data = bound_records(self.axes(axis, layout), self.records, prefilter, into)
+        data = filtered_records(self.axes(axis, layout), self.records, prefilter, into)
         return weighted(Problem(axis=axis, data=data, layout=layout), loss)
 
 

@@ -4,7 +4,10 @@ In: `Problem`. Out: `Method` with its `Fit`, and the `Estimate` that it makes.
 Knows nothing of verdicts and of how it is shown.
 """
 
-from .estimating import Bootstrap as Bootstrap, estimate_by as estimate_by
+from .estimating import estimate_by as estimate_by
+from .filtered_record import filtered_record as filtered_record
 from .instrumental import Instruments as Instruments, StepControl as StepControl
-from .method import Method as Method, scale_of as scale_of
-from .methods import METHODS as METHODS, bound_record as bound_record
+from .m_estimation import scale_of as scale_of
+from .method import Method as Method
+from .methods import METHODS as METHODS
+from .parametric_bootstrap import Bootstrap as Bootstrap

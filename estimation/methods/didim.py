@@ -18,18 +18,13 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.estimation.estimation_problem import Solver
-from axisid.estimation.regression import (
-    Equations,
-    PublishedCovariance,
-    QrFactors,
-    Solution,
-)
+from axisid.estimation.regression import Equations, PublishedCovariance, QrFactors, Solution
 from axisid.estimation.thresholds import CONVERGED, MAX_SIMULATION_ERROR
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
 from .instrumental import Instruments, Iteration, IterationState, IterationStep, SimulatedRows
-from .method import robust_solution, scale_of, size_by_loss
+from .m_estimation import robust_solution, scale_of, size_by_loss
 
 # of a parameter, left by a step where the loop does not follow: measured, from 5 to 1000 kg on
 # the EMPS record, with 0.1 to 0.5 alike

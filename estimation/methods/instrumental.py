@@ -39,14 +39,9 @@ from axisid.estimation.thresholds import CONVERGED
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError
 
-from .method import (
-    Fit,
-    LeastSquares,
-    Method,
-    at_point,
-    check_loss,
-    robust_solution,
-)
+from .least_squares import LeastSquares
+from .m_estimation import check_loss, robust_solution
+from .method import Fit, Method, at_point
 
 _ROUNDING = 1e-9  # of the value, which stands for the deviation in records without noise
 _SWINGING = 0.5  # of the last step, backwards

@@ -23,7 +23,7 @@ from axisid.estimation.diagnostics.control_law import LawAgreement, law_agreemen
 from axisid.estimation.estimates import Estimate, SamplingDistribution
 from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.identification import Identification, RecordInfo
-from axisid.estimation.methods import METHODS, Bootstrap, bound_record, estimate_by
+from axisid.estimation.methods import METHODS, Bootstrap, estimate_by, filtered_record
 from axisid.estimation.output_error import OutputFit, checked_horizon
 from axisid.estimation.parameters import GAIN, INITIAL_STATE_PARAMETERS, by_declared_gain
 from axisid.estimation.prediction_errors import LoopPredictions, PredictionErrors, WindowPredictions
@@ -99,7 +99,7 @@ def validate(
     whole, levels = result, result.levels
     result = whole if like is None else whole.part(like)
     requested = result.requested or result.prefilter  # what was left open suits each record
-    data = bound_record(
+    data = filtered_record(
         result.axis, record, requested.at_period(result.record.period, record.period)
     )
     own_data = result.problem.data if isinstance(result, Identification) else ()

@@ -19,7 +19,12 @@ from axisid.estimation.choices import (
 )
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.diagnostics.control_law import LawAgreement, first_failing, law_agreement
-from axisid.estimation.identification import at_time, bound_records, records_of, shared_records
+from axisid.estimation.identification import (
+    filtered_records,
+    records_of,
+    shared_records,
+    with_drive_time,
+)
 from axisid.estimation.methods import scale_of
 from axisid.estimation.nonlinear_least_squares import (
     LOSSES as LOSS_FUNCTIONS,
@@ -250,7 +255,7 @@ def _with_time_found(
     value = float(getattr(axis.declared.drive, time.name))
     first: FitSearch | None = None
     for _ in range(_ROUNDS):
-        last = search(at_time(axis, time.name, value), start, time)
+        last = search(with_drive_time(axis, time.name, value), start, time)
         first = first or last
         step = np.clip(last.best.physical[-1] - value, -_FURTHEST * period, _FURTHEST * period)
         if abs(step) < _MAX_TIME_STEP * period:
@@ -308,7 +313,7 @@ def _searched(
     if time is not None:
         value = float(getattr(generated.declared.drive, time.name))
         step = _TIME_STEP * records[0].period
-        axes = tuple(at_time(axis, time.name, value + step) for axis in form.axes)
+        axes = tuple(with_drive_time(axis, time.name, value + step) for axis in form.axes)
         others = _predictions(replace(form, axes=axes), records, outputs, first_at, horizon)
         at = unknowns.inside(first_at, unknowns.scale(first_at, begins[0].size))
         predictions.follow_time(others, at, value, step)
@@ -383,7 +388,7 @@ def _rests(form: ExtendedForm, records: Sequence[Record]) -> dict[int, FilteredR
                 served.append(i)
     if not served:
         return {}
-    data = bound_records(
+    data = filtered_records(
         [form.axes[i] for i in served],
         [records[i] for i in served],
         Prefilter(),

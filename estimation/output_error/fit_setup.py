@@ -21,7 +21,7 @@ from axisid.estimation.choices import (
     listed,
 )
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.identification import JointRecords, check_time, identify
+from axisid.estimation.identification import JointRecords, check_drive_time, identify
 from axisid.estimation.parameters import (
     GAIN,
     INITIAL_STATE_PARAMETERS,
@@ -109,7 +109,7 @@ def split_free(
         code="free",
     )
     for record in records:
-        check_time(axis.declared, record, name, by_law=OPEN_LOOP not in outputs)
+        check_drive_time(axis.declared, record, name, by_law=OPEN_LOOP not in outputs)
     value = max(float(getattr(drive, name)), _LEAST * records[0].period)
     parameter = declared[1] if declared is not None else Parameter(name, "s", lower=0.0)
     return [n for n in names if n != name], replace(parameter, name=name, nominal=value)

@@ -25,7 +25,7 @@ from axisid.estimation.diagnostics.control_law import (
     found_law_agreement,
 )
 from axisid.estimation.estimates import Value, degrees_of_freedom_of
-from axisid.estimation.methods import bound_record
+from axisid.estimation.methods import filtered_record
 from axisid.estimation.misspecification import Misspecification, find_misspecification, scores_of
 from axisid.estimation.parameters import axis_at
 from axisid.estimation.prediction_errors import record_rows
@@ -285,7 +285,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         axis, loops = self.axes[number], self.loops[number]
         if axis.axis.states:
             return Missing("friction that remembers has no rows in which that could be looked for")
-        data = bound_record(axis, self.records[number], Prefilter())
+        data = filtered_record(axis, self.records[number], Prefilter())
         model, searched = self.form.of_model, set(self.searched) - self.prior.keys()
         joint = self.physical[: len(model.physical_quantities)]
         slopes = np.zeros((len(axis.parameters), len(self.physical)))  # of the record's parameters

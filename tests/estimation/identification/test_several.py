@@ -23,7 +23,7 @@ from axisid import (
 )
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation.identification import (
-    bound_records,
+    filtered_records,
 )
 from axisid.estimation.output_error import OutputFit
 from axisid.estimation.records.record import record_labels
@@ -216,7 +216,7 @@ def test_reversals_are_left_out_of_all_records_where_all_together_show_enough(
     short, long = twin.windowed((0.2, 0.9)), twin.windowed((2.0, 5.0))
 
     def left_out(*records: Record) -> list[bool]:
-        bound = bound_records([emps2015] * len(records), records, Prefilter())
+        bound = filtered_records([emps2015] * len(records), records, Prefilter())
         return [bool(data.excluded) for data in bound]
 
     assert left_out(short) == [False]  # hardly shows the mass without them

@@ -23,7 +23,7 @@ from axisid import (
 )
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.elements import Drive
-from axisid.estimation.methods import bound_record
+from axisid.estimation.methods import filtered_record
 from axisid.estimation.regression.inverse_and_direct import InverseForm
 from axisid.estimation.regression.simulated_instruments import simulated_loops, simulated_rows
 from axisid.modeling import Experiment, back_and_forth
@@ -95,7 +95,7 @@ def test_search_finds_what_a_full_search_over_all_parameters_finds(
 ) -> None:
     """SciPy's, from the truth, on the inverse dynamics and not on the regressor."""
     estimate = result["idm-ls"]
-    data = bound_record(axis, record, FILTER)
+    data = filtered_record(axis, record, FILTER)
     s_, y = data.signals, data.reduce(data.signals.force)
 
     def residuals(theta: np.ndarray) -> np.ndarray:
@@ -119,7 +119,7 @@ def test_instruments_solve_their_nonlinear_equations(
     axis: GeneratedAxis, record: Record, result: Identification
 ) -> None:
     iv = result["idm-iv"]
-    data = bound_record(axis, record, FILTER)
+    data = filtered_record(axis, record, FILTER)
     reduced = InverseForm(axis).at(iv.physical).equations(data.signals).reduced(data)
     residuals = reduced.left - reduced.intercept - reduced.regressor @ iv.physical
     seen = iv.Z.T @ residuals / np.linalg.norm(iv.Z, axis=0) / np.linalg.norm(residuals)
@@ -183,7 +183,7 @@ def test_damped_iterates_show_the_error_of_their_own_loop(
     free = identify(axis, record, kept, "idm-iv")["idm-iv"]
     assert damped.iterates[1].physical[4] > free.iterates[1].physical[4] + 1e-3
     assert damped.physical == pytest.approx(free.physical, rel=1e-4)
-    data = bound_record(axis, record, kept)
+    data = filtered_record(axis, record, kept)
     for iterate in damped.iterates:
         loops = simulated_loops(axis, record, iterate.physical)
         form = InverseForm(axis)

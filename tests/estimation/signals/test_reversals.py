@@ -21,7 +21,7 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
-from axisid.estimation.methods import bound_record
+from axisid.estimation.methods import filtered_record
 from axisid.estimation.signals.filtered_record import FilteredRecord
 from axisid.estimation.signals.sampling import near_turns
 from axisid.estimation.signals.signals import (
@@ -101,7 +101,7 @@ def test_default_leaves_them_out_where_there_is_friction_and_enough_is_left(
 def test_rows_and_signals_stay_together_and_what_is_silent_enters_none(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
-    data = bound_record(emps2015, twin, Prefilter(reversals="leave-out"))
+    data = filtered_record(emps2015, twin, Prefilter(reversals="leave-out"))
     spoilt = np.array(twin.control)
     for start, stop in data.excluded:
         spoilt[start:stop] = 1e3

@@ -1,0 +1,131 @@
+"""Identification with declared parameters held at their bounds.
+
+The estimate within declared bounds is the point within them that is nearest to the free one, by the
+covariance of independent residuals; of least squares that is the bounded least squares of the same
+rows. What it has at a bound is held, the others are identified anew with it, until none goes beyond
+its bound. What a bound holds is not known, so the others are as unsure as its parameter lets them
+be: they have the covariance that they have without bounds. The bounded estimate is, by that
+covariance, nearer to whatever is within the bounds than the free one is, so that it is enough.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+from scipy.special import stdtrit
+
+from axisid.codegen.generated_axes import GeneratedAxis, build
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.estimation_problem import ParameterAtBound
+from axisid.estimation.parameters import bounded_quadratic_minimum
+from axisid.estimation.regression import covariance_root
+from axisid.estimation.thresholds import INTERVAL_LEVEL
+from axisid.modeling.declaration import leave_out
+from axisid.support.errors import AxisidError, EstimationError
+
+from .result import Identification
+
+
+def bounded_identification(
+    axis: GeneratedAxis, identify: Callable[[GeneratedAxis], Identification]
+) -> Identification:
+    """What is identified with every declared parameter within its bounds, by the judged method.
+
+    Its covariances are those of the free estimates: a parameter that is held is not known.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    identify : callable
+
+    Raises
+    ------
+    EstimationError
+        Nothing is left to identify, or no inertia, with the parameters at their bounds.
+    """
+    result = free = identify(axis)
+    bounds: dict[str, float] = {}
+    while beyond := _at_bounds(axis, result.preferred):
+        bounds |= beyond
+        result = identify(_axis_with(axis, bounds))
+    if not bounds:
+        return free
+    held = []
+    for name, bound in bounds.items():
+        others = {other: at for other, at in bounds.items() if other != name}
+        without = identify(_axis_with(axis, others)) if others else free
+        held.append(_held(without.preferred, axis, name, bound))
+    estimates = {
+        method: _with_free_covariances(estimate, free.estimates.get(method, estimate))
+        for method, estimate in result.estimates.items()
+    }
+    return replace(result, problem=replace(result.problem, held=tuple(held)), estimates=estimates)
+
+
+def _axis_with(axis: GeneratedAxis, bounds: Mapping[str, float]) -> GeneratedAxis:
+    """An axis whose parameters at a bound are held there."""
+    try:
+        return build(leave_out(axis.declared, **bounds), native=axis.native.enabled)
+    except AxisidError as error:
+        said = ", ".join(f"{name} at its bound {bound:g}" for name, bound in bounds.items())
+        raise EstimationError(
+            f"with {said} there is no axis left: {str(error).rstrip('.')}. Check the signs "
+            "and units of the record.",
+            code="bounds",
+        ) from error
+
+
+def _with_free_covariances(estimate: Estimate, free: Estimate) -> Estimate:
+    """The same with the covariances that its parameters have where nothing is held."""
+    names, own = ([q.name for q in each] for each in (free.quantities, free.ddm_quantities))
+    try:
+        at = [names.index(q.name) for q in estimate.quantities]
+        of_ddm = [own.index(q.name) for q in estimate.ddm_quantities]
+    except ValueError:  # what is held regrouped the others
+        return estimate
+    return estimate.with_inference(
+        covariances={n: each[np.ix_(at, at)] for n, each in free.covariances.items()},
+        covariance_names=free.covariance_names,
+        ddm_covariances={
+            n: each[np.ix_(of_ddm, of_ddm)] for n, each in free.ddm_covariances.items()
+        },
+        freedom={n: each[at] for n, each in free.freedom.items()},
+        ddm_freedom={n: each[of_ddm] for n, each in free.inference.ddm_freedom.items()},
+    )
+
+
+def _at_bounds(axis: GeneratedAxis, estimate: Estimate) -> dict[str, float]:
+    """Declared parameters that the bounded estimate has at a bound, with that bound."""
+    names, free = {p.name for p in axis.declared.parameters}, estimate.corrected
+    declared = [p if p.name in names else None for p in estimate.form.declared]
+    if all(p is None or p.allows(x) for p, x in zip(declared, free, strict=True)):
+        return {}
+    lower = np.array([-np.inf if p is None else p.lower for p in declared])
+    upper = np.array([np.inf if p is None else p.upper for p in declared])
+    covariance = estimate.covariances["iid"]
+    scale = np.sqrt(np.diag(covariance))
+    rows = np.linalg.pinv(covariance_root(covariance) / scale[:, None]) / scale
+    _, sides = bounded_quadratic_minimum(lower, upper, free, rows, np.zeros(len(free)))
+    return {
+        p.name: p.lower if side < 0 else p.upper
+        for p, side in zip(declared, sides, strict=True)
+        if p and side
+    }
+
+
+def _held(estimate: Estimate, axis: GeneratedAxis, name: str, bound: float) -> ParameterAtBound:
+    """A parameter at its bound, and what it is in an estimate that has it free."""
+    value = estimate.parameters[name]
+    is_lower = any((p.name, p.lower) == (name, bound) for p in axis.declared.parameters)
+    dof = dict(zip(estimate.parameters, estimate.freedom[estimate.chosen], strict=True))[name]
+    away = float(stdtrit(dof, INTERVAL_LEVEL.value)) * value.deviation
+    reach = value.corrected + (away if is_lower else -away)
+    return ParameterAtBound(
+        name=name,
+        unit=value.unit,
+        bound=bound,
+        is_lower=is_lower,
+        free=value.corrected,
+        deviation=value.deviation,
+        reach=max(bound, reach) if is_lower else min(bound, reach),
+    )

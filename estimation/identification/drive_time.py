@@ -1,0 +1,159 @@
+"""The lag or the delay of a drive, identified with the parameters.
+
+A drive's lag or delay makes the force act where the motion shows it: the loop is simulated with it,
+and the delay that the alignment finds beside it is added, until there is none. A lag, a delay and
+the half sample of the hold move the force alike at the frequencies of a motion: a record shows
+their sum, so that at most one of them can be estimated, and the others are to be known.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from axisid.codegen.generated_axes import GeneratedAxis, build
+from axisid.estimation.diagnostic_checks import unless_faulty
+from axisid.estimation.estimates import Estimate, student_interval
+from axisid.estimation.records import Record
+from axisid.modeling.declaration import HIDDEN_FROM, Axis
+from axisid.modeling.quantities import Parameter
+from axisid.support.errors import EstimationError, Missing, UsageError, refuse
+
+from .result import DriveTime, Identification
+
+#: Identifies an axis by methods; None for all that axis and record allow.
+Identify = Callable[[GeneratedAxis, Sequence[str] | None], Identification]
+
+
+def with_drive_time(axis: GeneratedAxis, name: str, value: float) -> GeneratedAxis:
+    """The axis with another lag or delay of its drive, s, which is then known.
+
+    To compile its loop takes less than a search without does.
+    """
+    drive = axis.declared.drive.with_time(name, value)
+    return build(replace(axis.declared, drive=drive), native=axis.native.enabled)
+
+
+def identify_with_drive_time(
+    axis: GeneratedAxis,
+    records: Sequence[Record],
+    run: Identify,
+    methods: Sequence[str] | None,
+) -> Identification:
+    """Identify an axis whose drive has a lag or a delay that is estimated too.
+
+    Every deviation of the parameters has in it what that of the time adds: the estimates are made
+    once more with the time a deviation longer.
+
+    Raises
+    ------
+    UsageError
+        There are several records, or the control was recorded where nothing shows the time.
+    EstimationError
+        The record does not show it, or the force acts before its command.
+    """
+    declared = axis.declared
+    name, parameter = declared.drive.estimated or ("lag", Parameter("lag", "s"))
+    if len(records) > 1:
+        raise UsageError(
+            f"axis {declared.name!r}: the drive's {name} is to be estimated, which one record "
+            f"tells, and {len(records)} are given; identify it from one of them, and declare it as "
+            "a number for all.",
+            code="drive-time",
+        )
+    value, deviation = _searched(axis, records[0], name, run)
+    result = run(with_drive_time(axis, name, value), methods)
+    longer = run(with_drive_time(axis, name, value + deviation), [*result.estimates])
+    judged = result.preferred
+    low, high = student_interval(value, deviation, float(len(judged.y) - len(judged.theta)))
+    return replace(
+        result,
+        estimates={n: _widened(e, longer.estimates[n]) for n, e in result.estimates.items()},
+        drive_time=DriveTime(
+            name=name,
+            parameter=parameter,
+            value=value,
+            deviation=deviation,
+            interval=(max(low, 0.0), high),
+        ),
+    )
+
+
+def _searched(axis: GeneratedAxis, record: Record, name: str, run: Identify) -> tuple[float, float]:
+    """The lag or the delay with which force and motion are aligned, and its deviation, s."""
+    declared, period = axis.declared, record.period
+    check_drive_time(declared, record, name)
+    value = float(getattr(declared.drive, name))
+    for _ in range(10):
+        result = run(with_drive_time(axis, name, value), ["idm-iv"])
+        alignment = unless_faulty(partial(getattr, result.case.parts[0], "alignment"))
+        if isinstance(alignment, Missing) or alignment.at_the_end:
+            unseen = "the record tells no delay between force and motion"
+            why = alignment if isinstance(alignment, Missing) else unseen
+            raise EstimationError(
+                f"axis {declared.name!r}: the drive's {name} cannot be estimated: {why}.",
+                code="drive-time",
+            )
+        step, deviation = (
+            (alignment.best - result.data.hold_delay) * period,
+            alignment.deviation * period,
+        )
+        # It has settled within a twentieth of its deviation, or what rounding does not reach.
+        near = max(0.05 * deviation, 1e-9 * period)
+        if abs(step) < near or (value == 0 and step <= 0):
+            break
+        value = max(value + step, 0.0)
+    else:
+        raise EstimationError(
+            f"axis {declared.name!r}: the estimate of the drive's {name} does not settle; it is "
+            f"about {value:.3g} s. See whether the law and the model are right.",
+            code="no-convergence",
+        )
+    if step < -2 * deviation:
+        raise EstimationError(
+            f"axis {declared.name!r}: the force acts {-step:.3g} s before its command, so there is "
+            f"no {name} to estimate; see whether the control is logged late, and its hold.",
+            code="drive-time",
+        )
+    return value, deviation
+
+
+def _widened(estimate: Estimate, longer: Estimate) -> Estimate:
+    """An estimate whose covariances have in them that a time may be a deviation longer."""
+    changes = {
+        "covariances": longer.physical - estimate.physical,
+        "ddm_covariances": longer.theta_ddm - estimate.theta_ddm,
+    }
+    return estimate.with_inference(
+        **{
+            which: {n: each + np.outer(by, by) for n, each in getattr(estimate, which).items()}
+            for which, by in changes.items()
+        }
+    )
+
+
+def check_drive_time(declared: Axis, record: Record, name: str, *, by_law: bool = True) -> None:
+    """Refuse a time that a record cannot show, of a loop under a law or of one without.
+
+    Raises
+    ------
+    UsageError
+        The control was recorded where nothing shows it.
+    """
+    law = declared.control
+    unsampled = by_law and (law is None or law.continuous)
+    refuse(
+        UsageError,
+        (
+            unsampled or record.force is not None or record.control is None,
+            f"axis {declared.name!r}: the drive's {name} is told by a recorded control"
+            f"{' of a sampled law' * by_law}, and by no force that was measured",
+        ),
+        (
+            declared.drive.logged in HIDDEN_FROM[name],
+            f"axis {declared.name!r}: the control was recorded behind the drive's {name} "
+            f"(logged={declared.drive.logged!r}), so that the motion does not show it",
+        ),
+        code="drive-time",
+    )
