@@ -1,10 +1,14 @@
 """A record's loop once more, with noise as the record has it, and what estimates make of it.
 
-In: a problem, an estimate of it. Out: the chain of noise that the record was measured through,
-twins, and by them the estimate's bias and deviations. Knows nothing of methods and of verdicts.
+In: a problem, an estimate of it. Out: the noise model of the record, a `Chain`, its twins, and by
+them the estimate's bias and deviations. Knows nothing of methods and of verdicts.
 """
 
-from .noise_estimation import measured_chain as measured_chain
+from .bootstrap_correction import (
+    BootstrapCorrection as BootstrapCorrection,
+    bootstrap_correction as bootstrap_correction,
+)
+from .noise_estimation import measured_noise as measured_noise
 from .noise_model import (
     Autoregressions as Autoregressions,
     Chain as Chain,
@@ -13,9 +17,7 @@ from .noise_model import (
 )
 from .twins import (
     DEFAULT_COUNT as DEFAULT_COUNT,
-    BootstrapCorrection as BootstrapCorrection,
     Twins as Twins,
-    bootstrap_correction as bootstrap_correction,
     check_count as check_count,
     twins_of as twins_of,
 )

@@ -1,4 +1,4 @@
-"""The chain: what stands between a motion and its log, and what acts beside the drive."""
+"""The noise model of a record, a `Chain`: what its sensors add, and what acts beside the drive."""
 
 import math
 from dataclasses import dataclass, fields

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from axisid.estimation.bootstrap import Chain, Twins, bootstrap_correction, measured_chain
+from axisid.estimation.bootstrap import Chain, Twins, bootstrap_correction, measured_noise
 from axisid.estimation.choices import ROW_LOSSES
 from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.regression import Form, Hac, LoopDataError, recorded_loops
@@ -83,7 +83,7 @@ class Bootstrap:
             if number < _MEASURED:
                 records = zip(self._noisy, self.problem.by_record(loops), strict=True)
                 chains = tuple(
-                    measured_chain(data, form.own(at, i), of_one)
+                    measured_noise(data, form.own(at, i), of_one)
                     for i, (data, of_one) in enumerate(records)
                 )
             twins = Twins(

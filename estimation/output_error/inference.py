@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_ndtr, ndtri_exp
 
-from axisid.codegen.generated_axes import GeneratedAxis, Quantity
+from axisid.codegen.generated_axes import Quantity
 from axisid.estimation.choices import SQUARES
 from axisid.estimation.diagnostic_checks import told_or, unless_faulty
 from axisid.estimation.estimates import (
@@ -19,97 +19,18 @@ from axisid.estimation.estimates import (
     degrees_of_freedom_of,
 )
 from axisid.estimation.estimation_problem import ParameterAtBound
-from axisid.estimation.nonlinear_least_squares import SearchResult, WeightedLoss
-from axisid.estimation.parameters import (
-    START,
-    ExtendedForm,
-    KnownValues,
-    Unknowns,
-    bounded_quadratic_minimum,
-    least_sizes,
-)
-from axisid.estimation.prediction_errors import LoopPredictions, PredictionErrors, jacobian_at
-from axisid.estimation.records import Record
+from axisid.estimation.parameters import START, Unknowns, bounded_quadratic_minimum, least_sizes
+from axisid.estimation.prediction_errors import LoopPredictions, jacobian_at
 from axisid.estimation.regression import CovarianceEstimate, widened
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, Missing
 
-from .covariance import Sandwich, sandwich_of, unseen_directions
+from .covariance import Sandwich, unseen_directions
+from .fit_search import FitSearch
 from .parametric_bootstrap import RecordLoops, calibrated_covariance, outputs_by_noise
 
 _EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class FitSearch:
-    """What a fit was asked for, and where its searches ended.
-
-    Attributes
-    ----------
-    axis, records, outputs, loss, known, bootstrap, seed
-        As `fit` takes them.
-    form : ExtendedForm
-    unknowns : Unknowns
-    predictions : PredictionErrors
-    start, scale : (P,) array
-        Where the first search begins, and by how much its parameters change.
-    started : str
-        Where the start is from: ``instruments``, ``least-squares``, ``nominal`` or ``given``.
-    weighing : WeightedLoss
-    remarks : tuple of str
-    best : SearchResult
-        The search that is told.
-    searches : tuple of SearchResult
-    doubts : tuple of (ExtendedForm, PredictionErrors)
-        Of each value that is known with a deviation: where it is larger by that.
-    rests_count : bool
-        Whether samples near rests count, as without them a parameter is hardly shown.
-    alone : SearchResult or None
-        The search without what was known before.
-    """
-
-    axis: GeneratedAxis
-    records: tuple[Record, ...]
-    form: ExtendedForm = field(repr=False, compare=False)
-    outputs: tuple[str, ...]
-    loss: str
-    unknowns: Unknowns = field(repr=False, compare=False)
-    predictions: PredictionErrors = field(repr=False, compare=False)
-    start: Array
-    started: str
-    scale: Array
-    weighing: WeightedLoss = field(repr=False, compare=False)
-    remarks: tuple[str, ...]
-    best: SearchResult
-    searches: tuple[SearchResult, ...]
-    bootstrap: int
-    seed: int
-    known: KnownValues
-    doubts: tuple[tuple[ExtendedForm, PredictionErrors], ...] = field(repr=False, compare=False)
-    rests_count: bool = field(repr=False, compare=False)
-    alone: SearchResult | None = field(repr=False, compare=False)
-
-    @property
-    def horizon(self) -> float | None:
-        """Length of the windows of an open loop, s."""
-        return self.predictions.horizon
-
-    @property
-    def of_start(self) -> NDArray[np.bool_]:
-        """Which parameters are first positions and velocities of loops, (P,)."""
-        return least_sizes(self.form) > 0
-
-    @property
-    def ended(self) -> dict[str, float]:
-        """Parameters where the best search ended, by name."""
-        return dict(zip(self.unknowns.names, map(float, self.best.physical), strict=True))
-
-    def sandwich(self, chosen: NDArray[np.bool_]) -> Sandwich:
-        """Of the chosen parameters, (P,), where the best search ended."""
-        return sandwich_of(
-            self.best, self.weighing, self.unknowns, self.predictions, self.records, chosen
-        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -15,7 +15,7 @@ from operator import is_
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
-from axisid.estimation.bootstrap import Chain, measured_chain, twins_of
+from axisid.estimation.bootstrap import Chain, measured_noise, twins_of
 from axisid.estimation.diagnostics.control_law import (
     EstimatedGains,
     LawAgreement,
@@ -67,7 +67,7 @@ class RecordLoops:
         data = FilteredRecord.bind(axis, record, prefilter)
         data = data.by_position or data
         loops = recorded_loops(data, theta)
-        chain, quiet = measured_chain(data, theta, loops), noise_free_record(data, loops).record
+        chain, quiet = measured_noise(data, theta, loops), noise_free_record(data, loops).record
         return cls(data=data, physical=theta, chain=chain, quiet=quiet)
 
     def twins(self, chain: Chain, count: int, *, paired: bool) -> list[Record]:

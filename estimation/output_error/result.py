@@ -36,7 +36,8 @@ from axisid.support.errors import Missing
 from axisid.support.presentable import Presentable
 
 from .covariance import unseen_in_words
-from .inference import FitInference, FitSearch, inferred
+from .fit_search import FitSearch
+from .inference import FitInference, inferred
 from .parametric_bootstrap import PERCENT, move_by_record, outputs_by_noise
 
 _OF_POSITION = 16  # twins with noise of the position alone

@@ -17,7 +17,7 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.bootstrap import Chain, Twins, measured_chain
+from axisid.estimation.bootstrap import Chain, Twins, measured_noise
 from axisid.estimation.bootstrap.noise_estimation import control_step, likeliest_variances
 from axisid.estimation.bootstrap.noise_model import (
     CORRELATION_TIMES,
@@ -189,7 +189,7 @@ def chain_of(axis: Any, record: Record) -> Chain:
     """As it is measured at the output error of the force."""
     problem = identify(axis, record, methods="didim").problem
     fit = METHODS["didim"].fit(problem)
-    return measured_chain(problem.data[0], fit.form.physical(fit.solution.theta)[0], fit.loops)
+    return measured_noise(problem.data[0], fit.form.physical(fit.solution.theta)[0], fit.loops)
 
 
 def test_variances_are_those_that_the_powers_are_made_of() -> None:
