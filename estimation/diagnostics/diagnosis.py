@@ -221,7 +221,7 @@ class Case:
     @property
     def has_parts(self) -> bool:
         """Whether records are not what the estimates are of."""
-        return len(self.problem.data) > 1 or self.problem.layout is not None
+        return len(self.problem.data) > 1 or self.problem.joint_form is not None
 
     @cached_property
     def alike(self) -> PoolingTest | Missing:

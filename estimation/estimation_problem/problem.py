@@ -40,9 +40,9 @@ class Problem(Uncached):
     ----------
     axis : GeneratedAxis
     data : tuple of FilteredRecord
-        One or more, of that axis, or each of its own where a layout has one for it; their rows are
-        equally far apart in time.
-    layout : JointForm or None
+        One or more, of that axis, or each of its own where a joint form has one for it; their rows
+        are equally far apart in time.
+    joint_form : JointForm or None
         Which parameters the records share, where they do not share all; None where they do.
     weights : tuple of float
         Of each record's rows, the inverse of its noise; empty where all are of one.
@@ -59,14 +59,14 @@ class Problem(Uncached):
 
     axis: GeneratedAxis
     data: tuple[FilteredRecord, ...]
-    layout: JointForm | None = None
+    joint_form: JointForm | None = None
     weights: tuple[float, ...] = ()
     held: tuple[ParameterAtBound, ...] = ()
 
     def __post_init__(self) -> None:
         check_has_rows(self.axis.axis)
         check_time_known(self.axis)
-        if self.layout is None and self.axis.unidentifiable:
+        if self.joint_form is None and self.axis.unidentifiable:
             raise EstimationError(
                 f"axis {self.axis.axis.name!r} cannot be identified: "
                 f"{'; '.join(self.axis.unidentifiable)}. Declare the combination as one parameter."
@@ -88,7 +88,7 @@ class Problem(Uncached):
         ModelError
             The axis has no such form, or it is not served where records do not share all.
         """
-        if self.layout is None:
+        if self.joint_form is None:
             return kind(self.axis)
         if not issubclass(kind, InverseForm):
             raise ModelError(
@@ -96,7 +96,7 @@ class Problem(Uncached):
                 "and none is known of them; its own are quotients of them.",
                 code="method",
             )
-        return self.layout
+        return self.joint_form
 
     def reduced(self, form: Form, signals: Sequence[Signals]) -> Equations:
         """The rows of a form for signals of each record, each under the record's filter."""
@@ -117,7 +117,7 @@ class Problem(Uncached):
             self.rows(InverseForm(self.axis))  # what is shown of a parameter is of its own column
         every = [form.of_record(i).equations(data.signals) for i, data in enumerate(self.data)]
         rows = self._stacked(form, [e.reduced(d) for e, d in zip(every, self.data, strict=True)])
-        if isinstance(form, InverseForm) and self.layout is None:
+        if isinstance(form, InverseForm) and self.joint_form is None:
             # Columns that the rows do not show are refused, of what every sample has.
             pairs = zip(self.data, every, strict=True)
             samples = [(data.signals, own, data.sampling.kept) for data, own in pairs]

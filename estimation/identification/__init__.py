@@ -20,7 +20,6 @@ from .joint_records import (
     check_bad as check_bad,
     filtered_records as filtered_records,
     known_without as known_without,
-    layout_for as layout_for,
     shared_records as shared_records,
 )
 from .result import (

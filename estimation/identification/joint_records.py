@@ -1,8 +1,10 @@
 """The records that are used, under their filters as one problem: what they share, their weights."""
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -15,17 +17,26 @@ from axisid.estimation.parameters import (
     JointForm,
     KnownValue,
     declared_names,
+    joint_form_of,
     known_of,
-    layout_of,
-    prefilters_of,
 )
-from axisid.estimation.records import Record, record_labels
-from axisid.estimation.signals import FilteredRecord, Prefilter, searches_friction, show_too_little
+from axisid.estimation.records import Record, is_same_period, record_labels
+from axisid.estimation.signals import (
+    FilteredRecord,
+    Prefilter,
+    matching_decimation,
+    searches_friction,
+    show_too_little,
+)
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, DataError, UsageError
 
+_MOST_ROWS_APART = 1000  # samples of the fastest record between rows
+_FARTHER = 1.2  # than was asked for, from which rows are rather nearer than that
+_FINEST = 50  # of a ratio of periods, its largest denominator
 
-def layout_for(
+
+def _joint_form(
     axis: GeneratedAxis,
     records: int,
     local: Sequence[str],
@@ -38,11 +49,63 @@ def layout_for(
     Raises
     ------
     UsageError, ModelError
-        As `known_of` and `layout_of` do.
+        As `known_of` and `joint_form_of` do.
     """
     if not local and not known:
         return None
-    return layout_of(axis, records, known_of(known, records), local, commanded=commanded)
+    return joint_form_of(axis, records, known_of(known, records), local, commanded=commanded)
+
+
+def prefilters_of(asked: Prefilter, designed: float, periods: Sequence[float]) -> list[Prefilter]:
+    """The filter for each record, its decimation chosen so that rows are as far apart in all.
+
+    Parameters
+    ----------
+    asked : Prefilter
+        As it is for a record of the period `designed`.
+    designed : float
+        s
+    periods : sequence of float
+        Of the records, s.
+
+    Raises
+    ------
+    UsageError
+        The periods have no common multiple that rows can be apart by.
+    """
+    if all(is_same_period(period, designed) for period in periods):
+        return [asked] * len(periods)
+    ratios = [Fraction(period / designed).limit_denominator(_FINEST) for period in periods]
+    whole = all(
+        ratio > 0 and is_same_period(float(ratio) * designed, period)
+        for ratio, period in zip(ratios, periods, strict=True)
+    )
+    decimations = _decimations(asked, designed, ratios) if whole else []
+    if not decimations or any(d.denominator != 1 or d > _MOST_ROWS_APART for d in decimations):
+        listed = ", ".join(f"{period:.6g}" for period in periods)
+        raise UsageError(
+            f"the records are sampled every {listed} s, which have no common multiple for "
+            "rows to be apart by; check the unit of each record's time (columns time=NAME:UNIT), "
+            "or resample them to one rate with resample=HZ.",
+            code="parameters",
+        )
+    return [
+        replace(asked.at_period(designed, period), decimate=int(decimation))
+        for period, decimation in zip(periods, decimations, strict=True)
+    ]
+
+
+def _decimations(asked: Prefilter, designed: float, ratios: list[Fraction]) -> list[Fraction]:
+    """Of records by their periods over the designed one: rows about as far apart as asked for.
+
+    They are no finer than the cut-off allows.
+    """
+    step = math.lcm(*(ratio.numerator for ratio in ratios))
+    least = Fraction(step, math.gcd(*(ratio.denominator for ratio in ratios)))
+    above = least * max(1, math.ceil(Fraction(asked.decimate) / least))
+    below, finest = above - least, matching_decimation(asked.cutoff, designed)
+    nearer = above > _FARTHER * asked.decimate and below >= min(finest, asked.decimate)
+    return [(below if nearer else above) / ratio for ratio in ratios]
 
 
 def filtered_records(
@@ -141,7 +204,7 @@ class JointRecords:
     ----------
     axis : GeneratedAxis
         That was asked of.
-    own_layout : JointForm or None
+    own_form : JointForm or None
         Its own.
     records : tuple of Record
     local : tuple of str
@@ -154,14 +217,14 @@ class JointRecords:
     """
 
     axis: GeneratedAxis
-    own_layout: JointForm | None
+    own_form: JointForm | None
     records: tuple[Record, ...]
     local: tuple[str, ...]
     known: Mapping[str, Sequence[KnownValue]]
     commanded: bool
     set_aside: Mapping[str, str]
 
-    def layout(self, axis: GeneratedAxis) -> JointForm | None:
+    def joint_form(self, axis: GeneratedAxis) -> JointForm | None:
         """How the parameters of an axis are shared; None where all are, of all records.
 
         A candidate may be without a parameter that others have for each record.
@@ -169,25 +232,25 @@ class JointRecords:
         Raises
         ------
         UsageError, ModelError
-            As `layout_of` does.
+            As `joint_form_of` does.
         """
         if axis is self.axis:
-            return self.own_layout
+            return self.own_form
         own = [n for n in self.local if n in {p.name for p in axis.declared.parameters}]
-        return layout_for(axis, len(self.records), own, self.known, commanded=self.commanded)
+        return _joint_form(axis, len(self.records), own, self.known, commanded=self.commanded)
 
-    def axes(self, axis: GeneratedAxis, layout: JointForm | None) -> list[GeneratedAxis]:
+    def axes(self, axis: GeneratedAxis, joint: JointForm | None) -> list[GeneratedAxis]:
         """That of each record, with what is known of it put in."""
-        return [axis] * len(self.records) if layout is None else [m.axis for m in layout.members]
+        return [axis] * len(self.records) if joint is None else [m.axis for m in joint.members]
 
     def problem(
         self, axis: GeneratedAxis, prefilter: Prefilter, loss: str = ROW_LOSSES[0]
     ) -> Problem:
         """The records under a prefilter, each of its own axis, weighted by its own noise."""
-        layout = self.layout(axis)
-        into = () if layout is None else [*map(layout.record_jacobian, range(len(self.records)))]
-        data = filtered_records(self.axes(axis, layout), self.records, prefilter, into)
-        return weighted(Problem(axis=axis, data=data, layout=layout), loss)
+        joint = self.joint_form(axis)
+        into = () if joint is None else [*map(joint.record_jacobian, range(len(self.records)))]
+        data = filtered_records(self.axes(axis, joint), self.records, prefilter, into)
+        return weighted(Problem(axis=axis, data=data, joint_form=joint), loss)
 
 
 def shared_records(
@@ -230,7 +293,7 @@ def shared_records(
         )
     # A known force may tell the gain of the drive, where nothing measures its force.
     commanded = gain == "identified" and all(record.force is None for record in records)
-    layout = layout_for(axis, len(records), own, known, commanded=commanded)
+    joint = _joint_form(axis, len(records), own, known, commanded=commanded)
     names, aside = record_labels(records), dict[str, str]()
     if len(records) > 1 and prefilter is not None:  # one is refused later
         filters = prefilters_of(prefilter, records[0].period, [each.period for each in records])
@@ -245,10 +308,10 @@ def shared_records(
     known = known_without(used, known)
     if aside:
         own = own if len(used) > 1 else ()
-        layout = layout_for(axis, len(used), own, known, commanded=commanded)
+        joint = _joint_form(axis, len(used), own, known, commanded=commanded)
     return JointRecords(
         axis=axis,
-        own_layout=layout,
+        own_form=joint,
         records=tuple(records[i] for i in used),
         local=declared_names(axis, own),
         known=known,

@@ -304,7 +304,7 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
     def of_records(self) -> tuple[RecordResult, ...]:
         """What there is to say of each of several records; empty for one."""
         problem, diagnosis, found = self.problem, self.diagnosis, []
-        known = {} if problem.layout is None else problem.layout.known
+        known = {} if problem.joint_form is None else problem.joint_form.known
         every = zip(self.record_names, problem.data, diagnosis.records, self.parts, strict=False)
         for i, (name, data, measured, own) in enumerate(every):
             part = own.estimates[diagnosis.preferred]
@@ -329,27 +329,27 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
     @property
     def local_names(self) -> Mapping[str, tuple[str, ...]]:
         """Of each declared parameter that records have for themselves, its names by record."""
-        return {} if self.problem.layout is None else self.problem.layout.local
+        return {} if self.problem.joint_form is None else self.problem.joint_form.local
 
     @property
     def shared_as(self) -> dict[str, Any]:
         """Where instruments started, and what was said of records, as `identify` takes it."""
         every = self.estimates.values()
         start = next((each.started for each in every if each.started), INSTRUMENT_STARTS[0])
-        layout = self.problem.layout
-        if layout is None:
+        joint = self.problem.joint_form
+        if joint is None:
             return {"start": start}
         return {
             "start": start,
-            "local": (*layout.local,),
-            "known": {name: [*values] for name, values in layout.known.items()},
-            "gain": "declared" if layout.gain is None else "identified",
+            "local": (*joint.local,),
+            "known": {name: [*values] for name, values in joint.known.items()},
+            "gain": "declared" if joint.gain is None else "identified",
         }
 
     @property
     def declared_gain(self) -> float | None:
         """The declared drive gain where it is identified; None where it is believed."""
-        return None if self.problem.layout is None else self.problem.layout.gain
+        return None if self.problem.joint_form is None else self.problem.joint_form.gain
 
     def __repr__(self) -> str:
         return (

@@ -21,7 +21,7 @@ from axisid.estimation.estimates import (
     fewest,
 )
 from axisid.estimation.estimation_problem import Problem, jacobian_by_gain, noise_free_residuals
-from axisid.estimation.parameters import perturbed_layouts
+from axisid.estimation.parameters import perturbed_joint_forms
 from axisid.estimation.regression import (
     Covariance,
     CovarianceEstimate,
@@ -277,7 +277,7 @@ def _scaled(covariance: Array, known: Array, scale: Array, correlation: Array) -
 def gain_relative_sd(problem: Problem) -> float:
     """Of the gain that scaled the force; 0 for a measured force, and where it is estimated."""
     measured = all(data.record.force is not None for data in problem.data)
-    estimated = problem.layout is not None and problem.layout.gain is not None
+    estimated = problem.joint_form is not None and problem.joint_form.gain is not None
     return 0.0 if measured or estimated else problem.axis.axis.drive.relative_sd
 
 
@@ -294,14 +294,14 @@ def _known_spread(problem: Problem, fit: Fit) -> Array | None:
     A value that is wrong by a deviation changes the force that the model needs, row by row, and the
     estimate by the influence of the rows.
     """
-    layout = problem.layout
-    if layout is None:
+    joint = problem.joint_form
+    if joint is None:
         return None
-    values = dict(zip((q.name for q in layout.quantities), fit.solution.theta, strict=True))
-    unexplained = _unexplained(problem, layout, values)
+    values = dict(zip((q.name for q in joint.quantities), fit.solution.theta, strict=True))
+    unexplained = _unexplained(problem, joint, values)
     changes = [
         fit.solution.response.T @ (unexplained - _unexplained(problem, other, values))
-        for other in perturbed_layouts(problem.axis, layout)
+        for other in perturbed_joint_forms(problem.axis, joint)
     ]
     return np.transpose(changes) @ changes if changes else None
 

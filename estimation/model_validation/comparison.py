@@ -108,7 +108,7 @@ class Comparison(HasRecords, Checked, Presentable, Exact):
     @property
     def known(self) -> KnownValues:
         """What is known of each record."""
-        return {} if self.problem.layout is None else self.problem.layout.known
+        return {} if self.problem.joint_form is None else self.problem.joint_form.known
 
     def __getitem__(self, name: str) -> Candidate:
         found = {candidate.name: candidate for candidate in self.candidates}
@@ -191,10 +191,10 @@ def compare(
     for name, axis in with_progress(named.items(), progress, lambda item: f"estimate of {item[0]}"):
         lead = ""
         try:
-            layout = shared.layout(axis)
-            pairs = zip(problem.data, shared.axes(axis, layout), strict=True)
+            joint = shared.joint_form(axis)
+            pairs = zip(problem.data, shared.axes(axis, joint), strict=True)
             data = tuple(replace(each, axis=of_record) for each, of_record in pairs)
-            own = replace(problem, axis=axis, data=data, layout=layout)
+            own = replace(problem, axis=axis, data=data, joint_form=joint)
             found = identify_problem(
                 own, own.data[0].prefilter, [method], start=start, levels=levels
             )

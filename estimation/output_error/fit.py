@@ -19,7 +19,7 @@ from axisid.estimation.parameters import (
     KnownValue,
     check_enough,
     known_of,
-    perturbed_layouts,
+    perturbed_joint_forms,
     unknowns_of,
 )
 from axisid.estimation.prediction_errors import (
@@ -266,7 +266,7 @@ def _searched(
     Weights are NaN where they are found.
     """
     shared = shared_records(generated, records, None, local, known, gain, skip_bad=False)
-    records, form = shared.records, form_with(free, outputs, shared, shared.own_layout)
+    records, form = shared.records, form_with(free, outputs, shared, shared.own_form)
     form = form if time is None else replace(form, time=(time,))
     unknowns = unknowns_of(form, bounds, prior, fixed)
     begins, why = starts_from(start, shared, form, gain)
@@ -274,8 +274,8 @@ def _searched(
     predictions = _predictions(form, records, outputs, first_at, horizon)
     horizon = predictions.horizon
     perturbed = [
-        form_with(free, outputs, shared, layout)
-        for layout in perturbed_layouts(generated, shared.own_layout)
+        form_with(free, outputs, shared, joint)
+        for joint in perturbed_joint_forms(generated, shared.own_form)
     ]
     doubts = [(f, _predictions(f, records, outputs, first_at, horizon)) for f in perturbed]
     check_enough(predictions.counted, predictions.spans, unknowns)

@@ -116,9 +116,9 @@ def split_free(
 
 
 def form_with(
-    names: Sequence[str], outputs: Sequence[str], shared: JointRecords, layout: JointForm | None
+    names: Sequence[str], outputs: Sequence[str], shared: JointRecords, joint: JointForm | None
 ) -> ExtendedForm:
-    """Parameters that records share by a layout, and what of drive, law and starts is free.
+    """Parameters that records share by a joint form, and what of drive, law and starts is free.
 
     Raises
     ------
@@ -128,7 +128,7 @@ def form_with(
         They are none of the law's gains, or known of the records; or the output is one without a
         law, or of a force column.
     """
-    model, axes = layout or InverseForm(shared.axis), shared.axes(shared.axis, layout)
+    model, axes = joint or InverseForm(shared.axis), shared.axes(shared.axis, joint)
     form = ExtendedForm(shared.axis, of_model=model, axes=tuple(axes))
     law = form.axes[0].axis.control
     of_law = () if law is None else tuple(law.gains)

@@ -9,14 +9,13 @@ from .joint_parameters import (
     GAIN as GAIN,
     JointForm as JointForm,
     declared_names as declared_names,
-    layout_of as layout_of,
-    perturbed_layouts as perturbed_layouts,
+    joint_form_of as joint_form_of,
+    perturbed_joint_forms as perturbed_joint_forms,
 )
-from .known import (
+from .known_values import (
     KnownValue as KnownValue,
     KnownValues as KnownValues,
     known_of as known_of,
-    prefilters_of as prefilters_of,
     read_known as read_known,
 )
 from .nuisance import (

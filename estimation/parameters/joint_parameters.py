@@ -31,7 +31,7 @@ from axisid.modeling.quantities import Parameter, fresh_name
 from axisid.support.arrays import Array, Exact, column_sizes
 from axisid.support.errors import ModelError, UsageError, refuse
 
-from .known import KnownValues, values_text
+from .known_values import KnownValues, values_text
 
 #: The drive gain among the parameters of several records.
 GAIN = "drive_gain"
@@ -102,7 +102,7 @@ class JointForm(Exact, InverseForm):
 
     @property
     def is_linear(self) -> bool:
-        """See `Form.is_linear`; what is not linear is refused by `layout_of`."""
+        """See `Form.is_linear`; what is not linear is refused by `joint_form_of`."""
         return True
 
     def physical(self, theta: Array) -> tuple[Array, Array]:
@@ -160,7 +160,7 @@ class JointForm(Exact, InverseForm):
         return np.zeros(len(force)), np.column_stack([columns, force])
 
 
-def layout_of(
+def joint_form_of(
     axis: GeneratedAxis,
     records: int,
     known: KnownValues,
@@ -235,21 +235,21 @@ def declared_names(axis: GeneratedAxis, names: Iterable[str]) -> tuple[str, ...]
     return tuple(dict.fromkeys(leads.get(name, name) for name in names))
 
 
-def perturbed_layouts(axis: GeneratedAxis, layout: JointForm | None) -> Iterator[JointForm]:
-    """By each value that is known with a deviation, the layout with it larger by that.
+def perturbed_joint_forms(axis: GeneratedAxis, joint: JointForm | None) -> Iterator[JointForm]:
+    """By each value that is known with a deviation, the joint form with it larger by that.
 
-    It is larger wherever it is known. Without a layout nothing is known of records.
+    It is larger wherever it is known. Without one nothing is known of records.
     """
-    if layout is None:
+    if joint is None:
         return
-    records, commanded = len(layout.members), layout.gain is not None
-    for name, values in layout.known.items():
+    records, commanded = len(joint.members), joint.gain is not None
+    for name, values in joint.known.items():
         # Equal values with equal deviations are one thing, which was weighed once: what it is wrong
         # by, it is wrong by in all of its records.
         for told in dict.fromkeys(pair for pair in values if pair[1] > 0):
             other = tuple((v + sd * ((v, sd) == told), sd) for v, sd in values)
-            known = {**layout.known, name: other}
-            yield layout_of(axis, records, known, layout.local, commanded=commanded)
+            known = {**joint.known, name: other}
+            yield joint_form_of(axis, records, known, joint.local, commanded=commanded)
 
 
 def _check(axis: GeneratedAxis, records: int, known: KnownValues, local: tuple[str, ...]) -> None:

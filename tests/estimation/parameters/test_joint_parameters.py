@@ -16,11 +16,10 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.elements import CONTROL, DRIVE_GAIN, formula_drive, voltage_drive
 from axisid.estimation.model_validation import validate_fit
 from axisid.estimation.parameters import ExtendedForm
-from axisid.estimation.parameters.joint_parameters import layout_of, perturbed_layouts
-from axisid.estimation.parameters.known import known_of, prefilters_of, read_known, values_text
+from axisid.estimation.parameters.joint_parameters import joint_form_of, perturbed_joint_forms
+from axisid.estimation.parameters.known_values import known_of, read_known, values_text
 from axisid.estimation.prediction_errors import LoopPredictions
 from axisid.estimation.regression import InverseForm
-from axisid.estimation.signals.prefilter import Prefilter
 from axisid.modeling.quantities import Constant
 from axisid.support.arrays import Array
 from tests.axes.bodies import rod
@@ -32,14 +31,14 @@ from tests.refusals import refuses
 
 def test_two_angles_tell_a_weight_from_an_offset() -> None:
     axis = leaning()
-    found = layout_of(axis, 2, known_of({"angle": [0.0, 0.5]}, 2), (), commanded=True)
+    found = joint_form_of(axis, 2, known_of({"angle": [0.0, 0.5]}, 2), (), commanded=True)
     assert [p.name for p in found.parameters] == ["m", "w", "f0"]
     theta = np.array([2.0, 10.0, 1.0])
     assert found.own(theta, 0)[-1] == pytest.approx(1.0)
     # The base parameter of the second is w + f0/sin(0.5).
     constant = found.own(theta, 1)[-1] * np.sin(0.5)
     assert constant == pytest.approx(1.0 + 10.0 * np.sin(0.5))
-    alike = layout_of(axis, 2, known_of({"angle": [0.5, 0.5]}, 2), (), commanded=True)
+    alike = joint_form_of(axis, 2, known_of({"angle": [0.5, 0.5]}, 2), (), commanded=True)
     assert len(alike.parameters) == 2
 
 
@@ -70,7 +69,7 @@ def test_what_records_cannot_share_is_refused_with_what_to_say(
     said: str,
 ) -> None:
     with refuses("parameters", said):
-        layout_of(axis(), 2, known_of(known, 2), local, commanded=True)
+        joint_form_of(axis(), 2, known_of(known, 2), local, commanded=True)
 
 
 def test_a_text_lists_a_value_for_each_record_some_with_deviations() -> None:
@@ -98,21 +97,6 @@ def test_what_lists_no_values_is_refused_with_their_place(
 ) -> None:
     with refuses("parameters", said):
         read(told)
-
-
-@pytest.mark.parametrize(
-    "periods", [(1e-3, 2e-3), (1e-3, 1.5e-3), (1 / 300, 1 / 500, 3e-3), (2e-3, 5e-4)]
-)
-def test_rows_are_as_far_apart_in_all_records(periods: tuple[float, ...]) -> None:
-    asked = Prefilter(cutoff=40.0, decimate=10)
-    found = prefilters_of(asked, periods[0], periods)
-    apart = [f.decimate * period for f, period in zip(found, periods, strict=True)]
-    assert apart == pytest.approx([apart[0]] * len(apart), rel=1e-9)
-    assert 0.5 * 10 * periods[0] <= apart[0] <= 2 * 10 * periods[0]
-    assert {f.cutoff for f in found} == {40.0}
-    assert prefilters_of(asked, 1e-3, [1e-3, 1.0000001e-3]) == [asked, asked]
-    with refuses("parameters"):
-        prefilters_of(asked, periods[0], [periods[0], 1.0137 * periods[0]])
 
 
 OFF = 1.03
@@ -235,35 +219,35 @@ def test_a_start_in_motion_is_found_with_the_parameters(emps2015: GeneratedAxis)
 
 @pytest.mark.parametrize("name", ["M", "m_add", "M_plus_m_add"])
 def test_each_record_has_a_sum_of_its_own_by_any_that_is_in_it(name: str) -> None:
-    layout = layout_of(generated(), 2, {}, [name], commanded=False)
-    (own,) = layout.local.values()
-    said = dict(zip((p.name for p in layout.parameters), layout.expressions, strict=True))
+    joint = joint_form_of(generated(), 2, {}, [name], commanded=False)
+    (own,) = joint.local.values()
+    said = dict(zip((p.name for p in joint.parameters), joint.expressions, strict=True))
     assert [{"M", "m_add"} <= {*re.findall(r"\w+", said[each])} for each in own] == [True, True]
-    assert len(layout.parameters) == len(generated().axis.parameters) + 1
+    assert len(joint.parameters) == len(generated().axis.parameters) + 1
 
 
 def test_a_sum_is_each_records_own_without_what_else_its_parts_are_in() -> None:
     axis = build(rod())
     named = [p.name for p in axis.axis.parameters if p.name.startswith("J_plus")]
-    layouts = [layout_of(axis, 2, {}, local, commanded=False) for local in (named, ["J"])]
-    assert layouts[0].parameters == layouts[1].parameters
-    assert len(layouts[0].parameters) == len(axis.axis.parameters) + 1
+    forms = [joint_form_of(axis, 2, {}, local, commanded=False) for local in (named, ["J"])]
+    assert forms[0].parameters == forms[1].parameters
+    assert len(forms[0].parameters) == len(axis.axis.parameters) + 1
 
 
 def test_a_value_known_with_a_deviation_leaves_local_what_is_so_in_products_alone() -> None:
     axis, known = build(rod()), known_of({"J": [0.02, (0.03, 0.001)]}, 2)
-    layout = layout_of(axis, 2, known, ["m"], commanded=False)
-    (perturbed,) = perturbed_layouts(axis, layout)
-    assert [p.name for p in perturbed.parameters] == [p.name for p in layout.parameters]
-    assert layout.local == {"m": ("", "")}
+    joint = joint_form_of(axis, 2, known, ["m"], commanded=False)
+    (perturbed,) = perturbed_joint_forms(axis, joint)
+    assert [p.name for p in perturbed.parameters] == [p.name for p in joint.parameters]
+    assert joint.local == {"m": ("", "")}
     assert perturbed.known == {"J": ((0.02, 0.0), (0.03 + 0.001, 0.001))}
 
 
 def test_equal_values_with_equal_deviations_are_one_that_is_larger_in_all_of_its_records() -> None:
     axis = build(rod())
     known = known_of({"J": [0.02, (0.03, 0.001), (0.03, 0.001), (0.03, 0.002)]}, 4)
-    layout = layout_of(axis, 4, known, ["m"], commanded=False)
-    larger = [[v for v, _ in each.known["J"]] for each in perturbed_layouts(axis, layout)]
+    joint = joint_form_of(axis, 4, known, ["m"], commanded=False)
+    larger = [[v for v, _ in each.known["J"]] for each in perturbed_joint_forms(axis, joint)]
     assert larger == [[0.02, 0.03 + 0.001, 0.03 + 0.001, 0.03], [0.02, 0.03, 0.03, 0.03 + 0.002]]
 
 

@@ -34,7 +34,7 @@ from axisid.estimation.identification import (
 )
 from axisid.estimation.lack_of_fit import JackknifeInterval, LackOfFit
 from axisid.estimation.model_validation import Validation, validate
-from axisid.estimation.parameters import known_of, layout_of
+from axisid.estimation.parameters import joint_form_of, known_of
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Drawn, InverseForm
 from axisid.estimation.signals import Prefilter, SampledFilter, Sampling
@@ -522,7 +522,7 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
         if not (self.local_names or one.known):
             return own
         told = {name: [each.known[name] for each in records] for name in one.known}
-        joint = layout_of(
+        joint = joint_form_of(
             self.axis,
             len(records),
             known_of(told, len(records)),

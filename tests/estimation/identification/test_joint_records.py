@@ -22,9 +22,8 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
-from axisid.estimation.identification import (
-    filtered_records,
-)
+from axisid.estimation.identification import filtered_records
+from axisid.estimation.identification.joint_records import prefilters_of
 from axisid.estimation.output_error import OutputFit
 from axisid.estimation.records.record import record_labels
 from tests.axes.stage import TRUTH, generated, stage, stage_record
@@ -52,6 +51,21 @@ def loaded() -> Identification:
     ]
     known = {"m_add": [0.0, (20.0, 0.01), (20.0, 0.01)]}
     return identify(generated(), records, known=known, local="tau0")
+
+
+@pytest.mark.parametrize(
+    "periods", [(1e-3, 2e-3), (1e-3, 1.5e-3), (1 / 300, 1 / 500, 3e-3), (2e-3, 5e-4)]
+)
+def test_rows_are_as_far_apart_in_all_records(periods: tuple[float, ...]) -> None:
+    asked = Prefilter(cutoff=40.0, decimate=10)
+    found = prefilters_of(asked, periods[0], periods)
+    apart = [f.decimate * period for f, period in zip(found, periods, strict=True)]
+    assert apart == pytest.approx([apart[0]] * len(apart), rel=1e-9)
+    assert 0.5 * 10 * periods[0] <= apart[0] <= 2 * 10 * periods[0]
+    assert {f.cutoff for f in found} == {40.0}
+    assert prefilters_of(asked, 1e-3, [1e-3, 1.0000001e-3]) == [asked, asked]
+    with refuses("parameters"):
+        prefilters_of(asked, periods[0], [periods[0], 1.0137 * periods[0]])
 
 
 @pytest.mark.slow

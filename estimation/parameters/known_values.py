@@ -1,19 +1,14 @@
-"""What each of several records has for itself: what is known of it, and its filter.
+"""What is known of each of several records, by name of a parameter or a gain.
 
 Known is a payload, an angle, a temperature, a gain of the law: a number, or a number with its
-standard deviation, for each record in their order. Filters for records of different periods have
-one cut-off, and rows as far apart in all of them.
+standard deviation, for each record in their order.
 """
 
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
-from fractions import Fraction
 
 from axisid.estimation.choices import by_name
-from axisid.estimation.records import is_same_period
-from axisid.estimation.signals import Prefilter, matching_decimation
 from axisid.support.errors import UsageError, is_real, quoted
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -103,60 +98,3 @@ def _pair(name: str, entry: object) -> tuple[float, float]:
             code="parameters",
         )
     return float(pair[0]), float(pair[1])
-
-
-_MOST_ROWS_APART = 1000  # samples of the fastest record between rows
-_FARTHER = 1.2  # than was asked for, from which rows are rather nearer than that
-_FINEST = 50  # of a ratio of periods, its largest denominator
-
-
-def prefilters_of(asked: Prefilter, designed: float, periods: Sequence[float]) -> list[Prefilter]:
-    """The filter for each record, its decimation chosen so that rows are as far apart in all.
-
-    Parameters
-    ----------
-    asked : Prefilter
-        As it is for a record of the period `designed`.
-    designed : float
-        s
-    periods : sequence of float
-        Of the records, s.
-
-    Raises
-    ------
-    UsageError
-        The periods have no common multiple that rows can be apart by.
-    """
-    if all(is_same_period(period, designed) for period in periods):
-        return [asked] * len(periods)
-    ratios = [Fraction(period / designed).limit_denominator(_FINEST) for period in periods]
-    whole = all(
-        ratio > 0 and is_same_period(float(ratio) * designed, period)
-        for ratio, period in zip(ratios, periods, strict=True)
-    )
-    decimations = _decimations(asked, designed, ratios) if whole else []
-    if not decimations or any(d.denominator != 1 or d > _MOST_ROWS_APART for d in decimations):
-        listed = ", ".join(f"{period:.6g}" for period in periods)
-        raise UsageError(
-            f"the records are sampled every {listed} s, which have no common multiple for "
-            "rows to be apart by; check the unit of each record's time (columns time=NAME:UNIT), "
-            "or resample them to one rate with resample=HZ.",
-            code="parameters",
-        )
-    return [
-        replace(asked.at_period(designed, period), decimate=int(decimation))
-        for period, decimation in zip(periods, decimations, strict=True)
-    ]
-
-
-def _decimations(asked: Prefilter, designed: float, ratios: list[Fraction]) -> list[Fraction]:
-    """Of records by their periods over the designed one: rows about as far apart as asked for.
-
-    They are no finer than the cut-off allows.
-    """
-    step = math.lcm(*(ratio.numerator for ratio in ratios))
-    least = Fraction(step, math.gcd(*(ratio.denominator for ratio in ratios)))
-    above = least * max(1, math.ceil(Fraction(asked.decimate) / least))
-    below, finest = above - least, matching_decimation(asked.cutoff, designed)
-    nearer = above > _FARTHER * asked.decimate and below >= min(finest, asked.decimate)
-    return [(below if nearer else above) / ratio for ratio in ratios]
