@@ -8,14 +8,11 @@ modes have too: the forward pass starts as after a long time of the first value,
 as after one of the last that the forward pass made.
 """
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.codegen.lowering import SIGNALS, LoopStart
@@ -33,10 +30,8 @@ from axisid.estimation.regression import Equations
 from axisid.estimation.signals import FilteredRecord, Motion, SampledFilter
 from axisid.estimation.simulation import LoopInputs, simulate_lanes
 from axisid.estimation.thresholds import MIN_ROW_WEIGHT, REST_SPEED
-from axisid.support.arrays import Array, Exact
+from axisid.support.arrays import Array, BoolArray, ComplexArray, Exact, IntArray
 from axisid.support.errors import UsageError
-
-Scalar = TypeVar("Scalar", bound=np.generic)
 
 #: How a lane was identified: among others, or as `identify` does it alone.
 SIDE_BY_SIDE, ALONE, FAILED = "side by side", "alone", "failed"
@@ -123,7 +118,7 @@ class LaneEstimates(Exact):
     values: Array
     deviations: Mapping[str, Array]
     freedom: Mapping[str, Array]
-    iterations: NDArray[np.int64]
+    iterations: IntArray
     how: tuple[str, ...]
     errors: Mapping[int, str]
 
@@ -141,10 +136,7 @@ def _at_rest(axis: GeneratedAxis, reference: Array, position: Array, samples: in
     return made
 
 
-_Modes = NDArray[np.complex128]
-_Filter = tuple[_Modes, _Modes, _Modes, float]
-
-Chosen = NDArray[np.bool_]
+_Filter = tuple[ComplexArray, ComplexArray, ComplexArray, float]
 
 
 #: No filter: modes without memory, which have a quarter of each value.
@@ -155,10 +147,10 @@ def _modes(sampled: SampledFilter) -> _Filter:
     """One pole of each pair, its residue, its gain forward and backward, and what is direct."""
     sections = sampled.decimation.sections
     pairs = np.array([np.roots(section[3:]) for section in sections])
-    poles: _Modes = np.where(pairs[:, 0].imag > 0, pairs[:, 0], pairs[:, 1])
+    poles: ComplexArray = np.where(pairs[:, 0].imag > 0, pairs[:, 0], pairs[:, 1])
     every = np.concatenate([poles, poles.conj()])
 
-    def numerator(delays: _Modes) -> _Modes:
+    def numerator(delays: ComplexArray) -> ComplexArray:
         powers = delays[:, None, None] ** np.arange(3)
         return np.asarray(np.prod((powers * sections[:, :3]).sum(axis=-1), axis=-1))
 
@@ -170,7 +162,7 @@ def _modes(sampled: SampledFilter) -> _Filter:
     return poles, residues, residues * behind, first * last
 
 
-def _ends(poles: _Modes, residues: _Modes, gains: _Modes, beyond: int) -> Array:
+def _ends(poles: ComplexArray, residues: ComplexArray, gains: ComplexArray, beyond: int) -> Array:
     """What modes that run backward start from, by how far the forward ones are from settled.
 
     Both `beyond` samples after the last value, which goes on there.
@@ -188,7 +180,7 @@ def _ends(poles: _Modes, residues: _Modes, gains: _Modes, beyond: int) -> Array:
     return matrix
 
 
-def _pairs(values: _Modes) -> Array:
+def _pairs(values: ComplexArray) -> Array:
     """Real and imaginary parts in turn along the last axis."""
     parts = np.stack([values.real, values.imag], axis=-1)
     return parts.reshape(*values.shape[:-1], -1)
@@ -229,10 +221,10 @@ class LaneBlock:
         rows = sampled.rows(samples) - start
         first = int(rows[0])
         padding = sampled.decimation.padding if every > 1 else 0
-        skipped = max(0, math.ceil((first - every + padding) / every))
+        skipped = max(0, -((every - padding - first) // every))
         begin = first - every * skipped
         last = kept - 1 + padding
-        blocks = math.ceil((last - begin) / every) + 1
+        blocks = 1 - (begin - last) // every
         beyond = begin + every * (blocks - 1) - last
         poles, residues, gains, direct = _modes(sampled) if every > 1 else _ALL_PASS
         powers = poles ** np.arange(every + 1)[:, None]
@@ -273,7 +265,7 @@ class LaneBlock:
         )
         return q, dq, ddq
 
-    def rows(self, excluded: Chosen | None, rows: Chosen | None) -> Equations:
+    def rows(self, excluded: BoolArray | None, rows: BoolArray | None) -> Equations:
         """Rows of the records, (n, L) and (n, p, L); zero where a lane has none."""
         found = self.library.measured(
             self.lanes.control, self.motion, self.template.hold_delay, excluded, self.decimation
@@ -282,20 +274,20 @@ class LaneBlock:
         intercept = found[:, p] if found.shape[1] > p + 1 else np.zeros(1)
         return Equations(left=found[:, -1], intercept=intercept, regressor=found[:, :p])
 
-    def rows_of(self, excluded: Chosen | None) -> Chosen | None:
+    def rows_of(self, excluded: BoolArray | None) -> BoolArray | None:
         """Which rows lanes have, (n, L), without excluded samples; None for all."""
         if excluded is None:
             return None
         weights = self.library.weights(excluded, self.decimation)
         return np.asarray((weights > MIN_ROW_WEIGHT.value) | ~excluded.any(axis=0))
 
-    def turns(self, motion: Motion) -> Chosen:
+    def turns(self, motion: Motion) -> BoolArray:
         """Samples near reversals and rests of filtered motions, (N, L)."""
         reach = self.template.sampling.filter.turn_reach
         return self.library.turns(motion[1], REST_SPEED.value, reach)
 
     @cached_property
-    def starts(self) -> tuple[LoopStart, Chosen]:
+    def starts(self) -> tuple[LoopStart, BoolArray]:
         """Starts of the loops, and of which lanes they are as `loop_starts` has them.
 
         Lanes begin with what the law declares for an axis at rest; those whose first controls say
@@ -315,7 +307,7 @@ class LaneBlock:
         return start, np.asarray(~at_rest_misses(off, below_limit(axis, first), power))
 
     def loops(
-        self, physical: Array, chosen: Chosen, excluded: Chosen | None, rows: Chosen | None
+        self, physical: Array, chosen: BoolArray, excluded: BoolArray | None, rows: BoolArray | None
     ) -> "LaneLoops":
         """Chosen lanes simulated with parameters (L, p), as rows without what is excluded."""
         lanes = np.flatnonzero(chosen)
@@ -365,19 +357,19 @@ class LaneLoops:
         Which loops there are and went well.
     """
 
-    lanes: NDArray[np.intp]
+    lanes: IntArray
     position: Array
     Z: Array
     intercept: Array | float
-    well: Chosen
+    well: BoolArray
 
 
-def some_lanes(values: NDArray[Scalar] | None, lanes: NDArray[np.intp]) -> NDArray[Scalar] | None:
+def some_lanes(values: BoolArray | None, lanes: IntArray) -> BoolArray | None:
     """Some lanes, by number, of values (..., L) that there may be, in contiguous memory."""
     return None if values is None else np.ascontiguousarray(values[..., lanes])
 
 
-def _kept(found: Array, rows: Chosen | None) -> Array:
+def _kept(found: Array, rows: BoolArray | None) -> Array:
     if rows is not None:
         found *= rows[:, None, :]
     return found

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.codegen.runtime import LaneLibrary
@@ -37,14 +36,13 @@ from axisid.estimation.thresholds import (
     MIN_MOVING_SPEED,
 )
 from axisid.modeling.declaration import Axis
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, BoolArray
 from axisid.support.errors import AxisidError
 
 from .block import (
     ALONE,
     FAILED,
     SIDE_BY_SIDE,
-    Chosen,
     LaneBlock,
     LaneEstimates,
     LaneLoops,
@@ -206,9 +204,9 @@ class LaneSolutions:
     instruments: Array
     mixing: Array
     inverse: Array
-    sound: NDArray[np.bool_]
+    sound: BoolArray
 
-    def alone(self, block: LaneBlock, rows: Chosen | None, lane: int, place: int) -> Solution:
+    def alone(self, block: LaneBlock, rows: BoolArray | None, lane: int, place: int) -> Solution:
         """The solution of a lane of a block, at its place among these, as if it were alone."""
         own = slice(None) if rows is None else rows[:, lane]
         places = block.template.sampling.rows.astype(np.int64)[own]
@@ -226,7 +224,7 @@ def products(library: LaneLibrary, one: Array, other: Array) -> Array:
     return library.products(one, other).transpose(2, 0, 1)
 
 
-def row_counts(rows: NDArray[np.bool_] | None, shape: tuple[int, ...]) -> Array:
+def row_counts(rows: BoolArray | None, shape: tuple[int, ...]) -> Array:
     """How many rows each lane has, (L,)."""
     return np.full(shape[1], float(shape[0])) if rows is None else rows.sum(axis=0).astype(float)
 
@@ -303,8 +301,8 @@ def fitted_lanes(block: LaneBlock, asked: Prefilter) -> LaneFits:
 
 
 def _first_fit(
-    block: LaneBlock, excluded: Chosen | None, rows: Chosen | None
-) -> tuple[Equations, LaneSolutions, LaneLoops, Chosen, Chosen]:
+    block: LaneBlock, excluded: BoolArray | None, rows: BoolArray | None
+) -> tuple[Equations, LaneSolutions, LaneLoops, BoolArray, BoolArray]:
     """Least squares of lanes.
 
     Returns
@@ -329,7 +327,7 @@ def _first_fit(
     return measured, found, loops, follows, _clearly_shown(block, measured, rows, found)
 
 
-def _near_reversals(block: LaneBlock, asked: Prefilter) -> Chosen | None:
+def _near_reversals(block: LaneBlock, asked: Prefilter) -> BoolArray | None:
     """Samples near reversals and rests that lanes leave out, (N, L); None where no lane does."""
     axis = block.axis
     if asked.reversals == "keep" or not (asked.reversals or axis.has_direction):
@@ -349,8 +347,8 @@ def _near_reversals(block: LaneBlock, asked: Prefilter) -> Chosen | None:
 
 
 def _clearly_shown(
-    block: LaneBlock, measured: Equations, rows: NDArray[np.bool_] | None, first: LaneSolutions
-) -> NDArray[np.bool_]:
+    block: LaneBlock, measured: Equations, rows: BoolArray | None, first: LaneSolutions
+) -> BoolArray:
     """Which lanes show every parameter by far, (L,), from least squares of their rows.
 
     What a record may hide follows from its force and motion, which are those of the first lane in
@@ -372,10 +370,10 @@ def _clearly_shown(
 def _iterated(
     block: LaneBlock,
     measured: Equations,
-    excluded: Chosen | None,
-    rows: Chosen | None,
+    excluded: BoolArray | None,
+    rows: BoolArray | None,
     found: LaneSolutions,
-    active: Chosen,
+    active: BoolArray,
     loops: LaneLoops,
 ) -> LaneFits:
     """Iterate lanes from least squares, whose loops are known, until they stand still."""

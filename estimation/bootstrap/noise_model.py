@@ -97,7 +97,10 @@ class Chain:
         for name, value in ((each.name, getattr(self, each.name)) for each in fields(Chain)):
             allowed, form = _is_size(value), "a number of 0 or more"
             if name in _AUTOREGRESSIONS:
-                allowed = isinstance(value, tuple) and all(map(_is_autoregression, value))
+                allowed = isinstance(value, tuple) and all(
+                    isinstance(each, tuple) and len(each) == 2 and all(map(_is_size, each))
+                    for each in value
+                )
                 form = "pairs of a correlation time and a deviation, as in ((0.05, 0.1),)"
             if not (allowed or name in _FLAGS or (value is None and name in _SENSORS)):
                 raise UsageError(
@@ -218,10 +221,6 @@ _FLAGS = ("anywhere", "is_measured_by_law")
 
 def _is_size(value: object) -> bool:
     return is_real(value) and 0 <= value < math.inf
-
-
-def _is_autoregression(value: object) -> bool:
-    return isinstance(value, tuple) and len(value) == 2 and all(map(_is_size, value))
 
 
 def _rounded(values: Array, step: float, rng: Draws) -> Array:

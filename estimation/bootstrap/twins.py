@@ -1,6 +1,6 @@
-"""Twins: loops of records once more, with noise."""
+"""Twins: records as their loops would have been logged, with noise or without."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -8,11 +8,11 @@ from zlib import crc32
 
 import numpy as np
 
-from axisid.estimation.estimation_problem import Problem, Solver, noise_free_record
+from axisid.estimation.estimation_problem import Problem, Solver
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Equations, Form, Solution, recorded_loops
-from axisid.estimation.signals import FilteredRecord, Signals
-from axisid.estimation.simulation import measured_positions
+from axisid.estimation.signals import FilteredRecord, Signals, hold_mean
+from axisid.estimation.simulation import Simulation, logged_control, measured_positions
 from axisid.support.arrays import Array, in_few_digits
 from axisid.support.errors import DataError, EstimationError, UsageError, is_whole, quoted
 
@@ -145,6 +145,29 @@ def twins_of(
             yield from [twin_of(data, physical, chain, _draws(data.record, run)) for run in runs]
 
 
+def noise_free_record(data: FilteredRecord, loops: Sequence[Simulation]) -> FilteredRecord:
+    """The record as its simulated loops have it, under the same filter.
+
+    A column that was recorded is made of the loops as its sensor would see them.
+    """
+    record = data.record
+    jumps = data.axis.axis.jumps
+    sensed = jumps and data.prefilter.hold != "zoh"  # else it is what is held from the sample on
+    simulated: dict[str, Callable[[Simulation], Array]] = {
+        "position": lambda s: s.position,
+        "velocity": lambda s: s.velocity,
+        "acceleration": lambda s: hold_mean(s.acceleration, [0]) if jumps else s.acceleration,
+        "control": lambda s: logged_control(data.axis, s),
+        "force": lambda s: hold_mean(s.force, [0]) if sensed else s.force,
+    }
+    columns = {
+        role: np.concatenate([seen(loop) for loop in loops])
+        for role, seen in simulated.items()
+        if getattr(record, role) is not None
+    }
+    return data.with_columns(**columns)
+
+
 def twin_of(data: FilteredRecord, physical: Array, chain: Chain, rng: Draws) -> FilteredRecord:
     """A record as its loop would have been logged with the noise of a chain, under its filter.
 
@@ -168,9 +191,14 @@ def twin_of(data: FilteredRecord, physical: Array, chain: Chain, rng: Draws) -> 
     offset = chain.drawn_offset(rng)
     noise = chain.position * rng.normal(samples) + offset
     disturbance = chain.drawn_disturbance(rng, samples, record.period)
-    simulated = partial(recorded_loops, data, in_few_digits(physical))
-    if by_law:
-        simulated = partial(simulated, resolution=step, away=offset, position_noise=noise)
+    simulated = partial(
+        recorded_loops,
+        data,
+        in_few_digits(physical),
+        resolution=step * by_law,
+        away=offset * by_law,
+        position_noise=noise if by_law else None,
+    )
     if chain.jitter:
         late = chain.jitter * rng.normal(samples + 1)
         noise += data.motion[1] * late[:-1]

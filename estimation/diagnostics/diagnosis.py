@@ -6,6 +6,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from axisid.estimation.bootstrap import noise_free_record
 from axisid.estimation.diagnostic_checks import (
     DEFAULT_LEVELS,
     Check,
@@ -21,11 +22,7 @@ from axisid.estimation.estimates import (
     hausman,
     significant_differences,
 )
-from axisid.estimation.estimation_problem import (
-    Problem,
-    noise_free_record,
-    quantisation_bias,
-)
+from axisid.estimation.estimation_problem import Problem, quantisation_bias
 from axisid.estimation.lack_of_fit import (
     JackknifeInterval,
     LackOfFit,

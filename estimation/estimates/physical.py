@@ -13,14 +13,13 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import Quantity
 from axisid.estimation.parameters import JointForm
 from axisid.estimation.regression import Form, delta_method, hotelling_p_value
 from axisid.modeling.derivation import BaseModel, describe_undetermined, undetermined_names
 from axisid.modeling.quantities import Parameter
-from axisid.support.arrays import Array, Exact
+from axisid.support.arrays import Array, BoolArray, Exact
 from axisid.support.errors import UsageError, is_among, quoted
 
 from .value import NamedValues, SamplingDistribution
@@ -115,7 +114,7 @@ class Distance:
         near = [each for each in minima if each[1] <= least + _SAME_DISTANCE * (1 + least)]
         return near or minima
 
-    def are_same(self, theta: Array, other: Array) -> NDArray[np.bool_]:
+    def are_same(self, theta: Array, other: Array) -> BoolArray:
         """Which parameters (p,) of two solutions are one, by their size and their deviation."""
         slopes = np.linalg.norm(self._residuals(theta)[1], axis=0)
         deviations = np.zeros(len(theta))

@@ -1,6 +1,5 @@
 """An estimated number, with unit, deviations by covariance and interval, and functions of such."""
 
-import math
 import warnings
 from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass
@@ -108,7 +107,7 @@ class Value:
         """Size of the bias of filter and noise in deviations; infinite for a bias without one."""
         if not self.filter_bias:
             return 0.0
-        return abs(self.filter_bias) / self.deviation if self.deviation > 0 else math.inf
+        return abs(self.filter_bias) / self.deviation if self.deviation > 0 else np.inf
 
     @property
     def is_shifted(self) -> bool:
@@ -194,7 +193,7 @@ class SamplingDistribution(Exact):
     def _value(self, i: int, unit: str) -> Value:
         # Rounding may leave a variance of nothing a little below zero.
         deviations = {
-            name: math.sqrt(max(float(c[i, i]), 0.0)) for name, c in self.covariances.items()
+            name: float(np.sqrt(max(c[i, i], 0.0))) for name, c in self.covariances.items()
         }
         dof = float(self.freedom[self.chosen][i])
         return Value(
@@ -312,7 +311,7 @@ def fewest(freedom: Array, slopes: Array) -> Array:
 def degrees_of_freedom_of(value: Value) -> float:
     """Of Student's distribution, by how many deviations the 95 % interval reaches."""
     low, high = value.interval
-    if not 0 < value.deviation < math.inf:
-        return math.inf
+    if not 0 < value.deviation < np.inf:
+        return np.inf
     dof = float(stdtridf((1 + INTERVAL_LEVEL.value) / 2, (high - low) / 2 / value.deviation))
-    return dof if math.isfinite(dof) else math.inf
+    return dof if np.isfinite(dof) else np.inf

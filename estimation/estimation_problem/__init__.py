@@ -4,16 +4,9 @@ In: an axis, its records under their filters. Out: `Problem`, with rows, loops, 
 Knows nothing of methods and of what becomes of an estimate.
 """
 
-from .noise_free import (
-    noise_free_record as noise_free_record,
-    noise_free_residuals as noise_free_residuals,
-)
 from .parameter_at_bound import ParameterAtBound as ParameterAtBound
 from .problem import Problem as Problem
-from .sensitivity import (
-    jacobian_by_gain as jacobian_by_gain,
-    quantisation_bias as quantisation_bias,
-)
+from .quantisation_bias import quantisation_bias as quantisation_bias
 from .solver import Solver as Solver
 from .visibility import (
     SignalRanges as SignalRanges,

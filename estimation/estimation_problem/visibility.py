@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.regression import Equations
@@ -19,7 +18,7 @@ from axisid.estimation.signals import Signals, dependence
 from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter, parse_unit
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, BoolArray
 from axisid.support.errors import EstimationError, ModelError, UsageError, refuse
 
 # times the record's largest force that a term would have to make to show: others may cancel it
@@ -54,9 +53,7 @@ class SignalRanges:
     acceleration: float
 
     @classmethod
-    def of(
-        cls, records: Sequence[tuple[Signals, Equations, NDArray[np.bool_]]]
-    ) -> "SignalRanges | None":
+    def of(cls, records: Sequence[tuple[Signals, Equations, BoolArray]]) -> "SignalRanges | None":
         """Over the samples (N,) that are kept of each record; None where there are none."""
         every = [each for each in records if each[2].any()]
         if not every:

@@ -10,8 +10,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
-import numpy as np
-
 from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.diagnostic_checks import unless_faulty
 from axisid.estimation.estimates import Estimate, student_interval
@@ -127,7 +125,7 @@ def _widened(estimate: Estimate, longer: Estimate) -> Estimate:
     }
     return estimate.with_inference(
         **{
-            which: {n: each + np.outer(by, by) for n, each in getattr(estimate, which).items()}
+            which: {n: each + by[:, None] * by for n, each in getattr(estimate, which).items()}
             for which, by in changes.items()
         }
     )

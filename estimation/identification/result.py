@@ -3,17 +3,15 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Generic, Protocol, Self, TypeAlias, TypeVar
+from typing import Any, Generic, Self, TypeAlias, TypeVar
 
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.choices import INSTRUMENT_STARTS
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.estimation.diagnostics import Case, Diagnosis, diagnose
 from axisid.estimation.estimates import (
     Estimate,
-    NamedValues,
     PhysicalByMethod,
     Value,
     physical_parameters,
@@ -115,20 +113,6 @@ class DriveTime:
         )
 
 
-class _HasParameters(Protocol):
-    @property
-    def parameters(self) -> NamedValues: ...
-
-
-class _IsJudged(Protocol):
-    @property
-    def checks(self) -> tuple[Check, ...]: ...
-    @property
-    def preferred(self) -> _HasParameters: ...
-    @property
-    def local_names(self) -> Mapping[str, tuple[str, ...]]: ...
-
-
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class ByMethod(Checked, Generic[Estimated]):
     """Estimates by method: ``result["idm-iv"]``; it iterates over the methods.
@@ -145,12 +129,12 @@ class ByMethod(Checked, Generic[Estimated]):
     levels: Levels = DEFAULT_LEVELS
 
     @property
-    def verdict(self: _IsJudged) -> tuple[Check, ...]:
+    def verdict(self: Any) -> tuple[Check, ...]:
         """What was checked: a name, a status, a sentence and a figure each."""
-        return self.checks
+        return tuple(self.checks)
 
     @property
-    def local(self: _IsJudged) -> dict[str, tuple[Value | None, ...]]:
+    def local(self: Any) -> dict[str, tuple[Value | None, ...]]:
         """Of each parameter that records have for themselves, its value in each, as judged.
 
         None in a record that does not have the parameter.
@@ -330,21 +314,6 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
     def local_names(self) -> Mapping[str, tuple[str, ...]]:
         """Of each declared parameter that records have for themselves, its names by record."""
         return {} if self.problem.joint_form is None else self.problem.joint_form.local
-
-    @property
-    def shared_as(self) -> dict[str, Any]:
-        """Where instruments started, and what was said of records, as `identify` takes it."""
-        every = self.estimates.values()
-        start = next((each.started for each in every if each.started), INSTRUMENT_STARTS[0])
-        joint = self.problem.joint_form
-        if joint is None:
-            return {"start": start}
-        return {
-            "start": start,
-            "local": (*joint.local,),
-            "known": {name: [*values] for name, values in joint.known.items()},
-            "gain": "declared" if joint.gain is None else "identified",
-        }
 
     @property
     def declared_gain(self) -> float | None:

@@ -3,15 +3,13 @@
 Bias and deviations are by the parametric bootstrap of the problem's records.
 """
 
-import math
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
-from axisid.estimation.bootstrap import BootstrapCorrection, Chain, bootstrap_correction
+from axisid.estimation.bootstrap import Chain, noise_free_record
 from axisid.estimation.estimates import (
     COVARIANCES,
     Estimate,
@@ -20,28 +18,35 @@ from axisid.estimation.estimates import (
     covariance_of,
     fewest,
 )
-from axisid.estimation.estimation_problem import Problem, jacobian_by_gain, noise_free_residuals
+from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.parameters import perturbed_joint_forms
 from axisid.estimation.regression import (
     Covariance,
     CovarianceEstimate,
     DirectForm,
     Form,
+    InverseForm,
     condition_number,
     delta_method,
 )
 from axisid.estimation.signals import rests_first
 from axisid.estimation.thresholds import NO_RELATION
-from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Deferred, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError
 
 from .m_estimation import loss_remarks
 from .method import Fit, Method
-from .parametric_bootstrap import TOO_FEW, Bootstrap, with_loops
+from .parametric_bootstrap import (
+    TOO_FEW,
+    Bootstrap,
+    BootstrapCorrection,
+    bootstrap_correction,
+    with_loops,
+)
 
 _BOUND_TOLERANCE = 1e-6  # relative distance of a nonlinear parameter from a bound that it is at
 
+_GAIN_STEP = 1e-4  # of the gain, for the slopes by it
 _PIVOT = "hac"  # whose deviations twins scale
 
 
@@ -86,7 +91,7 @@ def estimate_by(
         simulated = _own_rows(simulated, weights)
         error = relative_error_percent(left - simulated, left)
     has_times = len(problem.data) > 1 or problem.data[0].record.segments
-    inference = partial(_inference, problem, fit, applied, models[_PIVOT], known, bootstrap)
+    pivot = models[_PIVOT]
     return Estimate(
         method=method.name,
         form=form.at(physical),
@@ -114,7 +119,7 @@ def estimate_by(
         covariance_model=models[covariance],
         chosen=covariance,
         gain_relative_sd=gain_relative_sd(problem),
-        deferred=Deferred(inference),
+        deferred=Deferred(lambda: _inference(problem, fit, applied, pivot, known, bootstrap)),
         weights=weights,
         loss=method.loss,
         counts=solution.counts,
@@ -152,7 +157,7 @@ def _remarks(problem: Problem, fit: Fit, loss: str) -> Iterator[str]:
     """What the user should know of an estimate."""
     every = (data.sampling.filter.remarks() for data in problem.data)
     yield from dict.fromkeys(remark for of_one in every for remark in of_one)
-    if math.inf > fit.simulation_error_percent > NO_RELATION.value:
+    if np.inf > fit.simulation_error_percent > NO_RELATION.value:
         cause = rests_first(problem.rest) or (
             "check the control law, the reference and the signs and units of the columns"
         )
@@ -200,10 +205,14 @@ def _inference(
         with suppress(ModelError, DataError, EstimationError):
             looped = with_loops(problem, fit)
             if looped.follows:
-                quiet = noise_free_residuals(form, problem, looped.loops, fit.solver)
+                # What filtering, differencing and decimation alone leave of its own loop.
+                pairs = zip(problem.data, problem.by_record(looped.loops), strict=True)
+                own_signals = [noise_free_record(data, loops).signals for data, loops in pairs]
+                left_of_loop = fit.solver(form, problem.reduced(form, own_signals)).residuals
+                quiet = left_of_loop / problem.row_weights
         if gain_relative_sd(problem):
             with suppress(DataError, EstimationError):
-                by_gain, theta_by_gain = jacobian_by_gain(form, problem, solution, fit.solver)
+                by_gain, theta_by_gain = _jacobian_by_gain(form, problem, fit)
         told = _by_twins(fit, form, pivot, bootstrap)
         own = {name: each.matrix for name, each in applied.items()}
         mapped = {name: delta_method(each, jacobian) for name, each in own.items()}
@@ -218,7 +227,7 @@ def _inference(
             by_known = delta_method(known, jacobian)
             own[_PIVOT] = _scaled(own[_PIVOT], known, *told.theta_scaled)
             mapped[_PIVOT] = _scaled(mapped[_PIVOT], by_known, *told.scaled)
-            names[_PIVOT] += _noise(problem.axis.axis, told)
+            names[_PIVOT] += _noise(problem, told)
             left = _own_rows(told.residuals, problem.row_weights)
             if told.count > 1:  # of the scale: as many pairs of opposite twins are a sample
                 freedom[_PIVOT] = np.full(len(solution.theta), float(told.count // 2))
@@ -241,6 +250,26 @@ def _inference(
         )
 
 
+def _jacobian_by_gain(form: Form, problem: Problem, fit: Fit) -> tuple[Array, Array]:
+    """Slopes of the physical parameters, (p,), and of the regression's, (k,), by ln(gain).
+
+    Without known terms every linear parameter is proportional to the gain; a known term keeps its
+    size, so that the others take what it leaves. So does what the drive makes without its gain.
+    """
+    if isinstance(form, InverseForm):  # the force is on the left alone
+        rows = problem.stacked(lambda data: data.reduce(data.force_by_gain))
+        slope = fit.solution.response.T @ (problem.row_weights * rows)
+        return slope, slope
+    # A measured force does not depend on the gain.
+    shifted = [
+        [replace(d.signals, force=d.signals.force + step * d.force_by_gain) for d in problem.data]
+        for step in (_GAIN_STEP, -_GAIN_STEP)
+    ]
+    ahead, behind = (fit.solver(form, problem.reduced(form, each)).theta for each in shifted)
+    physical = form.physical(ahead)[0] - form.physical(behind)[0]
+    return physical / (2 * _GAIN_STEP), (ahead - behind) / (2 * _GAIN_STEP)
+
+
 def _by_twins(
     fit: Fit, form: Form, pivot: Covariance, bootstrap: Bootstrap | None
 ) -> BootstrapCorrection | str:
@@ -257,11 +286,12 @@ def _by_twins(
     return f", by no twins: {TOO_FEW}"
 
 
-def _noise(axis: Axis, correction: BootstrapCorrection) -> str:
+def _noise(problem: Problem, correction: BootstrapCorrection) -> str:
     """The noise of twins, as a part of a note."""
     chains = correction.twins.chains
     if all(each.is_silent for each in chains):
         return ", of a loop that shows no noise"
+    axis = problem.axis.axis
     noise = [each.told(axis.coordinate.unit, axis.drive.unit) for each in chains]
     if len(noise) > 1:
         noise = [f"record {number}: {each}" for number, each in enumerate(noise, 1)]

@@ -11,7 +11,6 @@ follows from itself to the last digit.
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 import numpy as np
 
@@ -41,7 +40,7 @@ from axisid.support.errors import DataError, EstimationError
 
 from .least_squares import LeastSquares
 from .m_estimation import check_loss, robust_solution
-from .method import Fit, Method, at_point
+from .method import Fit, Method
 
 _ROUNDING = 1e-9  # of the value, which stands for the deviation in records without noise
 _SWINGING = 0.5  # of the last step, backwards
@@ -109,7 +108,6 @@ NEARLY_CONVERGED = 0.1
 _MOST = 20
 #: Loops that were simulated, and their rows.
 SimulatedRows = tuple[tuple[Simulation, ...], Equations]
-_FROM_NOMINAL = "the iteration starts from the nominal values, since "
 
 
 @dataclass(frozen=True, slots=True)
@@ -286,7 +284,8 @@ class Iteration:
             )
         measured, solver, solution = self._solved(step, reached)
         if not self._form.is_linear:
-            solution = at_point(solution, measured, reached.physical)
+            at = reached.physical
+            solution = replace(solution, theta=at, residuals=measured.residuals(at))
         return Fit(
             form=self._form,
             measured=measured,
@@ -320,7 +319,7 @@ class Instruments(Method):
     """Instrumental variables from the simulated loop."""
 
     #: What goes from least squares, or from the nominal values where it comes to no end.
-    iterated: ClassVar[type[Iteration]] = Iteration
+    iterated = Iteration
 
     def fit(self, problem: Problem) -> Fit:
         """See `Method.fit`."""
@@ -381,5 +380,8 @@ def _start_of(problem: Problem, form: Form, asked: str) -> tuple[Form, Start]:
 
 def _nominal_start(form: Form, why_not: str | None = None) -> Start:
     """The nominal values of a linear model, and why it is not least squares."""
-    said = None if why_not is None else f"{_FROM_NOMINAL}{why_not}"
-    return Start(form.start, NOMINAL_START, why_not=said)
+    return Start(
+        form.start,
+        NOMINAL_START,
+        why_not=why_not and f"the iteration starts from the nominal values, since {why_not}",
+    )

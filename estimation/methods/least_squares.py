@@ -8,7 +8,7 @@ from axisid.estimation.regression import least_squares, least_squares_point
 from axisid.support.errors import DataError, EstimationError, ModelError
 
 from .m_estimation import check_loss, robust_solution
-from .method import Fit, Method, at_point
+from .method import Fit, Method
 
 
 class LeastSquares(Method):
@@ -25,7 +25,8 @@ class LeastSquares(Method):
             solution = robust_solution(left, regressor, regressor, self.loss)
         else:
             # The search ends within the bounds, where a step of the linearised model might not.
-            solution = at_point(least_squares(left, regressor), measured, form.start)
+            found, at = least_squares(left, regressor), form.start
+            solution = replace(found, theta=at, residuals=measured.residuals(at))
         solver = Solver(counts=solution.counts)
         fit = Fit(form=form, measured=measured, solution=solution, solver=solver)
         try:

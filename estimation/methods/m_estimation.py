@@ -10,9 +10,7 @@ References
 [Huber1981]_; [BeatonTukey1974]_ for the bisquare; [HollandWelsch1977]_ for the iteration.
 """
 
-import math
 from collections.abc import Callable, Mapping
-from types import MappingProxyType
 
 import numpy as np
 
@@ -53,9 +51,7 @@ def _bisquare(u: Array) -> tuple[Array, Array, Array]:
     return inside**2, inside * (inside - 4 * share), _BISQUARE**2 / 6 * (1 - inside**3)
 
 
-LOSS_FUNCTIONS: Mapping[str, RowLoss] = MappingProxyType(
-    {HUBER_LOSS: _huber, BISQUARE_LOSS: _bisquare}
-)
+LOSS_FUNCTIONS: Mapping[str, RowLoss] = {HUBER_LOSS: _huber, BISQUARE_LOSS: _bisquare}
 #: The loss whose estimate another is iterated from, instead of least squares: one that forgets
 #: large residuals has several valleys.
 _STARTS = {BISQUARE_LOSS: HUBER_LOSS}
@@ -102,7 +98,7 @@ def size_by_loss(residuals: Array, scale: float, loss: str) -> float:
     """What a loss makes of residuals, (n,), in their unit: their norm, if it is of squares."""
     if loss not in LOSS_FUNCTIONS or not scale > 0:
         return float(np.linalg.norm(residuals))
-    return scale * math.sqrt(2 * float(np.sum(LOSS_FUNCTIONS[loss](residuals / scale)[2])))
+    return scale * float(np.sqrt(2 * np.sum(LOSS_FUNCTIONS[loss](residuals / scale)[2])))
 
 
 def check_loss(loss: str, form: Form) -> None:

@@ -2,7 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from axisid.estimation.choices import INSTRUMENT_STARTS, ROW_LOSSES
 from axisid.estimation.estimates import Iterate, NotSimulated
@@ -110,8 +110,3 @@ class Method(ABC):
         EstimationError
             The rows cannot be solved; what is missing is named.
         """
-
-
-def at_point(solution: Solution, measured: Equations, physical: Array) -> Solution:
-    """A solution moved to where the measured rows are linearised, (p,): their residuals there."""
-    return replace(solution, theta=physical, residuals=measured.residuals(physical))

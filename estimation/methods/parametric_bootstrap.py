@@ -1,4 +1,4 @@
-"""The parametric bootstrap of a problem: twins of its records, the same for all estimates."""
+"""The parametric bootstrap: twins of a problem's records, and what they tell of an estimate."""
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -7,10 +7,19 @@ from functools import cached_property
 
 import numpy as np
 
-from axisid.estimation.bootstrap import Chain, Twins, bootstrap_correction, measured_noise
+from axisid.estimation.bootstrap import Chain, Twins, measured_noise
 from axisid.estimation.choices import ROW_LOSSES
-from axisid.estimation.estimation_problem import Problem
-from axisid.estimation.regression import Form, Hac, LoopDataError, recorded_loops
+from axisid.estimation.estimation_problem import Problem, Solver
+from axisid.estimation.regression import (
+    Covariance,
+    Form,
+    Hac,
+    LoopDataError,
+    Solution,
+    correlation,
+    delta_method,
+    recorded_loops,
+)
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.simulation import Simulation
 from axisid.support.arrays import Array, relative_error_percent
@@ -23,6 +32,7 @@ TOO_FEW = "more than half of the loops with its noise cannot be simulated, or es
 _FOLLOWS_NOT = "the loop does not follow the record"
 _ROUNDS = 4  # of twins, each less the bias that the one before has
 _MEASURED = 2  # rounds that measure the chains: at the estimate, and less a first bias
+_ROUNDING = 1e-9  # of a parameter: what simulated loops that reverse make of the last digit
 _CLOSE = 1e-7  # of a parameter: what hardly moves a bias
 
 
@@ -79,6 +89,10 @@ class Bootstrap:
         form, model, at, loops = fit.form, Hac(), fit.physical, fit.loops
         standard_errors = np.sqrt(np.diag(model.matrix(fit.solution)))
         chains: tuple[Chain, ...] = ()
+        kinds: list[type[Form]] = []  # linear forms of the methods that the problem has
+        for kind in dict.fromkeys(METHODS[method].form for method in self.methods):
+            with suppress(ModelError):
+                kinds += [kind] * self.problem.form(kind).is_linear
         for number in range(_ROUNDS):
             if number < _MEASURED:
                 records = zip(self._noisy, self.problem.by_record(loops), strict=True)
@@ -92,7 +106,7 @@ class Bootstrap:
                 at=at,
                 chains=chains,
                 count=self.count,
-                kinds=self._kinds,
+                kinds=tuple(kinds),
             )
             correction = bootstrap_correction(twins, form, fit.solver, fit.solution, model)
             if correction is None:
@@ -133,15 +147,6 @@ class Bootstrap:
         of_records, *others = (relative_error_percent(left - simulated, left) for left in sides)
         return of_records <= max(others, default=0.0)
 
-    @property
-    def _kinds(self) -> tuple[type[Form], ...]:
-        """Linear forms of the methods, but for those that the problem has not."""
-        kinds = []
-        for kind in dict.fromkeys(METHODS[method].form for method in self.methods):
-            with suppress(ModelError):
-                kinds += [kind] * self.problem.form(kind).is_linear
-        return tuple(kinds)
-
 
 def with_loops(problem: Problem, fit: Fit) -> Fit:
     """A fit with the loops of its records, as far as they follow them without a reference.
@@ -164,3 +169,113 @@ def _at(problem: Problem, form: Form, physical: Array) -> tuple[Simulation, ...]
         for i, data in enumerate(problem.data)
         for loop in recorded_loops(data, form.own(physical, i))
     )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BootstrapCorrection:
+    """What twins tell of an estimate.
+
+    Attributes
+    ----------
+    twins : Twins
+    off : (R, p) array
+        The twins' physical parameters, less those of their loops.
+    theta_error : (R, k) array
+        The same of the regression's own parameters.
+    scaled : (p,) array, (p, p) array
+        What deviations are to be multiplied by, and the correlation as the twins scatter; of the
+        covariance where they are too few to tell it.
+    theta_scaled : (k,) array, (k, k) array
+        The same of the regression's own parameters.
+    residuals : (n, R) array
+        What the estimator leaves of the twins.
+    """
+
+    twins: Twins
+    off: Array
+    theta_error: Array
+    scaled: tuple[Array, Array]
+    theta_scaled: tuple[Array, Array]
+    residuals: Array
+
+    @property
+    def count(self) -> int:
+        """How many twins tell it."""
+        return len(self.off)
+
+    @property
+    def bias(self) -> Array:
+        """Mean of what the twins are off by, (p,)."""
+        return np.asarray(self.off.mean(axis=0))
+
+
+def bootstrap_correction(
+    twins: Twins,
+    form: Form,
+    solver: Solver,
+    solution: Solution,
+    covariance: Covariance,
+) -> BootstrapCorrection | None:
+    """Bias of an estimate, and what its deviations lack; None where too few twins can be solved.
+
+    A covariance is the pivot, whose law the twins have: what they are off by in their own
+    deviations, the bootstrap-t of [EfronTibshirani1993]_.
+
+    Parameters
+    ----------
+    twins : Twins
+    form : Form
+        At the estimate.
+    solver : Solver
+        Of the estimate.
+    solution : Solution
+        Of the records.
+    covariance : Covariance
+
+    Returns
+    -------
+    BootstrapCorrection or None
+    """
+    solved = twins.solutions(form, solver)
+    if not 0 < twins.count <= 2 * len(solved):
+        return None
+    jacobian = form.physical(solution.theta)[1]
+    regressed = form.regressed(twins.at)
+    theta_error = np.array([each.theta for each in solved]) - regressed
+    off = np.array([form.physical(each.theta)[0] for each in solved]) - twins.at
+    # Of the records, and then of each twin.
+    own_covariances = [covariance.matrix(each) for each in (solution, *solved)]
+    covariances = [delta_method(each, jacobian) for each in own_covariances]
+    return BootstrapCorrection(
+        twins=twins,
+        off=off,
+        theta_error=theta_error,
+        scaled=_pivot(off, covariances, twins.at),
+        theta_scaled=_pivot(theta_error, own_covariances, regressed),
+        residuals=np.column_stack([each.residuals for each in solved]),
+    )
+
+
+def _pivot(off: Array, covariances: list[Array], at: Array) -> tuple[Array, Array]:
+    """Deviation of what twins are off by beside their bias, in their own; and its correlation.
+
+    Parameters
+    ----------
+    off : (R, p) array
+    covariances : list of (p, p) arrays
+        Of the estimate, whose deviations are no less than rounding of a loop, and each twin's own.
+    at : (p,) array
+        Parameters of their loops.
+    """
+    if len(off) == 1:
+        return np.ones(len(at)), np.nan_to_num(correlation(covariances[0]))
+    deviations = np.sqrt(np.maximum([np.diag(each) for each in covariances], 0.0))
+    centred = np.vstack([_ROUNDING * np.abs(at), off - off.mean(axis=0)])
+    least, *t = np.divide(centred, deviations, out=np.zeros_like(centred), where=deviations > 0)
+    scale = np.maximum(np.std(t, axis=0, ddof=1), least)
+    # Opposite twins are one sample of a straight line.
+    tells = len(off) // 2 > len(at)
+    matrix = np.atleast_2d(np.cov(centred[1:].T)) if tells else covariances[0]
+    correlations = np.nan_to_num(correlation(matrix))
+    np.fill_diagonal(correlations, 1.0)
+    return scale, correlations

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from scipy.linalg import orth
 from scipy.special import fdtrc
 
-from axisid.estimation.bootstrap import DEFAULT_COUNT, Chain, twins_of
-from axisid.estimation.estimation_problem import noise_free_record
+from axisid.estimation.bootstrap import DEFAULT_COUNT, Chain, noise_free_record, twins_of
 from axisid.estimation.regression import (
     Equations,
     Hac,

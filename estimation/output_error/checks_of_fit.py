@@ -1,11 +1,8 @@
 """Checks of a fit: its law, what it leaves, how surely it shows what it says."""
 
-import math
-import re
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from operator import attrgetter, itemgetter
 
 import numpy as np
 
@@ -134,7 +131,7 @@ def exact_law_check(of: OutputFit) -> Check | None:
     sizes = np.where(counted, np.abs(of.physical), np.inf)
     shares = {term: 100 * np.abs(move) / sizes for term, move in of.law_moves.items()}
     every = ((float(each.max()), term, int(each.argmax())) for term, each in shares.items())
-    share, term, j = max(every, key=itemgetter(0))
+    share, term, j = max(every, key=lambda each: each[0])
     said = f"a law whose {term} is 1 % other than declared moves {of.names[j]} by {share:.2g} %"
     if share > _MAX_LAW_SENSITIVITY:
         said += ": the law must be right, or the numbers are its error"
@@ -221,7 +218,7 @@ def simulation_check(of: OutputFit) -> Check:
     """What is left beyond noise: noise may be most of an output that is small, or noisy."""
     # A loop that swings by itself takes its swinging for noise, and leaves more than there is.
     lost = of.error_percent > _MAX_LEFT
-    worst = max(of.of_records, key=attrgetter("percent" if lost else "percent_beyond_noise"))
+    worst = max(of.of_records, key=lambda each: each.percent if lost else each.percent_beyond_noise)
     beyond, output = worst.percent_beyond_noise, worst.output
     percent = max(each.percent for each in of.of_records if each.output == output)
     good = beyond < _MAX_BEYOND_NOISE and not lost
@@ -325,7 +322,7 @@ def known_check(of: OutputFit) -> Check | None:
         alone = of.without_prior.get(name)
         value, deviation = alone or (of[name].value, of[name].deviation)
         variance = sd**2 + deviation**2 if alone else sd**2 - deviation**2
-        far[name] = abs(value - mean) / math.sqrt(max(variance, _LEAST_VARIANCE * sd**2))
+        far[name] = abs(value - mean) / float(np.sqrt(max(variance, _LEAST_VARIANCE * sd**2)))
     worst, most = max(far, key=far.__getitem__), MIN_DISTANCE_FROM_NOISE.value
     good, (mean, sd), record = far[worst] <= most, of.prior[worst], "the record"
     if worst in of.without_prior:
@@ -346,7 +343,7 @@ def known_check(of: OutputFit) -> Check | None:
 def shown_check(of: OutputFit) -> Check:
     """Whether the outputs show every parameter."""
     several = len(of.outputs) > 1
-    named = {*re.findall(r"\w+", " ".join(of.unseen))}
+    named = {of.names[j] for j in np.flatnonzero(of.not_shown[1].any(axis=0))}
     lost = [name for name, d in zip(of.names, of.deviations, strict=True) if np.isinf(d)]
     unseen = [*of.unseen, *(f"{name} at all" for name in lost if name not in named)]
     said = (

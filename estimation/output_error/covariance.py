@@ -13,10 +13,8 @@ errors that were under way before a stretch begins, so that short stretches coun
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import chain
 
 import numpy as np
-from numpy.typing import NDArray
 
 from axisid.estimation.diagnostics import covariance_of_twins
 from axisid.estimation.nonlinear_least_squares import SearchResult, WeightedLoss
@@ -32,16 +30,14 @@ from axisid.estimation.regression import (
     sum_covariances,
 )
 from axisid.estimation.thresholds import MIN_SHOWN
-from axisid.support.arrays import Array, column_sizes
+from axisid.support.arrays import Array, BoolArray, column_sizes
 
 # of the largest change of the outputs along a direction that they do not show; a parameter with
 # as much is named
 _MIN_PART = 0.1
 
 
-def unseen_directions(
-    jacobian: Array, scale: Array, free: NDArray[np.bool_]
-) -> tuple[Array, NDArray[np.bool_]]:
+def unseen_directions(jacobian: Array, scale: Array, free: BoolArray) -> tuple[Array, BoolArray]:
     """Directions in which parameters change and the errors do not.
 
     Parameters
@@ -72,9 +68,7 @@ def unseen_directions(
     return moves, size > _MIN_PART * size.max(axis=1, keepdims=True, initial=0.0)
 
 
-def unseen_in_words(
-    moves: Array, parts: NDArray[np.bool_], names: Sequence[str]
-) -> tuple[str, ...]:
+def unseen_in_words(moves: Array, parts: BoolArray, names: Sequence[str]) -> tuple[str, ...]:
     """Directions that are not shown: ``Fc at all``, ``M and m apart (...)``."""
     sentences = []
     for move, part in zip(moves, parts, strict=True):
@@ -128,7 +122,7 @@ class Sandwich:
     twins: Array | None = None
 
     @property
-    def counted(self) -> NDArray[np.bool_]:
+    def counted(self) -> BoolArray:
         """Which rows are measured, (n,)."""
         return self.counts > 0
 
@@ -170,7 +164,11 @@ class Sandwich:
         """
         columns, known, parts = self.jacobian @ self.inverse, self.by_known(), []
         if clustered:
-            parts.append(clustered_covariance(columns, self.errors, [*chain(*self.spans)]))
+            parts.append(
+                clustered_covariance(
+                    columns, self.errors, [rows for spans in self.spans for rows in spans]
+                )
+            )
         for r, rows in enumerate(() if clustered else map(record_rows, self.spans)):
             curved = self.curvature[rows, None] * self.jacobian[rows]
             parts.append(self._of_record(columns, r, float(np.sum(columns[rows] * curved))))
@@ -244,7 +242,7 @@ def sandwich_of(
     unknowns: Unknowns,
     predictions: PredictionErrors,
     records: Sequence[Record],
-    chosen: NDArray[np.bool_],
+    chosen: BoolArray,
 ) -> Sandwich:
     """Of the chosen parameters, (P,), where a search of the records' outputs ended."""
     weighed = weighing.weights * found.errors

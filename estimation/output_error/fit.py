@@ -179,6 +179,7 @@ def fit(
         records=tuple(given),
         outputs=outputs,
         weights=checked_weights(weights, outputs),
+        horizon=checked_horizon(horizon, outputs, given),
         local=local,
         known=known or {},
         gain=gain,
@@ -193,15 +194,11 @@ def fit(
         keeps_rests=rests == RESTS[1] or OPEN_LOOP in outputs,
         progress=progress,
     )
-    levels, asked = (
-        Levels(level=level, least_share=least_share),
-        checked_horizon(horizon, outputs, given),
-    )
+    levels = Levels(level=level, least_share=least_share)
     if time is None:
-        first = last = search(generated, start, None, horizon=asked)
+        first = last = search(generated, start, None)
     else:
-        of_time = partial(search, horizon=asked)
-        first, last = _with_time_found(generated, time, start, of_time, given[0].period)
+        first, last = _with_time_found(generated, time, start, search, given[0].period)
     best = replace(last, start=first.start, started=first.started, remarks=first.remarks)
     return OutputFit.of(best, judged, levels)
 

@@ -3,10 +3,8 @@
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.choices import SQUARES
@@ -25,7 +23,7 @@ from axisid.estimation.prediction_errors import PredictionErrors, jacobian_at, r
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.thresholds import HUBER_TUNING
-from axisid.support.arrays import Array, mask_of
+from axisid.support.arrays import Array, BoolArray, mask_of
 from axisid.support.errors import AxisidError, EstimationError
 from axisid.support.progress import Progress
 
@@ -90,7 +88,7 @@ class FitSearch:
         return self.predictions.horizon
 
     @property
-    def of_start(self) -> NDArray[np.bool_]:
+    def of_start(self) -> BoolArray:
         """Which parameters are first positions and velocities of loops, (P,)."""
         return least_sizes(self.form) > 0
 
@@ -99,7 +97,7 @@ class FitSearch:
         """Parameters where the best search ended, by name."""
         return dict(zip(self.unknowns.names, map(float, self.best.physical), strict=True))
 
-    def sandwich(self, chosen: NDArray[np.bool_]) -> Sandwich:
+    def sandwich(self, chosen: BoolArray) -> Sandwich:
         """Of the chosen parameters, (P,), where the best search ended."""
         return sandwich_of(
             self.best, self.weighing, self.unknowns, self.predictions, self.records, chosen
@@ -239,8 +237,7 @@ class FitRun:
         if not ends:
             raise lost[0]
         # By the last weights, which are the same for all.
-        cost = partial(cost_of, unknowns=u, weighing=self.weighing)
-        return tuple(replace(e, cost=cost(e.physical, e.errors)) for e in ends)
+        return tuple(replace(e, cost=cost_of(e.physical, e.errors, u, self.weighing)) for e in ends)
 
     def _sizes(self, begun: Array) -> Array:
         """By how much each parameter has to change to change the outputs as much as any does, (P,).

@@ -1,6 +1,5 @@
 """What a fit is asked for: where it starts, what it follows, and what is free."""
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -310,7 +309,7 @@ def checked_horizon(
     """Length of an open loop's windows, s, where it is asked for; that of the shortest at least."""
     if given is None:
         return None
-    if not (is_real(given) and 0 < given < math.inf):
+    if not (is_real(given) and 0 < given < np.inf):
         raise UsageError(f"the horizon is {quoted(given)}; give a positive time, s.", code="fit")
     if OPEN_LOOP not in outputs:
         raise UsageError(
@@ -332,4 +331,4 @@ def checked_weights(given: Mapping[str, float] | None, outputs: Sequence[str]) -
                 f"its errors have, a number from {1 / most:g} to {most:g}.",
                 code="fit",
             )
-    return tuple(float(told.get(name, math.nan)) for name in outputs)
+    return tuple(float(told.get(name, np.nan)) for name in outputs)

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import log_ndtr, ndtri_exp
 
 from axisid.codegen.generated_axes import Quantity
@@ -23,7 +22,7 @@ from axisid.estimation.parameters import START, Unknowns, bounded_quadratic_mini
 from axisid.estimation.prediction_errors import LoopPredictions, jacobian_at
 from axisid.estimation.regression import CovarianceEstimate, widened
 from axisid.estimation.thresholds import INTERVAL_LEVEL
-from axisid.support.arrays import Array
+from axisid.support.arrays import Array, BoolArray, IntArray
 from axisid.support.errors import EstimationError, Missing
 
 from .covariance import Sandwich, unseen_directions
@@ -105,10 +104,10 @@ class FitInference(FittedParameters):
         not asked for.
     """
 
-    sides: NDArray[np.int8] = field(repr=False)
+    sides: IntArray = field(repr=False)
     variances: Array = field(repr=False)
     held: tuple[ParameterAtBound, ...] = field(repr=False)
-    not_shown: tuple[Array, NDArray[np.bool_]] = field(repr=False)
+    not_shown: tuple[Array, BoolArray] = field(repr=False)
     influence: Array = field(repr=False)
     judged_sandwich: Sandwich = field(repr=False, compare=False)
     loops: tuple[RecordLoops | Missing, ...] = field(repr=False, compare=False)
@@ -200,9 +199,7 @@ def _noise(of: FitSearch, loops: Sequence[RecordLoops | Missing]) -> Array | Mis
     return Missing("no noise that is measured reaches what is followed.")
 
 
-def _corrected(
-    of: FitSearch, sandwich: Sandwich, common: Array | None
-) -> tuple[Array, NDArray[np.int8]]:
+def _corrected(of: FitSearch, sandwich: Sandwich, common: Array | None) -> tuple[Array, IntArray]:
     """The parameters less what noise moves them by, and which are at a bound, (P,) each.
 
     What is taken off may lead one to its bound, or from there; the others are what they are with
@@ -316,7 +313,7 @@ def _slopes_by_start(of: FitSearch) -> Array:
 def _held(
     of: FitSearch,
     physical: Array,
-    sides: NDArray[np.int8],
+    sides: IntArray,
     common: Array | None,
     errors: Array,
     variances: Array,

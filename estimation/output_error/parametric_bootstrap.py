@@ -10,18 +10,16 @@ each parameter by.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from operator import is_
 
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
-from axisid.estimation.bootstrap import Chain, measured_noise, twins_of
+from axisid.estimation.bootstrap import Chain, measured_noise, noise_free_record, twins_of
 from axisid.estimation.diagnostics.control_law import (
     EstimatedGains,
     LawAgreement,
     found_law_agreement,
 )
-from axisid.estimation.estimation_problem import noise_free_record
 from axisid.estimation.parameters import ExtendedForm, axis_at
 from axisid.estimation.prediction_errors import PredictionErrors, record_rows
 from axisid.estimation.records import Record
@@ -124,7 +122,9 @@ def outputs_by_noise(
     still = predictions.outputs_of(quiet, physical)
     # As many of each record as the one with the fewest has.
     rows = [
-        still if all(map(is_, each, quiet)) else predictions.outputs_of(each, physical)
+        still
+        if all(one is other for one, other in zip(each, quiet, strict=True))
+        else predictions.outputs_of(each, physical)
         for each in zip(*twins, strict=False)
     ]
     return np.reshape(rows, (-1, len(still))).T - still[:, None]

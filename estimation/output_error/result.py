@@ -1,6 +1,5 @@
 """What a fit of outputs comes to."""
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
@@ -82,7 +81,7 @@ class RecordError:
     def percent_beyond_noise(self) -> float:
         """What is left beyond noise, of the recorded output."""
         share = 1 - (self.noise / self.error) ** 2 if self.error else 0.0
-        return self.percent * math.sqrt(max(share, 0.0))
+        return self.percent * float(np.sqrt(max(share, 0.0)))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -226,7 +225,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
                         error=error / max(len(e), 1) ** 0.5,
                         percent=100 * error / size if size else float("inf") if error else 0.0,
                         order=model.order,
-                        noise=math.sqrt(noise) / (weight or 1.0),
+                        noise=float(np.sqrt(noise)) / (weight or 1.0),
                     )
                 )
         return tuple(errors)
@@ -299,7 +298,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         scores = scores_of(data.by_position or data, own, chain, free)
         told = self.distribution(self.at_bound)
         half = [  # one by one, as what nothing shows of one tells nothing of another
-            float(np.ptp(value.interval)) / 2 or math.inf
+            float(np.ptp(value.interval)) / 2 or np.inf
             for q, row in zip(axis.parameters, slopes, strict=True)
             for value in told.through((q,), joint[:1], row[None]).values.values()
         ]
@@ -326,9 +325,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         law = self.axis.axis.control
         names = () if law is None else tuple(name for name in law.gains if name in self.searched)
         places = [self.names.index(name) for name in names]
-        dof = min(
-            (degrees_of_freedom_of(self.parameters[name]) for name in names), default=math.inf
-        )
+        dof = min((degrees_of_freedom_of(self.parameters[name]) for name in names), default=np.inf)
         return EstimatedGains(names, self.covariance[np.ix_(places, places)], dof)
 
     @property

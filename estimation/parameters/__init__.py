@@ -16,7 +16,6 @@ from .known_values import (
     KnownValue as KnownValue,
     KnownValues as KnownValues,
     known_of as known_of,
-    read_known as read_known,
 )
 from .nuisance import (
     INITIAL_STATE_PARAMETERS as INITIAL_STATE_PARAMETERS,

@@ -21,17 +21,16 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis, Quantity, build
 from axisid.estimation.regression import Form, InverseForm
 from axisid.modeling.declaration import leave_out
 from axisid.modeling.derivation import CommonParameter, common_parameters
 from axisid.modeling.quantities import Parameter, fresh_name
-from axisid.support.arrays import Array, Exact, column_sizes
+from axisid.support.arrays import Array, BoolArray, Exact, column_sizes
 from axisid.support.errors import ModelError, UsageError, refuse
 
-from .known_values import KnownValues, values_text
+from .known_values import KnownValues
 
 #: The drive gain among the parameters of several records.
 GAIN = "drive_gain"
@@ -121,7 +120,7 @@ class JointForm(Exact, InverseForm):
         kappa = self.gain / physical[-1]
         return np.append(physical[:-1] * kappa, kappa)
 
-    def have_inertia(self, physical: Array) -> NDArray[np.bool_]:
+    def have_inertia(self, physical: Array) -> BoolArray:
         """See `Form.have_inertia`; in every record."""
         found = [
             self.of_record(i).have_inertia(np.array([self.own(each, i) for each in physical]))
@@ -275,8 +274,9 @@ def _check(axis: GeneratedAxis, records: int, known: KnownValues, local: tuple[s
         *(
             (
                 not all(p.lower <= value <= p.upper for value, _ in each),
-                f"what is known of {p.name!r}, {values_text(each)}, is "
-                f"beyond its bounds of {p.lower:g} and {p.upper:g}; give values within them",
+                f"what is known of {p.name!r}, "
+                + ", ".join(f"{value:g}" + f" +- {sd:g}" * (sd > 0) for value, sd in each)
+                + f", is beyond its bounds of {p.lower:g} and {p.upper:g}; give values within them",
             )
             for p, each in bounded
         ),

@@ -8,7 +8,6 @@ A loop by another drive gain g is that by the declared gain g0 with every force 
 enters the force linearly is searched for as it is, and simulated times that.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
@@ -176,12 +175,18 @@ class ExtendedForm(InverseForm):
         found, sizes = dict[tuple[int, int], dict[str, Parameter]](), list[float]()
         for number, (i, segment, start) in enumerate(stretches, 1):
             after = f"_{number}" if len(stretches) > 1 else ""
-            position = records[i].position[slice(*records[i].spans[segment])]
+            position, period = (
+                records[i].position[slice(*records[i].spans[segment])],
+                records[i].period,
+            )
+            reach = float(np.ptp(position)) or 1.0
+            most = reach / (period * len(position))  # of which a motion there and back makes more
+            speed = float(np.abs(np.diff(position)).mean()) / period if len(position) > 1 else 0.0
             every = zip(
                 INITIAL_STATE_PARAMETERS,
                 (q.unit, q.velocity_unit),
                 (start.position, start.velocity),
-                start_sizes(position, records[i].period),
+                (_SIZE * reach, _SIZE * max(speed, most)),
                 strict=True,
             )
             chosen = [each for each in every if each[0] in names]
@@ -216,14 +221,6 @@ def started_at(
         **{name.removeprefix("start_"): value for name, value in values.items()},
     )
     return replace(inputs, start=start)
-
-
-def start_sizes(position: Array, period: float) -> tuple[float, float]:
-    """Least sizes of a first position and velocity of a stretch, from which steps are taken."""
-    reach = float(np.ptp(position)) or 1.0
-    most = reach / (period * len(position))  # of which a motion there and back makes more
-    speed = float(np.abs(np.diff(position)).mean()) / period if len(position) > 1 else 0.0
-    return _SIZE * reach, _SIZE * max(speed, most)
 
 
 def gains_in(form: Form, physical: Array) -> dict[str, Array]:
@@ -268,7 +265,7 @@ def inputs_at(axis: GeneratedAxis, record: Record, segment: int, inputs: LoopInp
 def by_declared_gain(axis: GeneratedAxis, physical: Array, gain: float) -> Array:
     """Parameters (p,) with which the declared gain moves an axis as these do with another gain."""
     declared = float(axis.axis.drive.gain)
-    least = math.copysign(_NEXT_TO_0 * declared, declared)
+    least = np.copysign(_NEXT_TO_0 * declared, declared)
     used = max(gain, least) if declared > 0 else min(gain, least)
     return np.where(axis.nonlinear, physical, physical * (declared / used))
 

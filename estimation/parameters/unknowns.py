@@ -5,12 +5,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import Quantity
 from axisid.estimation.choices import by_name
 from axisid.estimation.thresholds import LARGEST_VALUE
-from axisid.support.arrays import Array, column_sizes
+from axisid.support.arrays import Array, BoolArray, IntArray, column_sizes
 from axisid.support.errors import DataError, ModelError, UsageError, is_real, quoted
 
 from .nuisance import ExtendedForm
@@ -50,12 +49,12 @@ class Unknowns:
         return tuple(q.name for q in self.quantities)
 
     @property
-    def free(self) -> NDArray[np.bool_]:
+    def free(self) -> BoolArray:
         """Which are searched."""
         return np.isnan(self.fixed)
 
     @property
-    def has_prior(self) -> NDArray[np.bool_]:
+    def has_prior(self) -> BoolArray:
         """Of which something was known before, and is weighed."""
         return np.isfinite(self.prior_sd) & self.free
 
@@ -102,7 +101,7 @@ class Unknowns:
 
 def bounded_quadratic_minimum(
     lower: Array, upper: Array, at: Array, rows: Array, downhill: Array
-) -> tuple[Array, NDArray[np.int8]]:
+) -> tuple[Array, IntArray]:
     """Parameters (k,) of the least cost within their bounds, and which are at one, -1 or 1.
 
     Parameters

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from axisid import AxisidError, Record, UsageError, read_record
+from axisid.commands.options.known_values import read_known
 from axisid.estimation.logs import read_table
-from axisid.estimation.parameters import known_of, read_known
+from axisid.estimation.parameters import known_of
 from axisid.estimation.records import Repairs
 from axisid.estimation.records.columns.units import ScalingError, is_scaling, read_scaling
 from axisid.estimation.records.segments import checked_windows

@@ -19,6 +19,7 @@ import msgspec
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.choices import INSTRUMENT_STARTS
 from axisid.estimation.diagnostic_checks import Check, by_weight, conclusion
 from axisid.estimation.identification import Identification
 from axisid.estimation.model_validation import Sweep, Validation, default_cutoffs, sweep
@@ -400,6 +401,14 @@ def report_sweep(
         No cut-off gave an estimate.
     """
     methods = [method for method, found in result.estimates.items() if not found.is_direct]
+    started = (each.started for each in result.estimates.values() if each.started)
+    joint, shared = result.problem.joint_form, dict[str, Any]()
+    if joint is not None:
+        shared = {
+            "local": (*joint.local,),
+            "known": {name: [*values] for name, values in joint.known.items()},
+            "gain": "declared" if joint.gain is None else "identified",
+        }
     swept = sweep(
         result.axis,
         result.records,
@@ -407,7 +416,8 @@ def report_sweep(
         result.prefilter,
         methods or list(result.estimates),
         progress=progress,
-        **result.shared_as,
+        start=next(started, INSTRUMENT_STARTS[0]),
+        **shared,
     )
     return swept.with_result(result)
 

@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,6 @@ from axisid.estimation.identification import Identification
 from axisid.estimation.methods import METHODS
 from axisid.estimation.methods.instrumental import StepControl
 from axisid.estimation.methods.m_estimation import robust_solution
-from axisid.estimation.methods.methods import method_of
 from axisid.estimation.regression import Hac, Robust, factor
 from axisid.estimation.thresholds import CONVERGED
 from axisid.support.arrays import Array
@@ -31,7 +31,8 @@ MODULE = "axisid.estimation.methods.weighted"
 def added(monkeypatch: pytest.MonkeyPatch) -> None:
     row = row_of_recipe(RECIPE, MODULE, monkeypatch)
     monkeypatch.setattr(choices, "METHOD_ROWS", (*choices.METHOD_ROWS, row))
-    monkeypatch.setitem(METHODS, NAME, method_of(row))
+    made = resolve_name(row.method)(name=row.name, form=resolve_name(row.form))
+    monkeypatch.setitem(METHODS, NAME, made)
 
 
 @pytest.mark.usefixtures("added")

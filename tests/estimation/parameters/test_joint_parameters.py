@@ -17,7 +17,7 @@ from axisid.elements import CONTROL, DRIVE_GAIN, formula_drive, voltage_drive
 from axisid.estimation.model_validation import validate_fit
 from axisid.estimation.parameters import ExtendedForm
 from axisid.estimation.parameters.joint_parameters import joint_form_of, perturbed_joint_forms
-from axisid.estimation.parameters.known_values import known_of, read_known, values_text
+from axisid.estimation.parameters.known_values import known_of
 from axisid.estimation.prediction_errors import LoopPredictions
 from axisid.estimation.regression import InverseForm
 from axisid.modeling.quantities import Constant
@@ -42,10 +42,6 @@ def test_two_angles_tell_a_weight_from_an_offset() -> None:
     assert len(alike.parameters) == 2
 
 
-def _known_of_two(values: Any) -> object:
-    return known_of({"m": values}, 2)
-
-
 def _bounded() -> GeneratedAxis:
     parameters = [replace(p, lower=0.0) if p.name == "M" else p for p in stage().parameters]
     return build(replace(stage(), parameters=parameters))
@@ -57,14 +53,14 @@ def _bounded() -> GeneratedAxis:
         (generated, {"nothing": [0.0, 1.0]}, (), "no 'nothing' to be known"),
         (generated, {}, ("nothing",), "no parameter 'nothing'"),
         (generated, {"tau0": [0.0, 1.0]}, ("tau0",), "leave one of the two out"),
-        (_bounded, {"M": [90.0, -90.0]}, ("tau0",), "90, -90"),
+        (_bounded, {"M": [90.0, (-90.0, 0.01)]}, ("tau0",), r"90, -90 \+- 0.01"),
         (leaning, {}, ("f0",), "enters nonlinearly"),
         (lambda: build(fix(stage(), M=(100.0, 1.0))), {}, ("tau0",), r"known M=100.0\+-1.0,100"),
     ],
 )
 def test_what_records_cannot_share_is_refused_with_what_to_say(
     axis: Callable[[], GeneratedAxis],
-    known: dict[str, list[float]],
+    known: dict[str, list[Any]],
     local: tuple[str, ...],
     said: str,
 ) -> None:
@@ -72,31 +68,10 @@ def test_what_records_cannot_share_is_refused_with_what_to_say(
         joint_form_of(axis(), 2, known_of(known, 2), local, commanded=True)
 
 
-def test_a_text_lists_a_value_for_each_record_some_with_deviations() -> None:
-    found = read_known(["m_add=0,20+-0.01", "kp= 160 , 2.4e2"])
-    assert found == {"m_add": ((0.0, 0.0), (20.0, 0.01)), "kp": ((160.0, 0.0), (240.0, 0.0))}
-    assert known_of(found, 2) == found
-    assert values_text(found["m_add"]) == "0, 20 +- 0.01"
-
-
-@pytest.mark.parametrize(
-    ("read", "told", "said"),
-    [
-        (read_known, ["m_add"], "write NAME=V1,V2"),
-        (read_known, ["m_add="], "number 1 is no value"),
-        (read_known, ["m_add=0,1+-"], "number 2 is no value"),
-        (read_known, ["m=1,2", "m=3,4"], "once"),
-        (_known_of_two, [0.0], "give"),
-        (_known_of_two, [0.0, 1.0, 2.0], "give"),
-        (_known_of_two, [0.0, (1.0, -1.0)], "give"),
-        (_known_of_two, [0.0, (1, 2, 3)], "give"),
-    ],
-)
-def test_what_lists_no_values_is_refused_with_their_place(
-    read: Callable[[Any], object], told: list[Any], said: str
-) -> None:
-    with refuses("parameters", said):
-        read(told)
+@pytest.mark.parametrize("values", [[0.0], [0.0, 1.0, 2.0], [0.0, (1.0, -1.0)], [0.0, (1, 2, 3)]])
+def test_what_is_no_value_of_each_record_is_refused(values: Any) -> None:
+    with refuses("parameters", "give"):
+        known_of({"m": values}, 2)
 
 
 OFF = 1.03

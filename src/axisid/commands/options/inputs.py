@@ -26,6 +26,7 @@ from axisid.support.errors import AxisidError, UsageError
 
 from . import stages
 from .groups import Options, given_options, option, reading
+from .known_values import read_known
 from .terminal import ProgressLine
 
 Value = TypeVar("Value")
@@ -352,7 +353,7 @@ class Sharing(Options):
     known: Mapping[str, tuple[tuple[float, float], ...]] = option(
         "What is known of each record, SI: a parameter (a payload, an angle, a temperature) "
         "or a gain of the control law, a value for each in their order; again for each name.",
-        read=lambda texts: stages.read_known(texts),  # noqa: PLW0108 - imported when it is read
+        read=read_known,
         multiple=True,
         metavar="NAME=V1,V2+-SD,...",
     )

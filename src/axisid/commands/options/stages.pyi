@@ -34,7 +34,7 @@ from axisid.estimation.monte_carlo import (
     write_runs as write_runs,
 )
 from axisid.estimation.output_error import OutputFit as OutputFit, fit as fit
-from axisid.estimation.parameters import known_of as known_of, read_known as read_known
+from axisid.estimation.parameters import known_of as known_of
 from axisid.estimation.records import (
     Record as Record,
     Repairs as Repairs,
