@@ -4,5 +4,5 @@ In: an axis, and records of one reference as lanes. Out: estimates, deviations a
 as `identify` has them. Knows nothing of diagnoses and documents.
 """
 
-from .block import LaneEstimates as LaneEstimates, RecordLanes as RecordLanes
 from .identify_lanes import identify_lanes as identify_lanes, is_served as is_served
+from .lanes import LaneEstimates as LaneEstimates, RecordLanes as RecordLanes

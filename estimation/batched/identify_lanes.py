@@ -15,7 +15,7 @@ import numpy as np
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.codegen.runtime import LaneLibrary
 from axisid.estimation.estimates import COVARIANCES, covariance_of
-from axisid.estimation.estimation_problem import SignalRanges, shown_up_to
+from axisid.estimation.estimation_problem import SignalRanges, detection_limits
 from axisid.estimation.identification import identify
 from axisid.estimation.methods import StepControl
 from axisid.estimation.records import is_same_period
@@ -39,7 +39,7 @@ from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, BoolArray
 from axisid.support.errors import AxisidError
 
-from .block import (
+from .lanes import (
     ALONE,
     FAILED,
     SIDE_BY_SIDE,
@@ -359,7 +359,7 @@ def _clearly_shown(
     reach = SignalRanges.of([(signals, every, block.template.sampling.kept)])
     if reach is None:
         return np.zeros(len(block.lanes), dtype=bool)
-    most: Array = shown_up_to(block.axis, reach)
+    most: Array = detection_limits(block.axis, reach)
     sizes = norms(block.library, measured.regressor)
     freedom = row_counts(rows, measured.left.shape) - sizes.shape[1]
     noise = np.maximum(np.sqrt(first.power / freedom), _ROUNDING * reach.force)

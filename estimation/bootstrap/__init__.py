@@ -6,15 +6,15 @@ an estimator makes of them. Knows nothing of methods and of verdicts.
 
 from .noise_estimation import measured_noise as measured_noise
 from .noise_model import (
+    AntitheticDraws as AntitheticDraws,
     Autoregressions as Autoregressions,
     Chain as Chain,
-    Draws as Draws,
     MeasuredChain as MeasuredChain,
 )
 from .twins import (
-    DEFAULT_COUNT as DEFAULT_COUNT,
+    DEFAULT_TWIN_COUNT as DEFAULT_TWIN_COUNT,
     Twins as Twins,
-    check_count as check_count,
+    check_twin_count as check_twin_count,
     noise_free_record as noise_free_record,
     twins_of as twins_of,
 )

@@ -24,7 +24,7 @@ Autoregressions = tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Draws:
+class AntitheticDraws:
     """Random numbers, or their opposite.
 
     Attributes
@@ -158,28 +158,30 @@ class Chain:
         noise = ", ".join(parts) or "no noise"
         return noise if self.is_measured_by_law else f"{noise}; the law measures another position"
 
-    def drawn_offset(self, rng: Draws) -> float:
+    def drawn_offset(self, rng: AntitheticDraws) -> float:
         """How far from the middle of a count a motion begins."""
         return self.anywhere * self.position_step * rng.of_a_step()
 
-    def drawn_disturbance(self, rng: Draws, samples: int, period: float) -> Array:
+    def drawn_disturbance(self, rng: AntitheticDraws, samples: int, period: float) -> Array:
         """What acts beside the control, (N,), in the drive's unit."""
         return _drawn(self.disturbances, rng, samples, period)
 
-    def logged_control(self, rng: Draws, control: Array, period: float) -> Array:
+    def logged_control(self, rng: AntitheticDraws, control: Array, period: float) -> Array:
         """A control, or force, as the log has it, (N,)."""
         if self.control:
             control = control + _drawn(self.control, rng, len(control), period)
         return _rounded(control, self.control_step, rng)
 
-    def logged(self, record: Record, rng: Draws, of_control: Draws) -> dict[str, Array]:
+    def logged(
+        self, record: Record, rng: AntitheticDraws, of_control: AntitheticDraws
+    ) -> dict[str, Array]:
         """Columns of a record as sensors and drive log them, where these have noise or steps.
 
         Parameters
         ----------
         record : Record
             Its position is measured already, as the law may measure it.
-        rng, of_control : Draws
+        rng, of_control : AntitheticDraws
             Of velocity and acceleration, and of the control or force.
         """
         columns: dict[str, Array] = {}
@@ -207,7 +209,7 @@ class MeasuredChain(Chain):
 
     drawn: tuple[Autoregressions, ...] = ()
 
-    def drawn_disturbance(self, rng: Draws, samples: int, period: float) -> Array:
+    def drawn_disturbance(self, rng: AntitheticDraws, samples: int, period: float) -> Array:
         """See `Chain.drawn_disturbance`."""
         # The same of the opposite numbers.
         chosen = self.drawn[rng.rng.integers(len(self.drawn))] if self.drawn else self.disturbances
@@ -223,7 +225,7 @@ def _is_size(value: object) -> bool:
     return is_real(value) and 0 <= value < math.inf
 
 
-def _rounded(values: Array, step: float, rng: Draws) -> Array:
+def _rounded(values: Array, step: float, rng: AntitheticDraws) -> Array:
     """Values in steps, which begin anywhere; as they are without."""
     if not step:
         return values
@@ -231,7 +233,7 @@ def _rounded(values: Array, step: float, rng: Draws) -> Array:
     return np.asarray((np.round(values / step + offset) - offset) * step)
 
 
-def _drawn(parts: Autoregressions, rng: Draws, samples: int, period: float) -> Array:
+def _drawn(parts: Autoregressions, rng: AntitheticDraws, samples: int, period: float) -> Array:
     """A sum of autoregressions, (N,)."""
     longest = max((time for time, _ in parts), default=0.0)
     run_in = min(samples, int(np.ceil(_RUN_IN * longest / period)))

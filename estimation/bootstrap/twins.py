@@ -16,15 +16,15 @@ from axisid.estimation.simulation import Simulation, logged_control, measured_po
 from axisid.support.arrays import Array, in_few_digits
 from axisid.support.errors import DataError, EstimationError, UsageError, is_whole, quoted
 
-from .noise_model import Chain, Draws
+from .noise_model import AntitheticDraws, Chain
 
 #: Enough for intervals.
-DEFAULT_COUNT = 32
+DEFAULT_TWIN_COUNT = 32
 
 _FEWEST, _MOST = 8, 100_000  # but for none
 
 
-def check_count(count: object) -> None:
+def check_twin_count(count: object) -> None:
     """Refuse a number of twins that tells nothing.
 
     Raises
@@ -113,14 +113,14 @@ class Twins:
                 ]
 
 
-def _draws(record: Record, run: int) -> Draws:
+def _draws(record: Record, run: int) -> AntitheticDraws:
     """Random numbers of a record's own digits: its twins are the same in whatever company.
 
     Every other twin has the opposite of those of the one before: what is a straight line of the
     noise cancels in the mean of the two, so that few tell a bias.
     """
     seed = crc32(np.ascontiguousarray(record.position).tobytes())
-    return Draws(np.random.default_rng((seed, run // 2)), -1.0 if run % 2 else 1.0)
+    return AntitheticDraws(np.random.default_rng((seed, run // 2)), -1.0 if run % 2 else 1.0)
 
 
 def _paired(count: int) -> list[range]:
@@ -168,7 +168,9 @@ def noise_free_record(data: FilteredRecord, loops: Sequence[Simulation]) -> Filt
     return data.with_columns(**columns)
 
 
-def twin_of(data: FilteredRecord, physical: Array, chain: Chain, rng: Draws) -> FilteredRecord:
+def twin_of(
+    data: FilteredRecord, physical: Array, chain: Chain, rng: AntitheticDraws
+) -> FilteredRecord:
     """A record as its loop would have been logged with the noise of a chain, under its filter.
 
     What disturbs the motion is neither in the control that is logged nor in a logged force.
@@ -179,7 +181,7 @@ def twin_of(data: FilteredRecord, physical: Array, chain: Chain, rng: Draws) -> 
     physical : (p,) array
         Of its axis.
     chain : Chain
-    rng : Draws
+    rng : AntitheticDraws
 
     Raises
     ------

@@ -21,7 +21,7 @@ from axisid.estimation.diagnostic_checks import (
     unless_faulty,
 )
 from axisid.estimation.estimates import (
-    NOTICEABLE,
+    NOTICEABLE_SHIFT,
     Estimate,
     HausmanTest,
     significant_differences,
@@ -134,7 +134,7 @@ def _by_difference(
     worst = max((moved or found).values(), key=lambda each: each.shift)
     return Check(
         name="method",
-        threshold=NOTICEABLE,
+        threshold=NOTICEABLE_SHIFT,
         status="fail" if is_large else "note" if moved else "pass",
         meaning=apart(moved, ", ".join(listed)) if moved else same,
         figure=worst.shift,
@@ -216,7 +216,7 @@ def _least_squares_judged(
         ),
     )
     shifts = {n: abs(by) / values[n].deviation for n, by in moved.items() if values[n].deviation}
-    far = {n: moved[n] for n, shift in shifts.items() if shift > NOTICEABLE}
+    far = {n: moved[n] for n, shift in shifts.items() if shift > NOTICEABLE_SHIFT}
     by = (
         ", ".join(f"{n} by about {by:+.2g} {values[n].unit}" for n, by in far.items())
         if np.all(np.isfinite([*far.values()]))
@@ -227,7 +227,7 @@ def _least_squares_judged(
     )
     return Check(
         name="method",
-        threshold=NOTICEABLE,
+        threshold=NOTICEABLE_SHIFT,
         status="fail" if large else "note" if far else "pass",
         meaning=f"{what} least squares, {by}{whose}, and {told}"
         if far

@@ -13,12 +13,12 @@ from .estimate import (
 )
 from .estimate_of_record import estimate_of_record as estimate_of_record
 from .hausman import (
-    NOTICEABLE as NOTICEABLE,
+    NOTICEABLE_SHIFT as NOTICEABLE_SHIFT,
     HausmanTest as HausmanTest,
     hausman as hausman,
     significant_differences as significant_differences,
 )
-from .physical import (
+from .physical_parameters import (
     Physical as Physical,
     PhysicalByMethod as PhysicalByMethod,
     physical_parameters as physical_parameters,
@@ -31,6 +31,6 @@ from .value import (
     Value as Value,
     covariance_of as covariance_of,
     degrees_of_freedom_of as degrees_of_freedom_of,
-    fewest as fewest,
+    least_freedom as least_freedom,
     student_interval as student_interval,
 )

@@ -28,7 +28,7 @@ from axisid.support.errors import EstimationError, Missing
 
 from .estimate import Estimate
 
-NOTICEABLE = 0.5  # deviations: up to there a 95 % interval holds the truth in 92 % of cases
+NOTICEABLE_SHIFT = 0.5  # deviations: up to there a 95 % interval holds the truth in 92 % of cases
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,7 +116,7 @@ def significant_differences(
     far = {
         name: each
         for name, each in differences.items()
-        if each.joint_p_value < level and each.shift > NOTICEABLE
+        if each.joint_p_value < level and each.shift > NOTICEABLE_SHIFT
     }
     return {name: each for name, each in far.items() if each.p_value < level} or far
 

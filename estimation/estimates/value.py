@@ -230,7 +230,9 @@ class SamplingDistribution(Exact):
                 name: delta_method(np.where(used | np.isfinite(c), c, 0.0), slopes)
                 for name, c in self.covariances.items()
             },
-            freedom={name: fewest(freedom, slopes) for name, freedom in self.freedom.items()},
+            freedom={
+                name: least_freedom(freedom, slopes) for name, freedom in self.freedom.items()
+            },
             chosen=self.chosen,
             bias=None if self.bias is None else slopes @ self.bias,
             by_gain=None if self.by_gain is None else slopes @ self.by_gain,
@@ -303,7 +305,7 @@ class SamplingDistribution(Exact):
         return found
 
 
-def fewest(freedom: Array, slopes: Array) -> Array:
+def least_freedom(freedom: Array, slopes: Array) -> Array:
     """Degrees of freedom of functions, (r,): the fewest of the parameters that each is made of."""
     return np.asarray(np.min(np.where(slopes != 0, freedom, np.inf), axis=1), dtype=float)
 

@@ -12,6 +12,6 @@ from .visibility import (
     SignalRanges as SignalRanges,
     check_has_rows as check_has_rows,
     check_time_known as check_time_known,
-    shown_up_to as shown_up_to,
+    detection_limits as detection_limits,
     typical_magnitudes as typical_magnitudes,
 )

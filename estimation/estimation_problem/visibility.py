@@ -212,7 +212,7 @@ def typical_magnitudes(
     return sizes
 
 
-def shown_up_to(axis: GeneratedAxis, reach: SignalRanges) -> Array:
+def detection_limits(axis: GeneratedAxis, reach: SignalRanges) -> Array:
     """How large each parameter may have to be to stand out of the noise, and be shown, (p,)."""
     natural = typical_magnitudes(axis, reach)
     with np.errstate(divide="ignore"):

@@ -17,10 +17,10 @@ from .identify import (
 )
 from .joint_records import (
     JointRecords as JointRecords,
-    check_bad as check_bad,
+    check_usable as check_usable,
     filtered_records as filtered_records,
-    known_without as known_without,
-    shared_records as shared_records,
+    joint_records as joint_records,
+    known_of_used as known_of_used,
 )
 from .result import (
     ByMethod as ByMethod,

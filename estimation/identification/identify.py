@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
-from axisid.estimation.bootstrap import DEFAULT_COUNT, check_count
+from axisid.estimation.bootstrap import DEFAULT_TWIN_COUNT, check_twin_count
 from axisid.estimation.choices import (
     INSTRUMENT_STARTS,
     ROW_LOSSES,
@@ -28,7 +28,7 @@ from axisid.support.errors import EstimationError, ModelError, UsageError
 
 from .bounds import bounded_identification
 from .drive_time import identify_with_drive_time
-from .joint_records import shared_records
+from .joint_records import joint_records
 from .result import Identification
 
 
@@ -47,7 +47,7 @@ def identify(
     start: str = INSTRUMENT_STARTS[0],
     loss: str = ROW_LOSSES[0],
     bounded: bool = False,
-    bootstrap: int = DEFAULT_COUNT,
+    bootstrap: int = DEFAULT_TWIN_COUNT,
     level: float = DEFAULT_LEVELS.level,
     least_share: float = DEFAULT_LEVELS.least_share,
 ) -> Identification:
@@ -118,14 +118,14 @@ def identify(
     check_has_rows(generated.axis)
     records = records_of(record)
     check_choices(covariance, start, loss)
-    check_count(bootstrap)
+    check_twin_count(bootstrap)
     levels = Levels(level=level, least_share=least_share)
     requested = requested_methods(methods)
     as_given = Prefilter.given(prefilter).at_rate_of(records[0].period)
 
     def run(tried: GeneratedAxis, chosen: Sequence[str] | None) -> Identification:
         def free(axis: GeneratedAxis) -> Identification:
-            shared = shared_records(axis, records, as_given, local, known, gain, skip_bad=skip_bad)
+            shared = joint_records(axis, records, as_given, local, known, gain, skip_bad=skip_bad)
             return identify_problem(
                 shared.problem(axis, as_given, loss),
                 as_given,
@@ -176,7 +176,7 @@ def identify_problem(
     set_aside: Mapping[str, str] | None = None,
     start: str,
     loss: str = ROW_LOSSES[0],
-    bootstrap: int = DEFAULT_COUNT,
+    bootstrap: int = DEFAULT_TWIN_COUNT,
     levels: Levels = DEFAULT_LEVELS,
 ) -> Identification:
     """`identify` from records that are filtered already, by the prefilter that was asked for."""

@@ -12,7 +12,7 @@ import numpy as np
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.choices import ROW_LOSSES, check_among, listed
 from axisid.estimation.estimation_problem import Problem, check_time_known
-from axisid.estimation.methods import METHODS, filtered_record, scale_of
+from axisid.estimation.methods import METHODS, filtered_record, robust_scale
 from axisid.estimation.parameters import (
     JointForm,
     KnownValue,
@@ -161,7 +161,7 @@ def weighted(problem: Problem, loss: str = ROW_LOSSES[0]) -> Problem:
     parts, of_squares = [residuals[span] for span in problem.spans], loss == ROW_LOSSES[0]
     if not all(map(len, parts)):
         return problem
-    noise = np.array([np.sqrt(np.mean(e**2)) if of_squares else scale_of(e) for e in parts])
+    noise = np.array([np.sqrt(np.mean(e**2)) if of_squares else robust_scale(e) for e in parts])
     # Less noise than a millionth of another's is rounding, and tells nothing of a record's worth.
     if not (np.all(np.isfinite(noise)) and noise.min() > 1e-6 * noise.max()):
         return problem
@@ -170,7 +170,7 @@ def weighted(problem: Problem, loss: str = ROW_LOSSES[0]) -> Problem:
     return replace(problem, weights=tuple(float(unit / each) for each in noise))
 
 
-def check_bad(bad: Mapping[str, str], count: int, *, skip_bad: bool) -> None:
+def check_usable(bad: Mapping[str, str], count: int, *, skip_bad: bool) -> None:
     """Refuse records that cannot be used, all of them at once, each with its reason.
 
     Raises
@@ -189,7 +189,7 @@ def check_bad(bad: Mapping[str, str], count: int, *, skip_bad: bool) -> None:
     raise DataError(said, code="record")
 
 
-def known_without(
+def known_of_used(
     used: Sequence[int], known: Mapping[str, Sequence[KnownValue]] | None
 ) -> dict[str, list[KnownValue]]:
     """What is known of each record, of those that are used."""
@@ -253,7 +253,7 @@ class JointRecords:
         return weighted(Problem(axis=axis, data=data, joint_form=joint), loss)
 
 
-def shared_records(
+def joint_records(
     axis: GeneratedAxis,
     records: Sequence[Record],
     prefilter: Prefilter | None,
@@ -303,9 +303,9 @@ def shared_records(
                     _ = FilteredRecord.bind(axis, record, own_filter).force
             except AxisidError as error:
                 aside[name] = str(error)
-        check_bad(aside, len(records), skip_bad=skip_bad)
+        check_usable(aside, len(records), skip_bad=skip_bad)
     used = [i for i, name in enumerate(names) if name not in aside]
-    known = known_without(used, known)
+    known = known_of_used(used, known)
     if aside:
         own = own if len(used) > 1 else ()
         joint = _joint_form(axis, len(used), own, known, commanded=commanded)

@@ -24,7 +24,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
 from .instrumental import Instruments, Iteration, IterationState, IterationStep, SimulatedRows
-from .m_estimation import robust_solution, scale_of, size_by_loss
+from .m_estimation import robust_scale, robust_solution, size_by_loss
 
 # of a parameter, left by a step where the loop does not follow: measured, from 5 to 1000 kg on
 # the EMPS record, with 0.1 to 0.5 alike
@@ -55,7 +55,7 @@ class _ByOutputError(Iteration):
         goal = step.further
         if self._iterates[-1].simulation_error_percent >= MAX_SIMULATION_ERROR.value:
             goal = self._near(physical, step.goal)
-        scale = scale_of(step.solution.residuals)
+        scale = robust_scale(step.solution.residuals)
         for _ in range(_HALVINGS):
             wanted = np.clip(physical + share * (goal - physical), *self._bounds)
             with suppress(EstimationError):

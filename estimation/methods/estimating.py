@@ -16,7 +16,7 @@ from axisid.estimation.estimates import (
     Inference,
     NotSimulated,
     covariance_of,
-    fewest,
+    least_freedom,
 )
 from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.parameters import perturbed_joint_forms
@@ -238,7 +238,7 @@ def _inference(
             covariances=mapped,
             covariance_names=names,
             ddm_covariances=own if direct else {},
-            freedom={name: fewest(each, jacobian) for name, each in freedom.items()},
+            freedom={name: least_freedom(each, jacobian) for name, each in freedom.items()},
             ddm_freedom=freedom if direct else {},
             gain_slopes=by_gain,
             theta_gain_slopes=theta_by_gain,

@@ -77,11 +77,13 @@ def robust_solution(y: Array, X: Columns, Z: QrFactors, loss: str) -> Solution:
         It does not stand still, or what counts of the rows does not tell the parameters apart.
     """
     plain = instrumental_variables(y, X, Z)
-    if loss not in LOSS_FUNCTIONS or scale_of(plain.residuals) <= _ROUNDING * np.linalg.norm(y):
+    if loss not in LOSS_FUNCTIONS or robust_scale(plain.residuals) <= _ROUNDING * np.linalg.norm(y):
         return plain
     solution = robust_solution(y, X, Z, _STARTS[loss]) if loss in _STARTS else plain
     for _ in range(_MOST):
-        weights, slopes, _ = LOSS_FUNCTIONS[loss](solution.residuals / scale_of(solution.residuals))
+        weights, slopes, _ = LOSS_FUNCTIONS[loss](
+            solution.residuals / robust_scale(solution.residuals)
+        )
         previous = solution.theta
         solution = instrumental_variables(y, X, Z, LossWeights(weights=weights, slopes=slopes))
         change = np.linalg.norm((solution.theta - previous) * X.scale)
@@ -132,6 +134,6 @@ def loss_remarks(loss: str, solution: Solution) -> list[str]:
     ]
 
 
-def scale_of(residuals: Array) -> float:
+def robust_scale(residuals: Array) -> float:
     """Deviation of normal residuals with this median size."""
     return float(np.median(np.abs(residuals))) / MEDIAN_OF_NORMAL.value

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.linalg import orth
 from scipy.special import fdtrc
 
-from axisid.estimation.bootstrap import DEFAULT_COUNT, Chain, noise_free_record, twins_of
+from axisid.estimation.bootstrap import DEFAULT_TWIN_COUNT, Chain, noise_free_record, twins_of
 from axisid.estimation.regression import (
     Equations,
     Hac,
@@ -258,7 +258,7 @@ def scores_of(
         moving = data.turning_as(quiet.record.position, also=True)
         if len(moving.sampling.rows) >= _FEWEST_ROWS * (len(data.axis.parameters) + 1):
             data = moving
-        twins = () if chain is None else twins_of(data, physical, chain, DEFAULT_COUNT)
+        twins = () if chain is None else twins_of(data, physical, chain, DEFAULT_TWIN_COUNT)
         moved = Signals(
             position=quiet.record.position,
             velocity=np.concatenate([loop.velocity for loop in loops]),
@@ -282,7 +282,7 @@ def scores_of(
         _residuals(form.equations(each.signals).reduced(data), physical, free, basis) - by_filter
         for each in twins
     ]
-    if 2 * len(of_twins) < DEFAULT_COUNT:
+    if 2 * len(of_twins) < DEFAULT_TWIN_COUNT:
         of_twins = []  # which do not tell how they scatter
     return RecordScores(
         basis=basis,

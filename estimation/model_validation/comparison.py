@@ -22,8 +22,8 @@ from axisid.estimation.identification import (
     HasRecords,
     Identification,
     identify_problem,
+    joint_records,
     records_of,
-    shared_records,
 )
 from axisid.estimation.parameters import KnownValue, KnownValues, declared_names
 from axisid.estimation.records import Record
@@ -182,7 +182,7 @@ def compare(
         if {*declared_names(axis, own_names)} <= {p.name for p in axis.declared.parameters}
     )
     owner = next(able, first) if own_names else first
-    shared = shared_records(owner, records, suited, local, known, gain, skip_bad=skip_bad)
+    shared = joint_records(owner, records, suited, local, known, gain, skip_bad=skip_bad)
     problem = shared.problem(first, suited)
     gap = max(data.sampling.filter.memory for data in problem.data)
     fits: dict[str, Identification] = {}

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.bootstrap import DEFAULT_COUNT
+from axisid.estimation.bootstrap import DEFAULT_TWIN_COUNT
 from axisid.estimation.choices import OPEN_LOOP, check_among, is_output_error
 from axisid.estimation.diagnostic_checks import Check, Checked, Levels
 from axisid.estimation.diagnostics import RecordDifference, common_samples, difference_of
@@ -130,7 +130,7 @@ def _estimated_anew(
     problem, found = Problem(axis=data.axis, data=(data,)), {}
     twins = Bootstrap(
         problem=problem,
-        count=DEFAULT_COUNT,
+        count=DEFAULT_TWIN_COUNT,
         methods=methods,
         has_laws=lambda: isinstance(law, LawAgreement) and law.passed,
     )

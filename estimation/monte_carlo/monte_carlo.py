@@ -16,7 +16,7 @@ from typing import TypeAlias
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
-from axisid.estimation.bootstrap import DEFAULT_COUNT, Chain, check_count
+from axisid.estimation.bootstrap import DEFAULT_TWIN_COUNT, Chain, check_twin_count
 from axisid.estimation.choices import (
     INSTRUMENT_STARTS,
     ROW_LOSSES,
@@ -109,7 +109,7 @@ def monte_carlo(
     lags: int | None = None,
     start: str = INSTRUMENT_STARTS[0],
     loss: str = ROW_LOSSES[0],
-    bootstrap: int = DEFAULT_COUNT,
+    bootstrap: int = DEFAULT_TWIN_COUNT,
     level: float = DEFAULT_LEVELS.level,
     least_share: float = DEFAULT_LEVELS.least_share,
     jobs: int = 1,
@@ -190,7 +190,7 @@ def monte_carlo(
     generated = as_generated(axis)
     simulated = generated if twin is None else as_generated(twin)
     check_choices(covariance, start, loss)
-    check_count(bootstrap)
+    check_twin_count(bootstrap)
     made = twin_of(simulated, {} if truth is None else truth, moves)
     plan = MonteCarloPlan(
         axis=generated,

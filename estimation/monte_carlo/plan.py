@@ -10,7 +10,7 @@ import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.batched import RecordLanes, is_served
-from axisid.estimation.bootstrap import Autoregressions, Chain, Draws
+from axisid.estimation.bootstrap import AntitheticDraws, Autoregressions, Chain
 from axisid.estimation.choices import (
     INSTRUMENT_STARTS,
     ROW_LOSSES,
@@ -272,10 +272,10 @@ def twin_of(axis: GeneratedAxis, truth: object, moves: object) -> GeneratedAxis:
 _POSITION, _SENSORS, _CONTROL, _DISTURBANCE, _OFFSET = range(5)  # each a stream of its own
 
 
-def _draws(seed: int, run: int, stream: int) -> Draws:
+def _draws(seed: int, run: int, stream: int) -> AntitheticDraws:
     """The random numbers of a stream: a child of the seed for each run, whoever runs it."""
     child = np.random.SeedSequence(seed, spawn_key=(run, stream))
-    return Draws(np.random.default_rng(child))
+    return AntitheticDraws(np.random.default_rng(child))
 
 
 def twins(plan: MonteCarloPlan, runs: Sequence[int]) -> Iterator[tuple[int, Record | str]]:

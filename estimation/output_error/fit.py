@@ -8,13 +8,13 @@ from functools import partial
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
-from axisid.estimation.bootstrap import DEFAULT_COUNT, check_count
+from axisid.estimation.bootstrap import DEFAULT_TWIN_COUNT, check_twin_count
 from axisid.estimation.choices import FIT_STARTS, LOSSES, OPEN_LOOP, RESTS, SQUARES, check_among
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels
-from axisid.estimation.identification import records_of, shared_records, with_drive_time
+from axisid.estimation.identification import joint_records, records_of, with_drive_time
 from axisid.estimation.nonlinear_least_squares import best_of
 from axisid.estimation.parameters import (
-    End,
+    BoundOrNone,
     ExtendedForm,
     KnownValue,
     check_enough,
@@ -67,13 +67,13 @@ def fit(
     local: str | Sequence[str] = (),
     known: Mapping[str, Sequence[KnownValue]] | None = None,
     gain: str = "identified",
-    bounds: Mapping[str, tuple[End, End]] | None = None,
+    bounds: Mapping[str, tuple[BoundOrNone, BoundOrNone]] | None = None,
     prior: Mapping[str, tuple[float, float]] | None = None,
     fixed: Mapping[str, float] | None = None,
     free: str | Sequence[str] = (),
     loss: str = SQUARES,
     starts: int = 1,
-    bootstrap: int = DEFAULT_COUNT,
+    bootstrap: int = DEFAULT_TWIN_COUNT,
     seed: int = 0,
     horizon: float | None = None,
     weights: Mapping[str, float] | None = None,
@@ -171,7 +171,7 @@ def fit(
         ),
         code="fit",
     )
-    check_count(bootstrap)
+    check_twin_count(bootstrap)
     generated, given = as_generated(axis), records_of(record)
     gains, time = split_free(free, generated, given, outputs)
     search = partial(
@@ -247,7 +247,7 @@ def _searched(
     local: str | Sequence[str],
     known: Mapping[str, Sequence[KnownValue]],
     gain: str,
-    bounds: Mapping[str, tuple[End, End]],
+    bounds: Mapping[str, tuple[BoundOrNone, BoundOrNone]],
     prior: Mapping[str, tuple[float, float]],
     fixed: Mapping[str, float],
     free: Sequence[str],
@@ -262,7 +262,7 @@ def _searched(
 
     Weights are NaN where they are found.
     """
-    shared = shared_records(generated, records, None, local, known, gain, skip_bad=False)
+    shared = joint_records(generated, records, None, local, known, gain, skip_bad=False)
     records, form = shared.records, form_with(free, outputs, shared, shared.own_form)
     form = form if time is None else replace(form, time=(time,))
     unknowns = unknowns_of(form, bounds, prior, fixed)

@@ -10,7 +10,7 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.choices import SQUARES
 from axisid.estimation.diagnostics.control_law import LawAgreement, first_failing, law_agreement
 from axisid.estimation.identification import filtered_records
-from axisid.estimation.methods import scale_of
+from axisid.estimation.methods import robust_scale
 from axisid.estimation.nonlinear_least_squares import (
     LOSSES as LOSS_FUNCTIONS,
     Search,
@@ -321,7 +321,7 @@ class FitRun:
                 residuals = errors[of_one][weights[of_one] > 0]
                 noise = float(np.sqrt(np.mean(residuals**2))) if len(residuals) else 0.0
                 if self.loss != SQUARES:
-                    noise = scale_of(residuals - float(np.median(residuals))) or noise
+                    noise = robust_scale(residuals - float(np.median(residuals))) or noise
                 weights[of_one] *= 1 / (noise or 1.0) if np.isnan(given) else given
             shares[record_rows(spans)] = 1.0 if effects is None else 1 / effects[r]
         self.weighing = WeightedLoss(

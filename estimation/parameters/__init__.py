@@ -17,7 +17,7 @@ from .known_values import (
     KnownValues as KnownValues,
     known_of as known_of,
 )
-from .nuisance import (
+from .nuisance_parameters import (
     INITIAL_STATE_PARAMETERS as INITIAL_STATE_PARAMETERS,
     START as START,
     ExtendedForm as ExtendedForm,
@@ -29,7 +29,7 @@ from .nuisance import (
     started_at as started_at,
 )
 from .unknowns import (
-    End as End,
+    BoundOrNone as BoundOrNone,
     Unknowns as Unknowns,
     bounded_quadratic_minimum as bounded_quadratic_minimum,
     check_enough as check_enough,

@@ -12,12 +12,12 @@ from axisid.estimation.thresholds import LARGEST_VALUE
 from axisid.support.arrays import Array, BoolArray, IntArray, column_sizes
 from axisid.support.errors import DataError, ModelError, UsageError, is_real, quoted
 
-from .nuisance import ExtendedForm
+from .nuisance_parameters import ExtendedForm
 
 _MIN_PRIOR_DEVIATION = 1e-12  # of the value; what is surer is exact, and can be held
 
 #: A bound, or None for none.
-End = float | None
+BoundOrNone = float | None
 _SPREAD = 0.5  # of the logarithm of further starts, and of a size that counts as much as any
 _INSIDE = 0.05  # of a parameter's scale, or a quarter of its range: how far inside it starts
 
@@ -129,7 +129,7 @@ def bounded_quadratic_minimum(
 
 def unknowns_of(
     form: ExtendedForm,
-    bounds: Mapping[str, tuple[End, End]],
+    bounds: Mapping[str, tuple[BoundOrNone, BoundOrNone]],
     prior: Mapping[str, tuple[float, float]],
     fixed: Mapping[str, float],
 ) -> Unknowns:
@@ -242,7 +242,9 @@ def _take_declared(found: Unknowns, form: ExtendedForm) -> None:
             found.fixed[at] = value
 
 
-def _take_bounds(found: Unknowns, bounds: Mapping[str, tuple[End, End]], places: _Places) -> None:
+def _take_bounds(
+    found: Unknowns, bounds: Mapping[str, tuple[BoundOrNone, BoundOrNone]], places: _Places
+) -> None:
     for name, given in by_name(bounds, "bounds").items():
         pair = given if isinstance(given, (tuple, list)) else (None,)
         if len(pair) != 2 or not all(end is None or is_real(end) for end in pair):

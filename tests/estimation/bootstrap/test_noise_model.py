@@ -21,7 +21,7 @@ from axisid.estimation.bootstrap import Chain, Twins, measured_noise
 from axisid.estimation.bootstrap.noise_estimation import control_step, likeliest_variances
 from axisid.estimation.bootstrap.noise_model import (
     CORRELATION_TIMES,
-    Draws,
+    AntitheticDraws,
     MeasuredChain,
     spectrum,
 )
@@ -49,7 +49,7 @@ def test_a_spectrum_is_of_variance_one_and_of_its_correlation(time: float) -> No
 
 def test_a_disturbance_is_the_sum_of_its_autoregressions() -> None:
     chain = Chain(disturbances=((0.0, 2.0), (0.05, 1.0)))
-    rng = Draws(np.random.default_rng(1))
+    rng = AntitheticDraws(np.random.default_rng(1))
     noise = np.array([chain.drawn_disturbance(rng, 4000, PERIOD) for _ in range(40)])
     lag = 20
     assert np.mean(noise**2) == pytest.approx(4.0 + 1.0, rel=0.03)
@@ -68,7 +68,9 @@ def test_twins_of_a_measured_chain_have_any_of_its_disturbances_and_opposite_one
     found = set()
     for seed in range(30):
         noise, opposite = (
-            chain.drawn_disturbance(Draws(np.random.default_rng(seed), sign), 4000, PERIOD)
+            chain.drawn_disturbance(
+                AntitheticDraws(np.random.default_rng(seed), sign), 4000, PERIOD
+            )
             for sign in (1.0, -1.0)
         )
         np.testing.assert_array_equal(noise, -opposite)
@@ -79,7 +81,11 @@ def test_twins_of_a_measured_chain_have_any_of_its_disturbances_and_opposite_one
 
 @pytest.mark.parametrize("time", [0.02, 1.0, 1e5])
 def test_noise_is_stationary_from_the_first_sample_however_long_it_lasts(time: float) -> None:
-    chain, rng, apart = Chain(disturbances=((time, 0.5),)), Draws(np.random.default_rng(2)), 400
+    chain, rng, apart = (
+        Chain(disturbances=((time, 0.5),)),
+        AntitheticDraws(np.random.default_rng(2)),
+        400,
+    )
     noise = np.array([chain.drawn_disturbance(rng, 1000, PERIOD) for _ in range(400)])
     assert noise[:, [0, -1]].std(axis=0) == pytest.approx(0.5, rel=0.15)
     moved = np.std(noise[:, apart:] - noise[:, :-apart])
@@ -87,7 +93,7 @@ def test_noise_is_stationary_from_the_first_sample_however_long_it_lasts(time: f
 
 
 def test_noise_of_the_control_is_in_the_log_beside_its_steps() -> None:
-    control, rng = np.zeros(4000), Draws(np.random.default_rng(3))
+    control, rng = np.zeros(4000), AntitheticDraws(np.random.default_rng(3))
     logged = Chain(control=((0.0, 0.3), (0.01, 0.4))).logged_control(rng, control, PERIOD)
     assert logged.std() == pytest.approx(0.5, rel=0.1)
     rounded = Chain(control_step=0.1).logged_control(rng, logged, PERIOD)
@@ -126,7 +132,7 @@ def data(problem: Problem) -> FilteredRecord:
 
 
 def test_a_twin_without_noise_is_the_loop(problem: Problem, data: FilteredRecord) -> None:
-    silent = twin_of(data, TRUTH, Chain(), Draws(np.random.default_rng(0)))
+    silent = twin_of(data, TRUTH, Chain(), AntitheticDraws(np.random.default_rng(0)))
     loops = problem.loops(METHODS["idm-iv"].fit(problem).form, TRUTH)
     np.testing.assert_allclose(silent.record.position, loops[0].position, atol=1e-9)
     assert not [*twins_of(data, TRUTH, Chain(), 3)]
@@ -137,9 +143,9 @@ def test_what_disturbs_a_twin_is_not_in_its_log_but_in_its_motion(data: Filtered
     rng = np.random.default_rng(5)
     rng.uniform()  # where the encoder stands, which has no steps
     rng.standard_normal(len(data))  # of the position, of no size
-    noise = chain.drawn_disturbance(Draws(rng), len(data), data.period)
-    silent = twin_of(data, TRUTH, Chain(), Draws(np.random.default_rng(5))).record
-    record = twin_of(data, TRUTH, chain, Draws(np.random.default_rng(5))).record
+    noise = chain.drawn_disturbance(AntitheticDraws(rng), len(data), data.period)
+    silent = twin_of(data, TRUTH, Chain(), AntitheticDraws(np.random.default_rng(5))).record
+    record = twin_of(data, TRUTH, chain, AntitheticDraws(np.random.default_rng(5))).record
     # The law answers what it sees: the control opposes what acts beside it, where the axis is slow.
     answer = record.control - silent.control
     assert np.corrcoef(answer, noise)[0, 1] < -0.8
@@ -147,7 +153,9 @@ def test_what_disturbs_a_twin_is_not_in_its_log_but_in_its_motion(data: Filtered
 
 
 def test_steps_of_an_encoder_are_those_of_the_twin(data: FilteredRecord) -> None:
-    record = twin_of(data, TRUTH, Chain(position_step=1e-5), Draws(np.random.default_rng(2))).record
+    record = twin_of(
+        data, TRUTH, Chain(position_step=1e-5), AntitheticDraws(np.random.default_rng(2))
+    ).record
     whole = record.position / 1e-5
     np.testing.assert_allclose(whole - np.round(whole - whole[0]) - whole[0], 0.0, atol=1e-6)
 
@@ -222,7 +230,7 @@ def test_the_chain_of_a_twin_is_its_chain(
     emps2015: GeneratedAxis, data: FilteredRecord, chain: Chain, slack: float
 ) -> None:
     truth = np.array([100.0, 237.0, 25.0])
-    twin = twin_of(data, truth, chain, Draws(np.random.default_rng(3)))
+    twin = twin_of(data, truth, chain, AntitheticDraws(np.random.default_rng(3)))
     found = chain_of(emps2015, twin.record)
     assert found.position_step == pytest.approx(chain.position_step, rel=1e-6)
     assert found.position == pytest.approx(chain.position, rel=slack, abs=3e-7)
@@ -243,7 +251,7 @@ def test_noise_of_a_logged_control_is_told_from_forces_and_from_another_law(
     other = axis.with_gains({name: times * float(gains[name]) for name, times in law.items()})
     (plain,) = identify(other, twin_record(other), methods="didim").problem.data
     chain = Chain(position=2e-6, control=control, disturbances=((0.03, force),))
-    twin = twin_of(plain, truth, chain, Draws(np.random.default_rng(3)))
+    twin = twin_of(plain, truth, chain, AntitheticDraws(np.random.default_rng(3)))
     found = chain_of(axis, twin.record)
     for parts, others in ((found.control, control), (found.disturbances, chain.disturbances)):
         sizes = [float(np.sqrt(sum(sd**2 for _, sd in each))) for each in (parts, others)]

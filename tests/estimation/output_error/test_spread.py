@@ -12,7 +12,7 @@ from scipy.stats import binom
 from axisid import build, fit, load_axis, twin_record
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.bootstrap import Chain
-from axisid.estimation.bootstrap.noise_model import Draws
+from axisid.estimation.bootstrap.noise_model import AntitheticDraws
 from axisid.estimation.estimates import student_interval
 from axisid.estimation.output_error.covariance import Sandwich, unseen_directions, unseen_in_words
 from axisid.estimation.output_error.inference import reach_of_cut_normal
@@ -98,7 +98,7 @@ def test_intervals_hold_where_the_control_that_shows_an_integral_is_noisy(time: 
     """The position shows no constant force beside it; nor is noise of the log in the loop."""
     axis = build(load_axis("servo_joint"))
     noise, record = Chain(control=((time, 0.05),)), twin_record(axis, seed=5)
-    rng = Draws(np.random.default_rng(1))
+    rng = AntitheticDraws(np.random.default_rng(1))
     control = noise.logged_control(rng, np.asarray(record.control), record.period)
     found = fit(axis, replace(record, control=control), output="position")
     for name, true in axis.declared.experiment.truth.items():

@@ -407,7 +407,7 @@ def axis_and_records(
                 if len(logs) == 1:
                     raise
                 bad[log if log not in bad else f"{log} ({i + 1})"] = str(error)
-        stages.check_bad(bad, len(logs), skip_bad=sharing.skip_bad)
+        stages.check_usable(bad, len(logs), skip_bad=sharing.skip_bad)
         if not logs:
             given = [name for name in reading.names().values() if name in given_options()]
             if given and not further:
@@ -421,6 +421,6 @@ def axis_and_records(
     records, used = tuple(found.values()), tuple(found)
     shared: dict[str, Any] = {
         "local": () if bad and len(used) == 1 else sharing.local,
-        "known": stages.known_without(used, sharing.known),
+        "known": stages.known_of_used(used, sharing.known),
     }
     return Inputs(axis=generated, records=records, used=used, set_aside=bad, shared=shared)

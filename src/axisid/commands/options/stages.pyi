@@ -13,9 +13,9 @@ from axisid.estimation.control_law_search import find_law as find_law
 from axisid.estimation.diagnostic_checks import joined as joined
 from axisid.estimation.identification import (
     Identification as Identification,
-    check_bad as check_bad,
+    check_usable as check_usable,
     identify as identify,
-    known_without as known_without,
+    known_of_used as known_of_used,
 )
 from axisid.estimation.logs import log_endings as log_endings
 from axisid.estimation.model_validation import (

@@ -25,7 +25,12 @@ from axisid.control import MEASURED_POSITION, PERIOD, REFERENCE, ControlLaw, Mem
 from axisid.elements import Drive
 from axisid.estimation.diagnostics import fixed_check
 from axisid.estimation.estimates.estimate import Estimate
-from axisid.estimation.estimates.physical import Distance, Physical, mapped, physical_parameters
+from axisid.estimation.estimates.physical_parameters import (
+    Distance,
+    Physical,
+    mapped,
+    physical_parameters,
+)
 from axisid.modeling import Experiment, back_and_forth
 from axisid.modeling.derivation.base_model import base_model
 from axisid.support.errors import Missing
