@@ -1,4 +1,4 @@
-"""A block of lanes behind one filter: their rows, measured and simulated.
+"""Lanes, records of one motion: their estimates, and their rows, measured and simulated.
 
 The filter before decimation is a sum of modes, so that only the rows that are kept are made.
 Forward and backward, the filter's response is that of its poles, each once running forward and once
