@@ -8,21 +8,18 @@ from .alignment import (
     Alignment as Alignment,
     estimate_delay as estimate_delay,
 )
+from .case import Case as Case
 from .column_comparison import (
     ColumnComparison as ColumnComparison,
     compared_motion as compared_motion,
     derivative_check as derivative_check,
 )
-from .diagnose import (
-    DIAGNOSTICS as DIAGNOSTICS,
-    Diagnostic as Diagnostic,
-    diagnose as diagnose,
-    lacks_check as lacks_check,
-)
 from .diagnosis import (
-    Case as Case,
+    DIAGNOSTICS as DIAGNOSTICS,
     Diagnosis as Diagnosis,
+    Diagnostic as Diagnostic,
     RecordDiagnosis as RecordDiagnosis,
+    diagnose as diagnose,
 )
 from .estimator_checks import (
     DDM_LESS_IDM as DDM_LESS_IDM,
@@ -32,9 +29,9 @@ from .estimator_checks import (
     forms_check as forms_check,
     method_check as method_check,
 )
-from .excitation import (
+from .excitation import Excitation as Excitation
+from .parameter_checks import (
     NOMINAL_VALUES as NOMINAL_VALUES,
-    Excitation as Excitation,
     at_bound_check as at_bound_check,
     fixed_check as fixed_check,
     gain_check as gain_check,
@@ -55,3 +52,4 @@ from .records_alike import (
     records_alike as records_alike,
     repeated_check as repeated_check,
 )
+from .residual_checks import misspecification_check as misspecification_check

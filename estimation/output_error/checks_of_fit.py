@@ -15,7 +15,7 @@ from axisid.estimation.diagnostics import (
     NOMINAL_VALUES,
     RecordRegressor,
     at_bound_check,
-    lacks_check,
+    misspecification_check,
     nominal_check,
     pooling_check,
     precision_check,
@@ -257,7 +257,7 @@ def missing_terms_check(of: OutputFit) -> Check | None:
 def joined_check(name: str, of: OutputFit) -> Check | None:
     """What is checked of what the model lacks, over all records."""
     checks = [
-        made(name, partial(lacks_check, lacks, name, axis, record, of.levels))
+        made(name, partial(misspecification_check, lacks, name, axis, record, of.levels))
         for lacks, axis, record in zip(of.lacks, of.axes, of.records, strict=True)
     ]
     return joined(checks, record_labels(of.records))
