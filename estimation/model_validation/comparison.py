@@ -43,8 +43,9 @@ from axisid.support.errors import (
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
 
-from .candidate import Candidate, NestedTest, criteria, nested_tests
+from .candidate import Candidate, criteria
 from .held_out import contiguous_blocks, held_out_equation, regression_rows
+from .nested_models import NestedTest, nested_tests
 
 # of the least held-out error, however precise both are: it is not worth a parameter
 _EQUAL_ERROR = 1.01
