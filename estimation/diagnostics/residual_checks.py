@@ -7,7 +7,7 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Levels, status_of
 from axisid.estimation.estimates import Estimate, NotSimulated
 from axisid.estimation.lack_of_fit import LackOfFit
-from axisid.estimation.misspecification import Misspecification, sentence
+from axisid.estimation.misspecification import Misspecification, misspecification_text
 from axisid.estimation.records import Record, advised_shift
 from axisid.estimation.records.columns import scale_remedy
 from axisid.estimation.signals import rests_first
@@ -102,7 +102,7 @@ def misspecification_check(
         Whether the loss has bounded what outliers do, which are no more than a note then.
     """
     own = [lack for lack in found if lack.check == name]
-    meaning = "; ".join(sentence(lack, axis, record) for lack in own) or _NOTHING[name]
+    meaning = "; ".join(misspecification_text(lack, axis, record) for lack in own) or _NOTHING[name]
     if own and name == "recorded signals":
         meaning += f": {_advice(axis, record, own[0])}"
     elif own and name == "outliers" and not bounded:

@@ -16,6 +16,7 @@ from scipy.linalg import orth
 from scipy.special import fdtrc
 
 from axisid.estimation.bootstrap import DEFAULT_COUNT, Chain, twins_of
+from axisid.estimation.estimates import Estimate
 from axisid.estimation.estimation_problem import noise_free_record
 from axisid.estimation.regression import (
     Equations,
@@ -328,3 +329,12 @@ def _along(s: Signals, data: FilteredRecord) -> Along:
         period=data.period,
         row_period=data.row_period,
     )
+
+
+def scores_at(
+    data: FilteredRecord, preferred: Estimate, *, by_loop: bool = False
+) -> RecordScores | Missing:
+    """Residuals of a record and of its twins at the judged estimate, as by `scores_of`."""
+    chain = next(iter(preferred.inference.chains), None)
+    at = preferred.physical if chain is None else preferred.corrected
+    return scores_of(data, at, chain, range(len(at)), by_loop=by_loop)
