@@ -40,7 +40,7 @@ FLOORS = (
     ("estimation.estimates",),
     ("estimation.methods",),
     ("estimation.misspecification",),
-    ("estimation.lack_of_fit",),
+    ("estimation.lack_of_fit", "estimation.jackknife"),
     ("estimation.diagnostics.control_law",),
     ("estimation.diagnostics",),
     ("estimation.control_law_search",),

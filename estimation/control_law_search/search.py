@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
-from axisid.estimation.diagnostics.control_law import LawByGains, comparison_filter
+from axisid.estimation.diagnostics.control_law import GainRegression, comparison_filter
 from axisid.estimation.law_replay import (
     LawAlong,
     LawInputs,
@@ -180,10 +180,10 @@ class _AlongRecord:
                 left = float(np.linalg.norm(control - regressor @ values))
                 yield left, delay, gains
 
-    def _by_gains(self, law: ControlLaw) -> LawByGains:
+    def _by_gains(self, law: ControlLaw) -> GainRegression:
         smooth = comparison_filter(law, self.record)
         along = LawAlong.of(self.axis, law, self.ticks, self.record)
-        return LawByGains(
+        return GainRegression(
             along=along,
             declared=along,
             compared=lambda values: smooth(values)[self.used],

@@ -40,16 +40,18 @@ from .parameter_checks import (
     rows_check as rows_check,
     within_bounds as within_bounds,
 )
-from .records_alike import (
+from .pooling import (
     PoolingTest as PoolingTest,
     RecordDifference as RecordDifference,
     RecordRegressor as RecordRegressor,
-    common_samples as common_samples,
     covariance_of_twins as covariance_of_twins,
     difference_of as difference_of,
     pooling_check as pooling_check,
     pooling_test as pooling_test,
-    records_alike as records_alike,
+    pooling_test_of as pooling_test_of,
+)
+from .repeated_samples import (
+    common_samples as common_samples,
     repeated_check as repeated_check,
 )
 from .residual_checks import misspecification_check as misspecification_check

@@ -22,13 +22,8 @@ from axisid.estimation.estimates import (
     significant_differences,
 )
 from axisid.estimation.estimation_problem import Problem, noise_free_record, quantisation_bias
-from axisid.estimation.lack_of_fit import (
-    JackknifeInterval,
-    LackOfFit,
-    groupings,
-    jackknife_intervals,
-    lack_of_fit,
-)
+from axisid.estimation.jackknife import JackknifeInterval, groupings, jackknife_intervals
+from axisid.estimation.lack_of_fit import LackOfFit, lack_of_fit
 from axisid.estimation.misspecification import (
     Misspecification,
     RecordScores,
@@ -54,7 +49,7 @@ from .estimator_checks import (
     vaguer,
 )
 from .excitation import Excitation, excitation
-from .records_alike import PoolingTest, pooling_test
+from .pooling import PoolingTest, pooling_test
 
 ONE_RECORD = Missing("there is one record")
 

@@ -11,7 +11,8 @@ from functools import partial
 from axisid.estimation.diagnostic_checks import Check, joined, made, told_or, unless_faulty
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_check
 from axisid.estimation.estimates import HausmanTest
-from axisid.estimation.lack_of_fit import JackknifeInterval, LackOfFit
+from axisid.estimation.jackknife import JackknifeInterval
+from axisid.estimation.lack_of_fit import LackOfFit
 from axisid.estimation.records import record_labels
 from axisid.estimation.signals import rests_first
 from axisid.support.arrays import Exact
@@ -31,7 +32,8 @@ from .parameter_checks import (
     rows_check,
     within_bounds,
 )
-from .records_alike import RecordDifference, pooling_check, repeated_check
+from .pooling import RecordDifference, pooling_check
+from .repeated_samples import repeated_check
 from .residual_checks import (
     fails,
     lack_of_fit_check,

@@ -4,24 +4,19 @@ In: an axis, what its twins are, how they are identified. Out: `MonteCarlo`, its
 Knows nothing of measured records, and of how it looks.
 """
 
-from .figures import (
-    CheckFigures as CheckFigures,
-    EstimandFigures as EstimandFigures,
-    Mean as Mean,
-    Share as Share,
-    StudyFigures as StudyFigures,
+from .drawn_twins import (
+    declared_chain as declared_chain,
+    declared_figures as declared_figures,
+    drawn_twin as drawn_twin,
+    noise_of as noise_of,
+    twin_of as twin_of,
+    twins as twins,
 )
 from .monte_carlo import monte_carlo as monte_carlo
 from .plan import (
     COLOURED as COLOURED,
     MonteCarloPlan as MonteCarloPlan,
-    declared_chain as declared_chain,
-    declared_figures as declared_figures,
-    drawn_twin as drawn_twin,
-    noise_of as noise_of,
     stated_by as stated_by,
-    twin_of as twin_of,
-    twins as twins,
 )
 from .result import (
     MonteCarlo as MonteCarlo,
@@ -36,4 +31,11 @@ from .runs import (
     PHYSICAL as PHYSICAL,
     Estimand as Estimand,
     FailedRun as FailedRun,
+)
+from .study_statistics import (
+    CheckFigures as CheckFigures,
+    EstimandFigures as EstimandFigures,
+    Mean as Mean,
+    Share as Share,
+    StudyFigures as StudyFigures,
 )

@@ -36,7 +36,8 @@ from axisid.support.errors import EstimationError, UsageError, is_whole, quoted,
 from axisid.support.jobs import Failure, pace, run_jobs
 from axisid.support.progress import Progress
 
-from .plan import MonteCarloPlan, noise_of, twin_of
+from .drawn_twins import noise_of, twin_of
+from .plan import MonteCarloPlan
 from .result import MonteCarlo
 from .runs import (
     INTERVALS,

@@ -25,8 +25,8 @@ from axisid.support.files import write_file
 from axisid.support.presentable import Presentable
 from axisid.support.version import __version__
 
-from .figures import CheckFigures, EstimandFigures, Mean, Share, StudyFigures
-from .plan import MonteCarloPlan, declared_figures, stated_by
+from .drawn_twins import declared_figures
+from .plan import MonteCarloPlan, stated_by
 from .runs import (
     DIRECT,
     INTERVALS,
@@ -38,6 +38,7 @@ from .runs import (
     Estimand,
     FailedRun,
 )
+from .study_statistics import CheckFigures, EstimandFigures, Mean, Share, StudyFigures
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -21,7 +21,8 @@ from axisid.estimation.records import Record
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 
-from .plan import COLOURED, IID, MonteCarloPlan, are_lanes, twin_lanes, twins
+from .drawn_twins import are_lanes, twin_lanes, twins
+from .plan import COLOURED, IID, MonteCarloPlan
 
 _T = TypeVar("_T")
 Interval: TypeAlias = tuple[float, tuple[float, float]]  # a deviation, and both bounds

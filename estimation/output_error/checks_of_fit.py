@@ -18,8 +18,8 @@ from axisid.estimation.diagnostics import (
     misspecification_check,
     nominal_check,
     pooling_check,
+    pooling_test_of,
     precision_check,
-    records_alike,
     repeated_check,
     rows_check,
 )
@@ -309,7 +309,7 @@ def records_alike_check(of: OutputFit) -> Check | Missing | None:
     def extended(_: Array, columns: Array) -> tuple[Array, Array, Array]:
         return sandwich.extended(columns, clustered=of.horizon is not None)
 
-    comparison = records_alike(sandwich.jacobian, records, extended, of.levels)
+    comparison = pooling_test_of(sandwich.jacobian, records, extended, of.levels)
     return pooling_check(comparison, record_labels(of.records), of.levels, "output")
 
 

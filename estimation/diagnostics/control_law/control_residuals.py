@@ -38,6 +38,8 @@ from axisid.estimation.thresholds import (
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
 
+# of a factor of a law that does not fit from a round one; beyond, it is off
+MAX_FACTOR_ERROR = 0.05
 # residual with a shift, by that without, up to which it is told
 _MAX_EXPLAINED_RESIDUAL = 0.7
 #: Names of what is regressed beside the products of gains.

@@ -23,8 +23,7 @@ from axisid.estimation.monte_carlo import (
     drawn_twin,
     runs,
 )
-from axisid.estimation.monte_carlo.figures import Mean, Share
-from axisid.estimation.monte_carlo.plan import twins
+from axisid.estimation.monte_carlo.drawn_twins import twins
 from axisid.estimation.monte_carlo.result import write_runs
 from axisid.estimation.monte_carlo.runs import (
     INTERVALS,
@@ -34,6 +33,7 @@ from axisid.estimation.monte_carlo.runs import (
     FailedRun,
     block_numbers,
 )
+from axisid.estimation.monte_carlo.study_statistics import Mean, Share
 from axisid.estimation.records import Record
 from axisid.estimation.simulation.twin import twin_plan
 from axisid.modeling.declaration import Move, back_and_forth
