@@ -33,7 +33,6 @@ from axisid.estimation.estimates import Estimate
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 
-Index = NDArray[np.intp]
 _MIN_MOVE_SPEED = 0.02  # of the largest speed, from which an axis moves
 _LEVELS = 5  # of speed, where one is e times another
 _MIN_GROUPS = 3  # of rows; two do not tell how far they scatter
@@ -73,7 +72,7 @@ class JackknifeInterval(Struct, frozen=True, kw_only=True, rename={"interval": "
 
 
 def jackknife_intervals(
-    estimate: Estimate, ways: Mapping[str, Index], *, noisy: bool = True
+    estimate: Estimate, ways: Mapping[str, NDArray[np.intp]], *, noisy: bool = True
 ) -> dict[str, JackknifeInterval]:
     """The wider band of each physical parameter, by name.
 
@@ -98,7 +97,7 @@ def jackknife_intervals(
     }
 
 
-def groupings(data: FilteredRecord, rows: Index) -> dict[str, Index]:
+def groupings(data: FilteredRecord, rows: NDArray[np.intp]) -> dict[str, NDArray[np.intp]]:
     """Ways to form groups, in words, with the label of every row's, (n,)."""
     from scipy.ndimage import maximum
 
@@ -115,7 +114,9 @@ def groupings(data: FilteredRecord, rows: Index) -> dict[str, Index]:
     }
 
 
-def _bands(estimate: Estimate, labels: Index, by: str, *, noisy: bool) -> list[JackknifeInterval]:
+def _bands(
+    estimate: Estimate, labels: NDArray[np.intp], by: str, *, noisy: bool
+) -> list[JackknifeInterval]:
     """Of each parameter; none where groups are too few, or one of them tells too much."""
     names, groups = np.unique(labels, return_inverse=True)
     count = len(names)
@@ -150,8 +151,7 @@ def _bands(estimate: Estimate, labels: Index, by: str, *, noisy: bool) -> list[J
         groups_dof = np.maximum(excess.sum(axis=0) ** 2 / np.sum(excess**2, axis=0) - 1, 1.0)
         noise_dof = np.where(white > variances, len(scores) - scores.shape[1], dof)
         F = np.divide(deviations**2, expected, out=np.zeros_like(expected), where=expected > 0)
-        chance = fdtrc(groups_dof, noise_dof, F)
-        exceeds &= (chance < _MAX_BAND_CHANCE) | ~(variances > 0)
+        exceeds &= (fdtrc(groups_dof, noise_dof, F) < _MAX_BAND_CHANCE) | ~(variances > 0)
     return [
         JackknifeInterval(
             deviation=float(d), interval=(c - r, c + r), groups=count, by=by, exceeds=bool(e)

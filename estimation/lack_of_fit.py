@@ -53,8 +53,7 @@ def repeated_part(reference: Array) -> tuple[int, int, int] | None:
     for period in map(int, find_peaks(correlation, prominence=least)[0] + 1):
         if len(reference) - period <= longest:  # as of multiples of a period
             break
-        same = np.abs(reference[period:] - reference[:-period]) <= most_apart
-        for first, last in runs(same):
+        for first, last in runs(np.abs(reference[period:] - reference[:-period]) <= most_apart):
             far = np.ptp(reference[first:last]) > _MIN_REPEATED_TRAVEL * travel
             if last - first > longest and far:
                 best, longest = (first, last + period, period), last - first

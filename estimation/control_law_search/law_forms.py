@@ -18,8 +18,6 @@ from axisid.modeling.declaration import LAWS, ControlLaw
 from axisid.support.arrays import Array
 from axisid.support.presentable import Presentable
 
-#: Coefficients of a regression of the control, by column.
-Coefficients = Mapping[str, float]
 #: Time constants and 1/bandwidths that begin the search for a filter, sampling periods.
 _FILTERS = (1.0, 4.0)
 #: Times that begin the search for that of back-calculation, of the integral's.
@@ -65,7 +63,7 @@ class LawForm(ReadyLaw):
     """
 
     columns: tuple[str, ...]
-    gains: Callable[[Coefficients], dict[str, float]]
+    gains: Callable[[Mapping[str, float]], dict[str, float]]
     extra: str = ""
 
     def made(self, gains: Mapping[str, float], period: float, delay: int) -> ControlLaw:
@@ -148,7 +146,7 @@ def _over(above: float, below: float) -> float:
     return above / below if below else 0.0
 
 
-def _cascade(c: Coefficients) -> dict[str, float]:
+def _cascade(c: Mapping[str, float]) -> dict[str, float]:
     kv = -c["velocity"]
     further = {
         "velocity_feed_forward": ("rate", _over(c.get("rate", 0.0), kv)),
@@ -159,7 +157,7 @@ def _cascade(c: Coefficients) -> dict[str, float]:
     return {"kp": _over(c["error"], kv), "kv": kv, **found}
 
 
-def _pid(c: Coefficients) -> dict[str, float]:
+def _pid(c: Mapping[str, float]) -> dict[str, float]:
     found = {"kp": c["error"], "kd": c.get("derivative", -c.get("velocity", 0.0))}
     return {**found, "ki": c["sum of error"]} if "sum of error" in c else found
 

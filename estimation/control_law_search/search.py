@@ -177,8 +177,7 @@ class _AlongRecord:
             if extra is not None:
                 gains[form.extra] = extra
             if all(np.isfinite(value) and value for value in gains.values()):
-                left = float(np.linalg.norm(control - regressor @ values))
-                yield left, delay, gains
+                yield float(np.linalg.norm(control - regressor @ values)), delay, gains
 
     def _by_gains(self, law: ControlLaw) -> GainRegression:
         smooth = comparison_filter(law, self.record)

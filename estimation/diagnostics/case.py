@@ -10,8 +10,8 @@ from axisid.estimation.diagnostic_checks import (
     DEFAULT_LEVELS,
     Check,
     Levels,
-    told_or,
     unless_faulty,
+    value_or,
 )
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_agreement
 from axisid.estimation.estimates import (
@@ -44,9 +44,9 @@ from .estimator_checks import (
     LS_LESS_IV,
     SECOND_OPINION,
     InstrumentTests,
+    less_precise,
     strength_check,
     tests_of_instruments,
-    vaguer,
 )
 from .excitation import Excitation, excitation
 from .pooling import PoolingTest, pooling_test
@@ -93,7 +93,9 @@ class Case:
         if isinstance(apart, Missing):
             return by_law
         moved = significant_differences(apart, self.levels.level)
-        return first if vaguer(moved, self.estimates[first], self.estimates[by_law]) else by_law
+        return (
+            first if less_precise(moved, self.estimates[first], self.estimates[by_law]) else by_law
+        )
 
     @cached_property
     def laws(self) -> tuple[LawAgreement | Missing, ...]:
@@ -212,7 +214,7 @@ class Case:
         record, velocities = self.data.record, tuple[Array, ...]()
         if record.integrated and record.reference is not None:
             loops = partial(recorded_loops, self.data, self.preferred.physical)
-            velocities = tuple(loop.velocity for loop in told_or((), loops))
+            velocities = tuple(loop.velocity for loop in value_or((), loops))
         return {
             role: compared_motion(record, role, velocities)
             for role in record.motion

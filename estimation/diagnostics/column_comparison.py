@@ -356,8 +356,7 @@ def compared_motion(
                 f"be simulated: the scale of the motion rests on the column of the {role} alone"
             )
         basis, times = max(velocities, key=len), 0
-    columns = low_passed(longest, basis, np.asarray(getattr(longest, role)), times)
-    return compared_columns(columns)
+    return compared_columns(low_passed(longest, basis, np.asarray(getattr(longest, role)), times))
 
 
 def derivative_check(

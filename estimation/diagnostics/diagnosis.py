@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
-from axisid.estimation.diagnostic_checks import Check, joined, made, told_or, unless_faulty
+from axisid.estimation.diagnostic_checks import Check, joined, made, unless_faulty, value_or
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_check
 from axisid.estimation.estimates import HausmanTest
 from axisid.estimation.jackknife import JackknifeInterval
@@ -285,8 +285,8 @@ def diagnose(case: Case) -> Diagnosis:
         RecordDiagnosis(
             law=unless_faulty(partial(getattr, part, "law")),
             alignment=unless_faulty(partial(getattr, part, "alignment")),
-            motions=told_or({}, partial(getattr, part, "motions")),
-            lack_of_fit=told_or(None, partial(getattr, part, "lack_of_fit")),
+            motions=value_or({}, partial(getattr, part, "motions")),
+            lack_of_fit=value_or(None, partial(getattr, part, "lack_of_fit")),
             verdict=tuple(check for found in by_record.values() if (check := found[i]) is not None),
             apart=alike if isinstance(alike, Missing) else alike.records[i],
         )
@@ -304,15 +304,15 @@ def diagnose(case: Case) -> Diagnosis:
     return Diagnosis(
         preferred=case.method,
         law=law.law,
-        instruments=told_or(None, lambda: case.instruments),
-        excitation=told_or((), lambda: case.excitation),
+        instruments=value_or(None, lambda: case.instruments),
+        excitation=value_or((), lambda: case.excitation),
         alignment=alignment.alignment,
         motions=velocity.motions,
         verdict=tuple(check for check in checks if check is not None),
         lack_of_fit=None if case.has_parts else records[0].lack_of_fit,
-        bands={} if case.has_parts else told_or({}, lambda: case.bands),
+        bands={} if case.has_parts else value_or({}, lambda: case.bands),
         records=tuple(records) if len(records) > 1 else (),
-        differences=told_or(
+        differences=value_or(
             {},
             lambda: {n: e for n, e in case.compared.items() if not isinstance(e, Missing)},
         ),

@@ -67,7 +67,6 @@ def method_check(
     law_passed : bool or None
         Whether the recorded control is the declared law's; None where that cannot be checked.
     """
-    beside = next((pair for pair in LS_LESS_IV if pair in compared), "")
     made = (
         _by_difference(
             SECOND_OPINION,
@@ -78,11 +77,11 @@ def method_check(
             "estimate but for chance",
             lambda moved, listed: (
                 f"idm-iv differs from didim, {listed}: "
-                f"{_whom(vaguer(moved, estimates['idm-iv'], estimates['didim']), law_passed)}"
+                f"{_which_to_believe(moved, estimates, law_passed)}"
             ),
         ),
         _by_difference(
-            beside,
+            next((pair for pair in LS_LESS_IV if pair in compared), ""),
             compared,
             estimates,
             levels,
@@ -146,7 +145,7 @@ def _by_difference(
     )
 
 
-def vaguer(moved: Mapping[str, HausmanTest], iv: Estimate, didim: Estimate) -> list[str]:
+def less_precise(moved: Mapping[str, HausmanTest], iv: Estimate, didim: Estimate) -> list[str]:
     """What DIDIM knows less of among the parameters that the two part in.
 
     In these instruments are to be believed though the control is the law's: they differ from DIDIM
@@ -157,8 +156,11 @@ def vaguer(moved: Mapping[str, HausmanTest], iv: Estimate, didim: Estimate) -> l
     ]
 
 
-def _whom(less_sure: Sequence[str], law_passed: bool | None) -> str:
+def _which_to_believe(
+    moved: Mapping[str, HausmanTest], estimates: Mapping[str, Estimate], law_passed: bool | None
+) -> str:
     """Which of the two a control law speaks for, on which DIDIM alone rests."""
+    less_sure = less_precise(moved, estimates["idm-iv"], estimates["didim"])
     return first_case(
         (
             law_passed and less_sure,

@@ -14,7 +14,13 @@ from numpy.typing import NDArray
 from axisid.estimation.diagnostic_checks import first_case
 from axisid.estimation.estimation_problem import Problem, SignalRanges, typical_magnitudes
 from axisid.estimation.regression import Equations, Form, InverseForm
-from axisid.estimation.signals import FilteredRecord, Signals, dependence, one_direction, one_speed
+from axisid.estimation.signals import (
+    FilteredRecord,
+    Signals,
+    columns_by_signal,
+    one_direction,
+    one_speed,
+)
 from axisid.estimation.thresholds import MAX_VARIANCE_INFLATION, MIN_ROWS_PER_PARAMETER
 from axisid.support.arrays import Array, MaybeInfinite
 
@@ -87,8 +93,7 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
     """
     form = problem.form(InverseForm).at(physical)
     each = [form.of_record(i).equations(data.signals) for i, data in enumerate(problem.data)]
-    signals = [data.signals for data in problem.data]
-    equations = replace(problem, weights=()).reduced(form, signals)
+    equations = replace(problem, weights=()).reduced(form, [data.signals for data in problem.data])
     reach = SignalRanges.of(
         [
             (
@@ -106,7 +111,7 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
     if reach is not None:
         anywhere = np.abs(theta) * reach.columns / reach.force
         natural = typical_magnitudes(problem.axis, reach, form.declared)
-    of_records = [dependence(data.axis) for data in problem.data]
+    of_records = [columns_by_signal(data.axis) for data in problem.data]
     needs = {
         signal: np.any([own[signal] @ m for own, m in zip(of_records, mixed, strict=True)], axis=0)
         for signal in of_records[0]

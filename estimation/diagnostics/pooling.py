@@ -167,11 +167,10 @@ def difference_of(
         As of `RecordDifference`.
     """
     q, square = len(difference), wald(difference, covariance)[0]
-    deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     return RecordDifference(
         own=dict(zip(units, common + difference, strict=True)),
         common=dict(zip(units, common, strict=True)),
-        deviations=dict(zip(units, deviations, strict=True)),
+        deviations=dict(zip(units, np.sqrt(np.maximum(np.diag(covariance), 0.0)), strict=True)),
         statistic=square / q,
         freedom=(float(q), freedom - q + 1),
         p_value=hotelling_p_value(square, q, freedom),
@@ -222,10 +221,9 @@ def pooling_test(
             *(q.label for q in estimate.form.quantities),
             *["a record's own"] * columns.shape[1],
         ]
-        regressor = checked_columns(np.hstack([X, columns]), names, neighbours=estimate.neighbours)
         solution = instrumental_variables(
             weights * estimate.net_residuals,
-            regressor,
+            checked_columns(np.hstack([X, columns]), names, neighbours=estimate.neighbours),
             factor(np.hstack([Z, instruments]), names),
         )
         by_twins = None
@@ -294,9 +292,8 @@ def pooling_test_of(
         return next(each for each in found if isinstance(each, Missing))
     # Bonferroni's; of two records there is one difference, which both tests are of.
     number = len(tests) if len(found) > 2 else 1
-    beyond = [i for i, each in tests.items() if number * each.p_value < levels.level]
     odd = min(
-        beyond,
+        [i for i, each in tests.items() if number * each.p_value < levels.level],
         key=lambda i: (not tests[i].matters(levels), tests[i].p_value, -tests[i].statistic),
         default=None,
     )

@@ -217,8 +217,10 @@ def compare(
         except (EstimationError, ModelError) as error:
             failures[name] = f"{lead}{error!s}"
     if not candidates:
-        why = "; ".join(dict.fromkeys(failures.values()))
-        raise EstimationError(f"none of the candidates is identified: {why}", code="comparison")
+        raise EstimationError(
+            f"none of the candidates is identified: {'; '.join(dict.fromkeys(failures.values()))}",
+            code="comparison",
+        )
     tests, same = nested_tests({c.name: regression_rows(c.estimate) for c in candidates})
     recommended, tied, reason = _recommend(candidates, len(blocks))
     return Comparison(

@@ -369,8 +369,10 @@ def sweep(
         except (EstimationError, DataError) as error:
             failures[cutoff] = str(error)
     if not results:
-        why = "; ".join(dict.fromkeys(failures.values()))
-        raise EstimationError(f"no cut-off gave an estimate: {why}", code="sweep")
+        raise EstimationError(
+            f"no cut-off gave an estimate: {'; '.join(dict.fromkeys(failures.values()))}",
+            code="sweep",
+        )
     recommended, reason = recommend(results)
     return Sweep(
         results=tuple(results),

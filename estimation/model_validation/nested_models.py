@@ -88,8 +88,7 @@ def nested_tests(
 
 
 def _tested(a: str, b: str, models: Mapping[str, Regression], how: Embedding) -> NestedTest:
-    restrictions = len(models[b].names) - len(models[a].names)
-    pair = NestedTest(smaller=a, larger=b, restrictions=restrictions)
+    pair = NestedTest(smaller=a, larger=b, restrictions=len(models[b].names) - len(models[a].names))
     if free := [name for name in models[b].nonlinear if name not in models[a].nonlinear]:
         return replace(
             pair, not_tested=f"{b} estimates {' and '.join(free)}, of no meaning where {a} holds"

@@ -168,8 +168,7 @@ _POSITION, _SENSORS, _CONTROL, _DISTURBANCE, _OFFSET = range(5)  # each a stream
 
 def _draws(seed: int, run: int, stream: int) -> Draws:
     """The random numbers of a stream: a child of the seed for each run, whoever runs it."""
-    child = np.random.SeedSequence(seed, spawn_key=(run, stream))
-    return Draws(np.random.default_rng(child))
+    return Draws(np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(run, stream))))
 
 
 def twins(plan: MonteCarloPlan, runs: Sequence[int]) -> Iterator[tuple[int, Record | str]]:
@@ -202,8 +201,7 @@ def drawn_twin(plan: TwinPlan, noise: Chain, seed: int, run: int) -> Record:
     experiment = replace(plan.experiment, resolution=step)
     own = disturbed = replace(plan, reference=plan.reference + begin, experiment=experiment)
     if noise.disturbances:
-        samples = len(plan.reference)
-        disturbance = noise.drawn_disturbance(draws(_DISTURBANCE), samples, plan.period)
+        disturbance = noise.drawn_disturbance(draws(_DISTURBANCE), len(plan.reference), plan.period)
         disturbed = replace(own, injected=disturbance, injected_at="control")
     loop = disturbed.loop(lambda count: noise.position * draws(_POSITION).normal(count))
     if still := _at_rest(own, loop.position):

@@ -206,8 +206,7 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
         place : int
             Among the estimands.
         """
-        of = stated_by(self.estimands[place].method, self.chosen)
-        low, high = self.intervals(of)[:, place].T
+        low, high = self.intervals(stated_by(self.estimands[place].method, self.chosen))[:, place].T
         stated = (high - low) / 2 / float(ndtri((1 + INTERVAL_LEVEL.value) / 2))
         errors = self.corrected[:, place] - self.truths[place]
         there = np.isfinite(errors) & (stated > 0)

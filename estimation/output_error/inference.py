@@ -11,7 +11,7 @@ from scipy.special import log_ndtr, ndtri_exp
 
 from axisid.codegen.generated_axes import GeneratedAxis, Quantity
 from axisid.estimation.choices import SQUARES
-from axisid.estimation.diagnostic_checks import told_or, unless_faulty
+from axisid.estimation.diagnostic_checks import unless_faulty, value_or
 from axisid.estimation.estimates import (
     NamedValues,
     SamplingDistribution,
@@ -335,7 +335,7 @@ def _covariances(
     weights, influence = of.weighing.weights, sandwich.influence(of.weighing.weights)
     coloured = sandwich.coloured(clustered=of.horizon is not None)
     if twins is None and of.horizon is None:
-        starts, k = told_or(np.zeros((0, 0)), partial(_slopes_by_start, of)), len(influence)
+        starts, k = value_or(np.zeros((0, 0)), partial(_slopes_by_start, of)), len(influence)
         if starts.any():
             whole = sandwich.beside(weights[:, None] * starts).coloured()
             coloured = replace(coloured, matrix=whole.matrix[:k, :k])

@@ -15,8 +15,8 @@ from axisid.estimation.diagnostic_checks import (
     Check,
     Checked,
     Levels,
-    told_or,
     unless_faulty,
+    value_or,
 )
 from axisid.estimation.diagnostics.control_law import (
     EstimatedGains,
@@ -194,7 +194,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         """What is left of each record, and in each of every output."""
         # A chain takes for forces what the model lacks, so that noise is that of the position.
         weights, outputs, errors = self.weighing.weights, self.outputs, []
-        twins = told_or(
+        twins = value_or(
             np.zeros((len(weights), 1)),
             partial(
                 outputs_by_noise,
@@ -245,7 +245,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     @cached_property
     def law_moves(self) -> Mapping[str, Array]:
         """What each term of the law, 1 % larger, would move the parameters by, (P,)."""
-        moves = told_or(({},), lambda: self._moves_of_records)
+        moves = value_or(({},), lambda: self._moves_of_records)
         return {name: np.asarray(np.sum([of[name] for of in moves], axis=0)) for name in moves[0]}
 
     @cached_property

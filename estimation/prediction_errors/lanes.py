@@ -207,8 +207,7 @@ class PredictionErrors(ABC):
         if axis is not stretch.axis:
             inputs = inputs_at(axis, self._records[stretch.record], stretch.segment, inputs)
         inputs = started_at(self._form, physical, stretch.record, stretch.segment, inputs)
-        theta = self._form.own(physical, stretch.record)
-        return replace(stretch, axis=axis, inputs=inputs), theta
+        return replace(stretch, axis=axis, inputs=inputs), self._form.own(physical, stretch.record)
 
     def jacobian_by_law(self, physical: Array) -> Mapping[str, Array]:
         """Slopes of the errors by a factor of each term of the law, (n,), by its gains.

@@ -342,7 +342,6 @@ def _windows(
         every = (record.position, control, counted, *columns)
         cut = [v[first : first + count * size].reshape(count, size).T.copy() for v in every]
         some = min(_FITTED, size)
-        parabolas = polyfit(record.period * np.arange(some), cut[0][:some], 2)
         yield _Windows(
             axis=free,
             record=number,
@@ -352,7 +351,7 @@ def _windows(
             control=cut[1],
             counted=cut[2],
             signals=tuple(cut[3:]),
-            first_states=parabolas[:2],
+            first_states=polyfit(record.period * np.arange(some), cut[0][:some], 2)[:2],
             basis=np.zeros((count, size, 2)),
         )
 

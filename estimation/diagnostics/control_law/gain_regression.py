@@ -354,8 +354,7 @@ class GainRegression:
         free, columns = [self._names.index(name) for name in names], self._columns
         shown = columns
         if self.possible and not vague:
-            read = replace(self.along, ticks=self.possible[0])
-            rough = read.jacobian_by_gain() - self._slopes
+            rough = replace(self.along, ticks=self.possible[0]).jacobian_by_gain() - self._slopes
             noise = np.zeros(len(columns.T))
             noise[: len(rough.T)] = [np.linalg.norm(self.compared(each)) for each in rough.T]
             least = MAX_ROUNDED_SHARE.value * np.linalg.norm(columns, axis=0)

@@ -314,8 +314,7 @@ def position_zero(
         Of one piece, with a reference and a control.
     """
     step = _STEP * float(np.ptp(np.asarray(record.reference))) or _STEP
-    moved = replace(record, position=record.position + step)
-    steps, slope = _asked_for(axis, law, record, moved)
+    steps, slope = _asked_for(axis, law, record, replace(record, position=record.position + step))
     if not np.isfinite(steps):
         return None
     mean = float(np.mean(slope))
