@@ -365,12 +365,11 @@ def instrument_tests(X: Array, Z: Array, names: Sequence[str]) -> InstrumentTest
     # k instruments.
     beside = unseen @ (seen.inverse @ seen.inverse.T / projected).astype(float)
     is_exact = unexplained <= (1e-9 * regressor.scale) ** 2
-    told = np.where(is_exact, 0.0, np.sum(beside**2, axis=0)) / (n - k)
     columns = zip(
         explained / (explained + unexplained),
         np.minimum(plain / projected, 1.0),
         explained / k / (unexplained / (n - k)),
-        1 / projected / told,
+        1 / projected / (np.where(is_exact, 0.0, np.sum(beside**2, axis=0)) / (n - k)),
         strict=True,
     )
     return InstrumentTests(

@@ -106,11 +106,10 @@ def nesting(small: Regression, large: Regression) -> Embedding | None:
     basis, triangle = np.linalg.qr(large.regressor / size)
     wanted = np.column_stack([small.regressor, large.left - small.left])
     shares = basis.T @ wanted
-    missed = np.linalg.norm(wanted - basis @ shares, axis=0)
     allowed = _MAX_NESTING_REMAINDER * np.linalg.norm(wanted, axis=0)
     # The difference of the known parts is rounding where they are the same.
     allowed[-1] = max(allowed[-1], _MAX_NESTING_REMAINDER * float(np.linalg.norm(large.left)))
-    if np.any(missed > allowed):
+    if np.any(np.linalg.norm(wanted - basis @ shares, axis=0) > allowed):
         return None
     weights = np.linalg.solve(triangle, shares) / size[:, None]
     return weights[:, :-1], weights[:, -1]

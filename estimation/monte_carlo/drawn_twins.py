@@ -230,11 +230,10 @@ def _at_rest(plan: TwinPlan, position: Array) -> str:
 def are_lanes(plan: MonteCarloPlan) -> bool:
     """Whether runs that are not judged go side by side, whatever their company."""
     made, settings = twin_plan(plan.twin), plan.settings
-    declared = plan.axis.declared.parameters
     return (
         len(plan.methods) == len(plan.regressions) == 1
         and (settings["start"], settings["loss"]) == (INSTRUMENT_STARTS[0], ROW_LOSSES[0])
-        and plan.axis.names == tuple(p.name for p in declared)
+        and plan.axis.names == tuple(p.name for p in plan.axis.declared.parameters)
         and made.clocks is None
         and not (made.signals or made.axis.axis.signals)
         and made.axis.axis.response is None

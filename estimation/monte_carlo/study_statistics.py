@@ -238,8 +238,7 @@ class StudyFigures(Checked):
         for each in self.figures:
             # Of few runs the standard error is uncertain too: the distance is Student's.
             furthest = stdtrit(each.runs - 1, ndtr(MIN_BIAS.value)) * each.bias.error
-            least = max(furthest, _ROUNDING * abs(each.truth))
-            if each.runs > 1 and abs(each.bias.value) > least:
+            if each.runs > 1 and abs(each.bias.value) > max(furthest, _ROUNDING * abs(each.truth)):
                 found.append(each)
         return tuple(found)
 
