@@ -100,11 +100,11 @@ def alignment_of(scores: RecordScores) -> Alignment | Missing:
     column = scores.along.reduce(scores.along.by_stretch(np.gradient, force))[:, None]
     declared = math.floor(declared_lateness(data) / data.period)
     tried = (min(_EARLIEST, -1 - min(declared, _MOST_DECLARED)), _LATEST)
-    commanded = scores.by_loop and data.record.force is None and data.axis.axis.jumps
     start = delay = (
         # The loop holds a command whatever the filter supposes.
         law_clock(data.axis.axis.control, data.record).hold_delay
-        if commanded and data.prefilter.hold == "raw"
+        if (scores.by_loop and data.record.force is None and data.axis.axis.jumps)
+        and data.prefilter.hold == "raw"
         else data.hold_delay
     )
     deviation = np.inf

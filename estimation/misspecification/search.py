@@ -226,12 +226,12 @@ def _told(scores: RecordScores, name: TestedHypothesis) -> Misspecification:
         estimate = scores.physical.copy()
         estimate[scores.free] += scores.moved_by(columns, factors)
         before = float(estimate[names.index(parameter)] + begun)
-    size = float(np.linalg.norm(values))
     return Misspecification(
         kind=kind,
         parameter=parameter,
         values=tuple(map(float, values)),
-        deviation=math.sqrt(max(float(values @ covariance @ values), 0.0)) / (size or 1.0),
+        deviation=math.sqrt(max(float(values @ covariance @ values), 0.0))
+        / (float(np.linalg.norm(values)) or 1.0),
         before=before,
         at=name.at,
         share=float(np.linalg.norm(columns @ factors) / (np.linalg.norm(scores.force) or 1.0)),

@@ -165,14 +165,14 @@ def reestimated(frozen: SamplingDistribution, own: Estimate) -> RecordDifference
     dof = np.array([each.freedom[frozen.chosen] for each in (frozen, anew)])
     # Welch and Satterthwaite's degrees of freedom of a difference.
     freedom = variances.sum(axis=0) ** 2 / (variances**2 / dof).sum(axis=0)
-    effects = own.X @ np.linalg.solve(own.jacobian, np.diag(after - before))
     return difference_of(
         {q.name: q.unit for q in own.quantities},
         before,
         after - before,
         covariances.sum(axis=0),
         float(np.nanmin(freedom)),
-        effects / float(np.linalg.norm(own.y)),
+        (own.X @ np.linalg.solve(own.jacobian, np.diag(after - before)))
+        / float(np.linalg.norm(own.y)),
     )
 
 

@@ -197,9 +197,9 @@ def open_for_jitter(
     raw = (record.sampled or record).longest()
     even, control = _evenly(raw, "position"), np.asarray(raw.control)
     noise = position_noise(even.position) * np.random.default_rng(0).normal(size=len(even))
-    noisy = replace(even, position=even.position + noise)
     sampled, between, noisy_control = (
-        compared_with_law(axis, law, each)[1] for each in (raw, even, noisy)
+        compared_with_law(axis, law, each)[1]
+        for each in (raw, even, replace(even, position=even.position + noise))
     )
     left = relative_error_percent(noisy_control - between, control)
     matters = relative_error_percent(sampled - between, control) >= MAX_LAW_RESIDUAL.value
