@@ -89,11 +89,12 @@ def jackknife_intervals(
     dict of str to JackknifeInterval
         Empty where no groups of rows tell all parameters.
     """
-    by_grouping = [_bands(estimate, labels, by, noisy=noisy) for by, labels in ways.items()]
-    by_parameter = zip(*filter(None, by_grouping), strict=True)
+    by_grouping = (_bands(estimate, labels, by, noisy=noisy) for by, labels in ways.items())
     return {
         q.name: max(bands, key=lambda band: band.interval[1] - band.interval[0])
-        for q, bands in zip(estimate.quantities, by_parameter, strict=False)
+        for q, bands in zip(
+            estimate.quantities, zip(*filter(None, by_grouping), strict=True), strict=False
+        )
     }
 
 

@@ -86,8 +86,7 @@ def find_law(
     along, found = _AlongRecord.of(generated, piece), list[ExplainedLaw]()
     for form in with_progress(FORMS, progress, lambda form: form.title):
         law = along.begun(form)
-        explained = None if law is None else along.fitted(form, law)
-        if explained is not None:
+        if law is not None and (explained := along.fitted(form, law)) is not None:
             found.append(explained)
             if explained.held_out_percent > _NEGLIGIBLE_LEFT:  # else no anti-windup explains more
                 found += along.wound(form, explained.law)
@@ -217,8 +216,8 @@ class _AlongRecord:
 
     def wound(self, form: LawForm, law: ControlLaw) -> list[ExplainedLaw]:
         """A law with each anti-windup, where the drive came near its limit; each the best start."""
-        limit = LawAlong.of(self.axis, law, self.ticks, self.record).limit
-        if "sum of error" not in form.columns or not np.any(np.isfinite(limit)):
+        along = LawAlong.of(self.axis, law, self.ticks, self.record)
+        if "sum of error" not in form.columns or not np.any(np.isfinite(along.limit)):
             return []  # no integral that may have wound up
         starts, found = [law, self.begun(form, apart=True)], list[ExplainedLaw | None]()
         for how in ANTI_WINDUP[1:]:
@@ -235,8 +234,11 @@ class _AlongRecord:
     def _left(self, law: ControlLaw) -> float:
         """What a law leaves of the rows as it is; infinite where it runs away along them."""
         by_gains = self._by_gains(law)
-        left = np.linalg.norm(by_gains.control - by_gains.output)
-        return float(np.nan_to_num(left, nan=np.inf, posinf=np.inf))
+        return float(
+            np.nan_to_num(
+                np.linalg.norm(by_gains.control - by_gains.output), nan=np.inf, posinf=np.inf
+            )
+        )
 
 
 def _commands(axis: GeneratedAxis, record: Record) -> tuple[Array, NDArray[np.bool_]]:
@@ -270,8 +272,9 @@ def _ranked(axis: GeneratedAxis, record: Record, found: list[ExplainedLaw]) -> L
     An ideal velocity is in no log; a law that reads one comes first where no other explains the
     control.
     """
-    of_log = (each.held_out_percent for each in found if not each.law.takes_velocity)
-    least = min(of_log, default=np.inf)
+    least = min(
+        (each.held_out_percent for each in found if not each.law.takes_velocity), default=np.inf
+    )
     explained = least < MAX_LAW_RESIDUAL.value
     if not explained:
         least = min(each.held_out_percent for each in found)

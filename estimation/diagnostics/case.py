@@ -89,8 +89,7 @@ class Case:
         first, by_law = self._best(by_law=False), self._best(by_law=True)
         if by_law == first or not self.laws_hold:
             return first
-        apart = self._less("idm-iv", "didim")
-        if isinstance(apart, Missing):
+        if isinstance(apart := self._less("idm-iv", "didim"), Missing):
             return by_law
         moved = significant_differences(apart, self.levels.level)
         return (
@@ -157,8 +156,11 @@ class Case:
     @cached_property
     def alike(self) -> PoolingTest | Missing:
         """Each of several records against the others."""
-        alone = len(self.problem.data) == 1
-        return ONE_RECORD if alone else pooling_test(self.problem, self.preferred, self.levels)
+        return (
+            ONE_RECORD
+            if len(self.problem.data) == 1
+            else pooling_test(self.problem, self.preferred, self.levels)
+        )
 
     @property
     def preferred(self) -> Estimate:
@@ -181,8 +183,9 @@ class Case:
     @cached_property
     def instruments(self) -> InstrumentTests | Missing:
         """Of the judged estimate, or of idm-iv beside one by output error."""
-        by_loop = self.preferred.by_output_error
-        return tests_of_instruments(self.estimates.get("idm-iv") if by_loop else self.preferred)
+        return tests_of_instruments(
+            self.estimates.get("idm-iv") if self.preferred.by_output_error else self.preferred
+        )
 
     @cached_property
     def strength(self) -> Check | Missing:
@@ -230,8 +233,9 @@ class Case:
     def lacking(self) -> tuple[Misspecification, ...] | Missing:
         """What the judged model lacks, or why that cannot be told."""
         half_widths = np.ptp([v.interval for v in self.preferred.parameters.values()], axis=1) / 2
-        records = len((self.whole or self).problem.data)
-        return find_misspecification(self.scores, half_widths, records, self.levels)
+        return find_misspecification(
+            self.scores, half_widths, len((self.whole or self).problem.data), self.levels
+        )
 
     @cached_property
     def aligned(self) -> Check | Missing:

@@ -312,8 +312,7 @@ def _compared(columns: Columns) -> tuple[float, ColumnComparison] | Missing:
     more than that is none.
     """
     computed, measured, rows, _ = columns
-    found = compared_columns(columns)
-    if isinstance(found, Missing):
+    if isinstance(found := compared_columns(columns), Missing):
         return found
     unexplained = found.left_percent / 100 / MIN_DISTANCE_FROM_NOISE.value
     return relative_error_percent((measured - computed)[rows], computed[rows]), replace(

@@ -91,8 +91,7 @@ def method_check(
         ),
         _least_squares_judged(judged, steps, levels),
     )
-    found = [each for each in made if isinstance(each, Check)]
-    if not found:
+    if not (found := [each for each in made if isinstance(each, Check)]):
         why = (each for each in compared.values() if isinstance(each, Missing))
         return next(why, Missing(f"nothing is compared with {judged.method}"))
     worst = min(found, key=lambda each: (WORST_FIRST.index(each.status), -(each.figure or 0.0)))

@@ -359,8 +359,7 @@ def _tested(
     around = (record.span.start, len(base) - record.span.stop), (0, 0)
     X, Z = (np.pad(each, around) for each in (record.columns, record.instruments))
     shown = _independent(Z, base[:, :0])
-    own = [shown[j] for j in _independent(Z[:, shown], base)]
-    if not own:
+    if not (own := [shown[j] for j in _independent(Z[:, shown], base)]):
         return Missing("this record tells no parameter that it shares with the others")
     try:
         change, covariance, dof = extended(X[:, own], Z[:, own])

@@ -27,8 +27,7 @@ def common_samples(one: Record, other: Record) -> tuple[NDArray[np.bool_], ...] 
     in both, is in both.
     """
     written = [each.sampled or each for each in (one, other)]
-    rows = _measured(*written)
-    if rows is None:
+    if (rows := _measured(*written)) is None:
         return None
     _, number = np.unique(np.concatenate(rows), return_inverse=True)
     numbers = np.split(number, [len(rows[0])])
@@ -55,8 +54,7 @@ def repeated_check(records: Sequence[Record]) -> Check | None:
     counts, names = [np.ones(len(record)) for record in records], record_labels(records)
     said = []
     for i, j in combinations(range(len(records)), 2):
-        common = common_samples(records[i], records[j])
-        if common is None:
+        if (common := common_samples(records[i], records[j])) is None:
             continue
         counts[i] += common[0]
         counts[j] += common[1]

@@ -134,7 +134,9 @@ def wald_test(larger: Solution, how: Embedding, covariance: Covariance) -> tuple
     across = np.linalg.qr(inside / np.linalg.norm(inside, axis=0), mode="complete")[0][:, k:].T
     departure = across @ ((larger.theta - start) / size)
     square, restrictions = wald(departure, across @ (spread / np.outer(size, size)) @ across.T)
-    dof = float(np.min(covariance.applied(larger).freedom))
     return square / restrictions, hotelling_p_value(
-        square, restrictions, dof, one_variance=covariance.has_one_variance
+        square,
+        restrictions,
+        float(np.min(covariance.applied(larger).freedom)),
+        one_variance=covariance.has_one_variance,
     )

@@ -423,8 +423,7 @@ def validate_fit(
         else WindowPredictions(form, [axis], [record], length)
     )
     predictions.settle(physical)
-    lanes = predictions(physical[None, :])
-    if lanes.failures:
+    if (lanes := predictions(physical[None, :])).failures:
         raise EstimationError(
             f"the parameters of the fit do not simulate {record.provenance.source}: "
             f"{lanes.failures[0]}",

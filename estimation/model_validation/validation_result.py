@@ -244,8 +244,10 @@ class Validation(Checked, Presentable, Exact):
         lost = [v for v in self if v.fits and not v.follows]
         shown = lost or [v for v in self if v.tracking_error_percent is not None]
         if not (self.has_declared_law and shown):
-            other = "the loop of this record is another one, or has no position"
-            said = next((v.reason for v in self if v.reason), other)
+            said = next(
+                (v.reason for v in self if v.reason),
+                "the loop of this record is another one, or has no position",
+            )
             return Check.not_evaluated("simulation", Missing(said))
         worst = max(v.tracking_error_percent or 0.0 for v in shown)
         return Check.unless(
@@ -286,8 +288,7 @@ class Validation(Checked, Presentable, Exact):
 
 def checked_law(law: LawAgreement | Missing, lead: str) -> Check:
     """The declared law against a second record; `lead` begins what is told where it fails."""
-    found = law_check(law)
-    if isinstance(found, Missing):
+    if isinstance(found := law_check(law), Missing):
         return Check.not_evaluated("control law", found)
     return replace(found, meaning=lead + found.meaning) if found.status == "fail" else found
 

@@ -187,7 +187,31 @@ def monte_carlo(
     Held in memory are the signals of one block for each process, and about 0.1 kB of numbers for
     each run and parameter.
     """
-    _check_course(block, jobs, executor, keep)
+    refuse(
+        UsageError,
+        *(
+            (
+                not (is_whole(value) and value >= 1),
+                f"{what}={quoted(value)}; give a whole number of 1 or more",
+            )
+            for what, value in (("block", block), ("jobs", jobs))
+        ),
+        (
+            executor is not None and jobs != 1,
+            "both jobs and an executor are given; give one of them",
+        ),
+        (
+            not isinstance(executor, (Executor, type(None))),
+            f"the executor is {quoted(executor)}; give one of concurrent.futures, or what Dask's "
+            "Client.get_executor() gives",
+        ),
+        (
+            not (keep is None or callable(keep)),
+            f"what keeps an interrupted study is {quoted(keep)}; give a function that takes a "
+            "MonteCarlo, or leave it out",
+        ),
+        code="study",
+    )
     generated = as_generated(axis)
     simulated = generated if twin is None else as_generated(twin)
     check_choices(covariance, start, loss)
@@ -216,35 +240,6 @@ def _methods(methods: object) -> tuple[str, ...]:
     others = [each for each in names if each not in fits]
     named = (requested_methods(others) or method_names()) if others or not fits else ()
     return tuple(dict.fromkeys((*named, *fits)))
-
-
-def _check_course(block: object, jobs: object, executor: object, keep: object) -> None:
-    """Refuse how a study is to be run."""
-    refuse(
-        UsageError,
-        *(
-            (
-                not (is_whole(value) and value >= 1),
-                f"{what}={quoted(value)}; give a whole number of 1 or more",
-            )
-            for what, value in (("block", block), ("jobs", jobs))
-        ),
-        (
-            executor is not None and jobs != 1,
-            "both jobs and an executor are given; give one of them",
-        ),
-        (
-            not isinstance(executor, (Executor, type(None))),
-            f"the executor is {quoted(executor)}; give one of concurrent.futures, or what Dask's "
-            "Client.get_executor() gives",
-        ),
-        (
-            not (keep is None or callable(keep)),
-            f"what keeps an interrupted study is {quoted(keep)}; give a function that takes a "
-            "MonteCarlo, or leave it out",
-        ),
-        code="study",
-    )
 
 
 def _run(
@@ -288,11 +283,13 @@ def _run(
                     progress(count, plan.runs, f"twins of {plan.twin.axis.name}, {remaining}")
     except BaseException:
         if keep is not None and done:
-            numbers_so_far = calibrated_runs(joined(done), calibrations, plan.checks)
-            keep(MonteCarlo(plan=plan, numbers=numbers_so_far))
+            keep(
+                MonteCarlo(
+                    plan=plan, numbers=calibrated_runs(joined(done), calibrations, plan.checks)
+                )
+            )
         raise
-    numbers = joined(done)
-    if not numbers.estimands:
+    if not (numbers := joined(done)).estimands:
         reasons = dict.fromkeys(f"{each.of}: {each.reason}" for each in numbers.failures)
         listed = "; ".join(reason.removesuffix(".") for reason in [*reasons][:_MOST_REASONS])
         raise EstimationError(f"no twin gave an estimate. {listed}.", code="no-twin-identified")

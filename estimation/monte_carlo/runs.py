@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field
-from typing import Any, Literal, TypeAlias, TypeVar
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,6 @@ from axisid.support.errors import AxisidError
 from .drawn_twins import are_lanes, twin_lanes, twins
 from .plan import COLOURED, IID, MonteCarloPlan
 
-_T = TypeVar("_T")
 Interval: TypeAlias = tuple[float, tuple[float, float]]  # a deviation, and both bounds
 
 #: What intervals are of: each covariance, a fit's coloured errors, and the model's error (of runs
@@ -206,8 +205,7 @@ def _run(plan: MonteCarloPlan, number: int, record: Record | str, bootstrap: int
     if isinstance(record, str):
         run.lost(SIMULATION, record)
         return run
-    result = _identified(plan, run, record, bootstrap)
-    if result is not None:
+    if (result := _identified(plan, run, record, bootstrap)) is not None:
         if is_judged:
             with run.losing(VERDICT):
                 run.judged({check.name: check.status for check in result.verdict})
@@ -332,7 +330,9 @@ def joined(blocks: Sequence[BlockNumbers]) -> BlockNumbers:
 
 
 def _stacked(
-    parts: Sequence[tuple[NDArray[Any], tuple[_T, ...]]], columns: tuple[_T, ...], missing: float
+    parts: Sequence[tuple[NDArray[Any], tuple[object, ...]]],
+    columns: tuple[object, ...],
+    missing: float,
 ) -> NDArray[Any]:
     """Arrays by run under one another, each column where all have it."""
     place = {column: i for i, column in enumerate(columns)}

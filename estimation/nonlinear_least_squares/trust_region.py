@@ -202,8 +202,7 @@ class Search:
         """Weighted errors, then those of what was known before; large ones for a lost loop."""
         if np.array_equal(self._at, at) or not self._largest:
             return weighed_rows(at, self._slopes_at(at)[0], self._unknowns, self._weighing)
-        lanes = self._predictions(at[None, :])
-        if lanes.failures:
+        if (lanes := self._predictions(at[None, :])).failures:
             rows = len(self._weighing.weights) + int(self._unknowns.has_prior.sum())
             return np.full(rows, _LOST * self._largest)
         return weighed_rows(at, lanes.errors[:, 0], self._unknowns, self._weighing)

@@ -287,8 +287,7 @@ def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
     if law is None or law.continuous:
         return {}
     wanted = ("position", "velocity")
-    loop = stretch.simulated(theta[None, :], replace(inputs, clocks=None), wanted)
-    if loop.failures:
+    if (loop := stretch.simulated(theta[None, :], replace(inputs, clocks=None), wanted)).failures:
         return {}
     position, velocity = (loop[name][:, 0] for name in wanted)
     ticks = LawInputs.at_samples(inputs.reference, position, velocity, inputs.signals)

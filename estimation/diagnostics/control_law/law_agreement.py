@@ -128,8 +128,7 @@ def law_agreement(axis: GeneratedAxis, record: Record) -> LawAgreement | Missing
     law = axis.axis.control
     if law is None:
         return Missing(str(lacking_law(axis)))
-    incomparable = _incomparable(axis, law, record)
-    if incomparable is not None:
+    if (incomparable := _incomparable(axis, law, record)) is not None:
         return incomparable
     others = [*other_readings(record)]
     first = _compared(axis, law, record, advises=not others)
@@ -137,8 +136,7 @@ def law_agreement(axis: GeneratedAxis, record: Record) -> LawAgreement | Missing
         return first
     checks = [(first, "", record)]
     for said, read, advice in others:
-        found = _compared(axis, law, read, advises=False)
-        if isinstance(found, Missing):
+        if isinstance(found := _compared(axis, law, read, advises=False), Missing):
             continue
         if found.passed:
             return replace(

@@ -330,8 +330,7 @@ def explained_by_gains(by_gains: GainRegression) -> tuple[str, GainRegression | 
     declared, said = by_gains.along.law.gains, ""
     changes = by_gains.least_change() if declared else ()
     right = (e for e in changes if e.percent < MAX_LAW_RESIDUAL.value and not e.gains_off)
-    best = next(right, None)
-    if best is not None:
+    if (best := next(right, None)) is not None:
         ways = "; or ".join(
             " and ".join(
                 f"{name} is {times:.4g} times the declared one, {change.gains[name]:.5g} for "
