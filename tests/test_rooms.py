@@ -46,7 +46,7 @@ FLOORS = (
     ("estimation.control_law_search",),
     ("estimation.identification",),
     ("estimation.batched",),
-    ("estimation.prediction_errors",),
+    ("estimation.simulation_errors",),
     ("estimation.nonlinear_least_squares",),
     ("estimation.output_error",),
     ("estimation.model_validation",),

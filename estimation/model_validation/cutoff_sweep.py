@@ -35,9 +35,9 @@ from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification, identify, records_of
 from axisid.estimation.methods import METHODS
 from axisid.estimation.parameters import KnownValue
-from axisid.estimation.prediction_errors import WindowPredictions
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, matching_decimation
+from axisid.estimation.simulation_errors import OpenLoopErrors
 from axisid.estimation.thresholds import (
     MAX_RELATIVE_DEVIATION,
     MIN_ROWS_PER_PARAMETER,
@@ -209,7 +209,7 @@ def motion_errors(results: Sequence[tuple[Identification, Estimate]]) -> list[fl
     (first, estimate), *_ = results
     data, errors = first.problem.data, list[float]()
     try:
-        predictions = WindowPredictions(
+        predictions = OpenLoopErrors(
             estimate.form, [d.axis for d in data], [d.record for d in data], _HORIZON
         )
     except (DataError, EstimationError, ModelError):

@@ -26,7 +26,6 @@ from axisid.estimation.identification import Identification, RecordInfo
 from axisid.estimation.methods import METHODS, Bootstrap, bound_record, estimate_by
 from axisid.estimation.output_error import OutputFit, checked_horizon
 from axisid.estimation.parameters import GAIN, INITIAL_STATE_PARAMETERS, by_declared_gain
-from axisid.estimation.prediction_errors import LoopPredictions, PredictionErrors, WindowPredictions
 from axisid.estimation.records import Record, check_record, law_clock
 from axisid.estimation.regression import (
     Hac,
@@ -39,6 +38,7 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import FilteredRecord, RowTimes
 from axisid.estimation.simulation import Simulation
+from axisid.estimation.simulation_errors import ClosedLoopErrors, OpenLoopErrors, SimulationErrors
 from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE
 from axisid.support.arrays import Array, Exact, relative_error_percent
 from axisid.support.errors import (
@@ -417,10 +417,10 @@ def validate_fit(
     physical = result.physical[: len(form.physical_quantities)]
     if GAIN in result.names:
         physical = by_declared_gain(axis, physical, result[GAIN].value)
-    predictions: PredictionErrors = (
-        LoopPredictions(form, [axis], [record], followed)
+    predictions: SimulationErrors = (
+        ClosedLoopErrors(form, [axis], [record], followed)
         if length is None
-        else WindowPredictions(form, [axis], [record], length)
+        else OpenLoopErrors(form, [axis], [record], length)
     )
     predictions.settle(physical)
     if (lanes := predictions(physical[None, :])).failures:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from axisid.estimation.choices import HUBER, SOFT_L1, SQUARES
 from axisid.estimation.parameters import Unknowns
-from axisid.estimation.prediction_errors import PredictionErrors, jacobian_at
+from axisid.estimation.simulation_errors import SimulationErrors, jacobian_at
 from axisid.support.arrays import Array
 from axisid.support.progress import Progress
 
@@ -105,7 +105,7 @@ class Search:
 
     Parameters
     ----------
-    predictions : PredictionErrors
+    predictions : SimulationErrors
     unknowns : Unknowns
     scale : (P,) array
     weighing : WeightedLoss
@@ -114,7 +114,7 @@ class Search:
 
     def __init__(
         self,
-        predictions: PredictionErrors,
+        predictions: SimulationErrors,
         unknowns: Unknowns,
         scale: Array,
         weighing: WeightedLoss,

@@ -27,9 +27,9 @@ from axisid.estimation.diagnostics.control_law import LawAgreement, law_check
 from axisid.estimation.estimates import student_interval
 from axisid.estimation.nonlinear_least_squares import MOST_STEPS
 from axisid.estimation.parameters import GAIN
-from axisid.estimation.prediction_errors import WindowPredictions
 from axisid.estimation.records import record_labels
 from axisid.estimation.signals import Prefilter
+from axisid.estimation.simulation_errors import OpenLoopErrors
 from axisid.estimation.thresholds import (
     ADVISED_WINDOWS,
     MAX_GROWTH,
@@ -191,7 +191,7 @@ def starts_check(of: OutputFit) -> Check | None:
 
 def windows_check(of: OutputFit) -> Check | None:
     """Whether nothing drives the axis away in the windows of an open loop, and they are enough."""
-    if not isinstance(of.predictions, WindowPredictions) or of.horizon is None:
+    if not isinstance(of.predictions, OpenLoopErrors) or of.horizon is None:
         return None
     steady = of.predictions.steady_horizon(of.physical)
     windows, advised = sum(map(len, of.predictions.spans)), ADVISED_WINDOWS.value

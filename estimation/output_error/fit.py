@@ -40,16 +40,16 @@ from axisid.estimation.parameters import (
     perturbed_layouts,
     unknowns_of,
 )
-from axisid.estimation.prediction_errors import (
-    LoopPredictions,
-    PredictionErrors,
-    WindowPredictions,
+from axisid.estimation.records import Record
+from axisid.estimation.signals import FilteredRecord, Prefilter
+from axisid.estimation.simulation_errors import (
+    ClosedLoopErrors,
+    OpenLoopErrors,
+    SimulationErrors,
     default_horizon,
     jacobian_at,
     record_rows,
 )
-from axisid.estimation.records import Record
-from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.thresholds import HUBER_TUNING
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
@@ -346,19 +346,19 @@ def _predictions(
     outputs: Sequence[str],
     physical: Array,
     horizon: float | None,
-) -> PredictionErrors:
+) -> SimulationErrors:
     """What is predicted; windows of an open loop are such that errors do not grow in them.
 
     At parameters (P,), where a length, s, is not asked for. Where they cannot be simulated, the
     search tells it.
     """
     if OPEN_LOOP not in outputs:
-        return LoopPredictions(form, form.axes, records, outputs)
-    longest = WindowPredictions(form, form.axes, records, horizon or default_horizon(records))
+        return ClosedLoopErrors(form, form.axes, records, outputs)
+    longest = OpenLoopErrors(form, form.axes, records, horizon or default_horizon(records))
     if horizon is None:
         with suppress(EstimationError):
             steady = longest.steady_horizon(physical)
-            return WindowPredictions(form, form.axes, records, steady)
+            return OpenLoopErrors(form, form.axes, records, steady)
     return longest
 
 
@@ -398,7 +398,7 @@ class _FitRun:
 
     form: ExtendedForm
     records: Sequence[Record]
-    predictions: PredictionErrors
+    predictions: SimulationErrors
     unknowns: Unknowns
     loss: str
     given: tuple[float, ...]  # weights of the outputs, NaN where they are found

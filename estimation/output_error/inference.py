@@ -28,9 +28,9 @@ from axisid.estimation.parameters import (
     bounded_quadratic_minimum,
     least_sizes,
 )
-from axisid.estimation.prediction_errors import LoopPredictions, PredictionErrors, jacobian_at
 from axisid.estimation.records import Record
 from axisid.estimation.regression import CovarianceEstimate, widened
+from axisid.estimation.simulation_errors import ClosedLoopErrors, SimulationErrors, jacobian_at
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, Missing
@@ -51,7 +51,7 @@ class FitSearch:
         As `fit` takes them.
     form : ExtendedForm
     unknowns : Unknowns
-    predictions : PredictionErrors
+    predictions : SimulationErrors
     start, scale : (P,) array
         Where the first search begins, and by how much its parameters change.
     started : str
@@ -61,7 +61,7 @@ class FitSearch:
     best : SearchResult
         The search that is told.
     searches : tuple of SearchResult
-    doubts : tuple of (ExtendedForm, PredictionErrors)
+    doubts : tuple of (ExtendedForm, SimulationErrors)
         Of each value that is known with a deviation: where it is larger by that.
     rests_count : bool
         Whether samples near rests count, as without them a parameter is hardly shown.
@@ -75,7 +75,7 @@ class FitSearch:
     outputs: tuple[str, ...]
     loss: str
     unknowns: Unknowns = field(repr=False, compare=False)
-    predictions: PredictionErrors = field(repr=False, compare=False)
+    predictions: SimulationErrors = field(repr=False, compare=False)
     start: Array
     started: str
     scale: Array
@@ -86,7 +86,7 @@ class FitSearch:
     bootstrap: int
     seed: int
     known: KnownValues
-    doubts: tuple[tuple[ExtendedForm, PredictionErrors], ...] = field(repr=False, compare=False)
+    doubts: tuple[tuple[ExtendedForm, SimulationErrors], ...] = field(repr=False, compare=False)
     rests_count: bool = field(repr=False, compare=False)
     alone: SearchResult | None = field(repr=False, compare=False)
 
@@ -382,7 +382,7 @@ def _slopes_by_start(of: FitSearch) -> Array:
     if of.of_start.any() or not any(in_motion):
         return np.zeros((len(of.best.errors), 0))
     form = replace(of.form, time=()).with_starts(of.records, [START])
-    predictions = LoopPredictions(form, form.axes, of.records, of.outputs)
+    predictions = ClosedLoopErrors(form, form.axes, of.records, of.outputs)
     first = len(of.best.physical) - len(of.form.time)
     at = np.append(of.best.physical[:first], form.start[first:])
     no_end = np.full(len(at), np.inf)

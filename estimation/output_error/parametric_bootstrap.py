@@ -23,10 +23,10 @@ from axisid.estimation.diagnostics.control_law import (
 )
 from axisid.estimation.estimation_problem import noise_free_record
 from axisid.estimation.parameters import ExtendedForm, axis_at
-from axisid.estimation.prediction_errors import PredictionErrors, record_rows
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Hac, recorded_loops
 from axisid.estimation.signals import FilteredRecord, Prefilter, RowTimes
+from axisid.estimation.simulation_errors import SimulationErrors, record_rows
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, Missing
 
@@ -81,7 +81,7 @@ class RecordLoops:
 def outputs_by_noise(
     records: Sequence[RecordLoops | Missing],
     physical: Array,
-    predictions: PredictionErrors,
+    predictions: SimulationErrors,
     count: int,
     *,
     disturbed: bool,
@@ -93,7 +93,7 @@ def outputs_by_noise(
     ----------
     records : sequence of RecordLoops or Missing
     physical : (P,) array
-    predictions : PredictionErrors
+    predictions : SimulationErrors
         Of the records, settled there.
     count : int
     disturbed : bool

@@ -28,8 +28,8 @@ from axisid.estimation.estimates import Value, degrees_of_freedom_of
 from axisid.estimation.methods import bound_record
 from axisid.estimation.misspecification import Misspecification, find_misspecification, scores_of
 from axisid.estimation.parameters import axis_at
-from axisid.estimation.prediction_errors import record_rows
 from axisid.estimation.signals import Prefilter
+from axisid.estimation.simulation_errors import record_rows
 from axisid.modeling.parsing import FunctionLike
 from axisid.support.arrays import Array, Exact, MaybeInfinite
 from axisid.support.errors import Missing

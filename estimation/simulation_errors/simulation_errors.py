@@ -1,4 +1,4 @@
-"""Prediction errors side by side, one column for each parameter set, slopes by differences."""
+"""Errors of simulated outputs, one column for each parameter set, and slopes by differences."""
 
 from abc import ABC, abstractmethod
 from collections import ChainMap
@@ -37,7 +37,7 @@ _ADDED_SHARE = 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lanes:
-    """Predicted less recorded outputs.
+    """Simulated less recorded outputs.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Piece:
         Rows of each stretch without a gap.
     samples : (N,) array of int
     measured, counted : (n,) array
-        As of `PredictionErrors`.
+        As of `SimulationErrors`.
     """
 
     record: int
@@ -124,8 +124,8 @@ def interleaved(columns: Sequence[Array]) -> Array:
     return np.stack(columns, axis=1).reshape(-1, *columns[0].shape[1:])
 
 
-class PredictionErrors(ABC):
-    """An output as parameters predict it, at the samples of all records.
+class SimulationErrors(ABC):
+    """An output as parameters simulate it less the recorded one, at the samples of all records.
 
     Attributes
     ----------
@@ -234,7 +234,7 @@ class PredictionErrors(ABC):
         return tuple(map(np.concatenate, filter(None, velocities)))
 
     def follow_time(
-        self, later: "PredictionErrors", physical: Array, time: float, step: float
+        self, later: "SimulationErrors", physical: Array, time: float, step: float
     ) -> None:
         """Let the last parameter be a time of the drive, for which the loops were generated.
 
@@ -243,7 +243,7 @@ class PredictionErrors(ABC):
 
         Parameters
         ----------
-        later : PredictionErrors
+        later : SimulationErrors
             The same, of drives whose time is longer by a step.
         physical : (P,) array
             Where the slope by the time is taken.
@@ -325,7 +325,7 @@ _SHORTER = (1, 1 / 8, 1 / 64)  # of the step, where lanes fail
 
 
 def jacobian_at(
-    predictions: PredictionErrors,
+    predictions: SimulationErrors,
     physical: Array,
     scale: Array,
     lower: Array,
@@ -339,7 +339,7 @@ def jacobian_at(
 
     Parameters
     ----------
-    predictions : PredictionErrors
+    predictions : SimulationErrors
     physical : (P,) array
     scale : (P,) array
         Of each parameter: the step is `STEP` of it.
