@@ -46,24 +46,24 @@ from .runs import (
     block_numbers,
     joined,
     lost_block,
-    twin_numbers,
 )
 
 _RUNS = 16  # whose twins tell it
 _HAC = 2 + 3 * INTERVALS.index("hac")
 
-#: Bias, and scales of the HAC deviation and of its interval, (3,), of what is estimated.
-Calibrations = Mapping[Estimand, Array]
 _NONE = np.array([0.0, 1.0, 1.0])
 
 
 @np.errstate(all="ignore")  # of runs without an estimate
-def study_calibrations(plan: MonteCarloPlan) -> Calibrations:
-    """By the first runs, with twins and without; of nothing where there are none."""
+def study_calibrations(plan: MonteCarloPlan) -> dict[Estimand, Array]:
+    """Bias, and scales of the HAC deviation and of its interval, (3,), of what is estimated.
+
+    By the first runs, with twins and without; of nothing where there are none.
+    """
     if not (plan.bootstrap and plan.regressions):
         return {}
     first, own = range(min(_RUNS, plan.runs)), replace(plan, methods=plan.regressions, checks=0)
-    both = joined([twin_numbers(own, first), block_numbers(own, first)])
+    both = joined([block_numbers(own, first, bootstrapped=first.stop), block_numbers(own, first)])
     found, plain = np.split(both.numbers, 2)
     widths = (found[..., _HAC + 2] - found[..., _HAC + 1]) / (
         plain[..., _HAC + 2] - plain[..., _HAC + 1]
@@ -73,7 +73,9 @@ def study_calibrations(plan: MonteCarloPlan) -> Calibrations:
     return dict(zip(both.estimands, means, strict=True))
 
 
-def calibrated_runs(numbers: BlockNumbers, calibrations: Calibrations, judged: int) -> BlockNumbers:
+def calibrated_runs(
+    numbers: BlockNumbers, calibrations: Mapping[Estimand, Array], judged: int
+) -> BlockNumbers:
     """The numbers of runs, calibrated from the first that has no twins of its own on."""
     changed, first = numbers.numbers.copy(), int(np.searchsorted(numbers.runs, judged))
     known = [calibrations.get(estimand, _NONE) for estimand in numbers.estimands]

@@ -151,7 +151,13 @@ class _Run:
         )
 
 
-def block_numbers(plan: MonteCarloPlan, block: range, threads: int | None = None) -> BlockNumbers:
+def block_numbers(
+    plan: MonteCarloPlan,
+    block: range,
+    threads: int | None = None,
+    *,
+    bootstrapped: int | None = None,
+) -> BlockNumbers:
     """The numbers of runs that follow each other.
 
     Parameters
@@ -160,21 +166,17 @@ def block_numbers(plan: MonteCarloPlan, block: range, threads: int | None = None
     block : range
     threads : int, optional
         Of the simulation, as `simulate_batch` takes it; the numbers are the same for any.
+    bootstrapped : int, optional
+        How many runs, from the first on, have twins of their own; by default those that are judged.
     """
-    count = max(plan.checks - block.start, 0) if are_lanes(plan) else len(block)
+    own = plan.checks if bootstrapped is None else bootstrapped
+    count = max(own - block.start, 0) if are_lanes(plan) else len(block)
     alone, side_by_side = block[:count], block[count:]
     runs = [
-        _run(plan, run, record, plan.bootstrap * (run < plan.checks))
-        for run, record in twins(plan, alone)
+        _run(plan, run, record, plan.bootstrap * (run < own)) for run, record in twins(plan, alone)
     ]
     if side_by_side:
         runs += _lane_runs(plan, side_by_side, threads)
-    return joined([run.numbers() for run in runs])
-
-
-def twin_numbers(plan: MonteCarloPlan, block: range) -> BlockNumbers:
-    """The same of runs each of which has twins of its own."""
-    runs = (_run(plan, run, record, plan.bootstrap) for run, record in twins(plan, block))
     return joined([run.numbers() for run in runs])
 
 

@@ -268,10 +268,10 @@ def test_what_is_done_is_kept_whatever_ends_a_study(
 ) -> None:
     module, kept = sys.modules["axisid.estimation.monte_carlo.monte_carlo"], list[MonteCarlo]()
 
-    def failing(plan: Any, block: range, threads: int | None = None) -> BlockNumbers:
+    def failing(plan: Any, block: range, threads: int | None = None, **how: Any) -> BlockNumbers:
         if block.start == 2:
             raise error
-        return block_numbers(plan, block, threads)
+        return block_numbers(plan, block, threads, **how)
 
     monkeypatch.setattr(module, "block_numbers", failing)
     with pytest.raises((EstimationError, KeyboardInterrupt)):
