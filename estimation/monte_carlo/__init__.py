@@ -18,8 +18,8 @@ from .plan import (
     MonteCarloPlan as MonteCarloPlan,
     stated_by as stated_by,
 )
-from .result import (
-    MonteCarlo as MonteCarlo,
+from .result import MonteCarlo as MonteCarlo
+from .run_files import (
     check_output as check_output,
     run_columns as run_columns,
     write_runs as write_runs,

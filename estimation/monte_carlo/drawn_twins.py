@@ -153,8 +153,10 @@ def twin_of(axis: GeneratedAxis, truth: object, moves: object) -> GeneratedAxis:
     if moves is None and (before is None or not truth):
         return axis  # which without an experiment is refused as a twin
     known = {} if before is None else before.truth
-    changed: dict[str, Any] = {"truth": {**known, **by_name(truth, "true values")}}
-    changed |= {} if moves is None else {"moves": moves}
+    changed: dict[str, Any] = {
+        "truth": {**known, **by_name(truth, "true values")},
+        **({} if moves is None else {"moves": moves}),
+    }
     try:
         given = Experiment(**changed) if before is None else replace(before, **changed)
         declared = replace(declared, experiment=given)

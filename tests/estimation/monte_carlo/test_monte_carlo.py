@@ -24,7 +24,7 @@ from axisid.estimation.monte_carlo import (
     runs,
 )
 from axisid.estimation.monte_carlo.drawn_twins import twins
-from axisid.estimation.monte_carlo.result import write_runs
+from axisid.estimation.monte_carlo.run_files import write_runs
 from axisid.estimation.monte_carlo.runs import (
     INTERVALS,
     PARAMETER,
