@@ -16,7 +16,7 @@ from .monte_carlo import monte_carlo as monte_carlo
 from .plan import (
     COLOURED as COLOURED,
     MonteCarloPlan as MonteCarloPlan,
-    stated_by as stated_by,
+    interval_covariance as interval_covariance,
 )
 from .result import MonteCarlo as MonteCarlo
 from .run_files import (

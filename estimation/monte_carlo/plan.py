@@ -102,6 +102,6 @@ class MonteCarloPlan:
         return tuple(filter(fitted_output, self.methods))
 
 
-def stated_by(method: str, chosen: str) -> str:
+def interval_covariance(method: str, chosen: str) -> str:
     """What the printed intervals of a method are of: those of identifications are chosen."""
     return COLOURED if fitted_output(method) else chosen

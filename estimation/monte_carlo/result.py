@@ -14,7 +14,7 @@ from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.support.arrays import Array, Exact, Uncached
 from axisid.support.presentable import Presentable
 
-from .plan import MonteCarloPlan, stated_by
+from .plan import MonteCarloPlan, interval_covariance
 from .runs import (
     DIRECT,
     INTERVALS,
@@ -193,7 +193,9 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
         place : int
             Among the estimands.
         """
-        low, high = self.intervals(stated_by(self.estimands[place].method, self.chosen))[:, place].T
+        low, high = self.intervals(interval_covariance(self.estimands[place].method, self.chosen))[
+            :, place
+        ].T
         stated = (high - low) / 2 / float(ndtri((1 + INTERVAL_LEVEL.value) / 2))
         errors = self.corrected[:, place] - self.truths[place]
         there = np.isfinite(errors) & (stated > 0)

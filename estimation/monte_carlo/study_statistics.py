@@ -21,7 +21,7 @@ from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_BIAS
 from axisid.support.arrays import Array, MaybeNan
 from axisid.support.errors import Missing, UsageError, quoted
 
-from .plan import stated_by
+from .plan import interval_covariance
 from .runs import Estimand, FailedRun
 
 _MOST_REASONS = 5  # that are told of what came to nothing
@@ -249,7 +249,7 @@ class StudyFigures(Checked):
         any of the estimands (Bonferroni).
         """
         wanted = INTERVAL_LEVEL.value
-        stated = [(stated_by(each.method, self.chosen), each) for each in self.figures]
+        stated = [(interval_covariance(each.method, self.chosen), each) for each in self.figures]
         covered = [(each, each.coverage[of]) for of, each in stated if of in each.coverage]
         level = 1 - (1 - wanted) / max(len(covered), 1)
         bounds = [share.interval_at(level) for _, share in covered]
