@@ -14,8 +14,11 @@ from .cutoff_sweep import Sweep as Sweep, default_cutoffs as default_cutoffs, sw
 from .friction_curve import FrictionCurve as FrictionCurve, friction_curve as friction_curve
 from .nested_models import NestedTest as NestedTest
 from .validate import (
-    FitValidation as FitValidation,
     validate as validate,
     validate_fit as validate_fit,
 )
-from .validation_result import MethodValidation as MethodValidation, Validation as Validation
+from .validation_result import (
+    FitValidation as FitValidation,
+    MethodValidation as MethodValidation,
+    Validation as Validation,
+)
