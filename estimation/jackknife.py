@@ -120,8 +120,7 @@ def _bands(
 ) -> list[JackknifeInterval]:
     """Of each parameter; none where groups are too few, or one of them tells too much."""
     names, groups = np.unique(labels, return_inverse=True)
-    count = len(names)
-    if count < _MIN_GROUPS:
+    if (count := len(names)) < _MIN_GROUPS:
         return []
     scale = np.linalg.norm(estimate.X, axis=0)
     size = np.linalg.norm(estimate.slope_columns, axis=0)

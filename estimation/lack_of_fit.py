@@ -54,8 +54,10 @@ def repeated_part(reference: Array) -> tuple[int, int, int] | None:
         if len(reference) - period <= longest:  # as of multiples of a period
             break
         for first, last in runs(np.abs(reference[period:] - reference[:-period]) <= most_apart):
-            far = np.ptp(reference[first:last]) > _MIN_REPEATED_TRAVEL * travel
-            if last - first > longest and far:
+            if (
+                last - first > longest
+                and np.ptp(reference[first:last]) > _MIN_REPEATED_TRAVEL * travel
+            ):
                 best, longest = (first, last + period, period), last - first
     return best
 

@@ -24,12 +24,14 @@ from .diagnosis import (
 from .estimator_checks import (
     DDM_LESS_IDM as DDM_LESS_IDM,
     SECOND_OPINION as SECOND_OPINION,
-    InstrumentStrength as InstrumentStrength,
-    InstrumentTests as InstrumentTests,
     forms_check as forms_check,
     method_check as method_check,
 )
 from .excitation import Excitation as Excitation
+from .instrument_strength import (
+    InstrumentStrength as InstrumentStrength,
+    InstrumentTests as InstrumentTests,
+)
 from .parameter_checks import (
     NOMINAL_VALUES as NOMINAL_VALUES,
     at_bound_check as at_bound_check,

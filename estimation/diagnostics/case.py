@@ -43,12 +43,10 @@ from .estimator_checks import (
     LESS,
     LS_LESS_IV,
     SECOND_OPINION,
-    InstrumentTests,
     less_precise,
-    strength_check,
-    tests_of_instruments,
 )
 from .excitation import Excitation, excitation
+from .instrument_strength import InstrumentTests, strength_check, tests_of_instruments
 from .pooling import PoolingTest, pooling_test
 
 ONE_RECORD = Missing("there is one record")

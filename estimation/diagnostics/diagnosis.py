@@ -21,8 +21,9 @@ from axisid.support.errors import Missing
 from .alignment import Alignment
 from .case import ONE_RECORD, Case
 from .column_comparison import ColumnComparison, derivative_check, force_check, limit_check
-from .estimator_checks import InstrumentTests, forms_check, method_check
+from .estimator_checks import forms_check, method_check
 from .excitation import Excitation
+from .instrument_strength import InstrumentTests
 from .parameter_checks import (
     NOMINAL_VALUES,
     fixed_check,

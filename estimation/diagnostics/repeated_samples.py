@@ -88,8 +88,11 @@ def _measured(*records: Record) -> list[NDArray[np.void]] | None:
     A reference is the same whenever it is run, and a position in few steps may be.
     """
     columns = [record.channels() for record in records]
-    roles = [*records[0].motion, "control", "force"]
-    both = [role for role in roles if all(role in each for each in columns)]
+    both = [
+        role
+        for role in (*records[0].motion, "control", "force")
+        if all(role in each for each in columns)
+    ]
     if not {"control", "force"} & {*both} or len(both) < 2:
         return None
     rows = [np.column_stack([each[role] for role in both]) for each in columns]

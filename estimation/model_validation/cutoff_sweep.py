@@ -270,8 +270,7 @@ class Sweep(Checked, Presentable, Exact):
         """Of the result at the recommended cut-off; else of the law, and why there is none."""
         if self.recommended is None:
             law = made("control law", partial(law_check, self.law))
-            none = Check.unless("recommendation", self.reason)
-            return (none,) if law is None else (law, none)
+            return tuple(filter(None, (law, Check.unless("recommendation", self.reason))))
         return self.results[self.cutoffs.index(self.recommended)].checks
 
     @property

@@ -251,8 +251,7 @@ def _validation(
             tracking = relative_error_percent(off, wanted)
     except (ModelError, DataError, EstimationError) as error:
         reason = str(error)
-    equation = relative_error_percent(residuals, rows.left)
-    if not math.isfinite(equation):
+    if not math.isfinite(equation := relative_error_percent(residuals, rows.left)):
         raise DataError(
             f"{source.source}: the equation error of {estimate.method} is not finite; check the "
             "size and the units of its columns.",

@@ -96,8 +96,7 @@ class Mean:
         By the variance of a sample's variance, ``(m4 - m2^2 (n - 3)/(n - 1))/n``, and the delta
         method.
         """
-        n = len(values)
-        if n < 2:
+        if (n := len(values)) < 2:
             return cls(math.nan, math.nan)
         away = values - values.mean()
         variance, fourth = float(away @ away) / (n - 1), float((away**4).mean())

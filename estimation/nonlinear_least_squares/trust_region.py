@@ -164,8 +164,7 @@ class Search:
         By trust regions, in units of the parameters' scales.
         """
         u = self._unknowns
-        chosen = u.free & (bound == 0)
-        if not chosen.any():
+        if not (chosen := u.free & (bound == 0)).any():
             return at, True
         from scipy.optimize import least_squares
 

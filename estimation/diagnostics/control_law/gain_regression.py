@@ -210,8 +210,9 @@ class GainRegression:
         """
         for each in (self, self.best([*self.along.law.gains])):
             sizes = [np.linalg.norm(np.diff(off)) for off in each.left_open]
-            jumps = np.linalg.norm(np.diff(each.residuals))
-            if jumps < max(sizes, default=0.0) / MIN_DISTANCE_FROM_NOISE.value:
+            if np.linalg.norm(np.diff(each.residuals)) < (
+                max(sizes, default=0.0) / MIN_DISTANCE_FROM_NOISE.value
+            ):
                 return replace(self, possible=(), between=False)
         return self
 

@@ -125,8 +125,7 @@ def first_failing(laws: Sequence[LawAgreement | Missing]) -> LawAgreement | Miss
 
 def law_agreement(axis: GeneratedAxis, record: Record) -> LawAgreement | Missing:
     """Check an axis's control law against a record; or say why it cannot be checked."""
-    law = axis.axis.control
-    if law is None:
+    if (law := axis.axis.control) is None:
         return Missing(str(lacking_law(axis)))
     if (incomparable := _incomparable(axis, law, record)) is not None:
         return incomparable
