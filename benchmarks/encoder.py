@@ -22,7 +22,13 @@ from figures import give, parser_of
 from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.bootstrap import Chain
 from axisid.estimation.choices import CONTROL, FIT
-from axisid.estimation.monte_carlo import PARAMETER, MonteCarlo, Share, monte_carlo, stated_by
+from axisid.estimation.monte_carlo import (
+    PARAMETER,
+    MonteCarlo,
+    Share,
+    interval_covariance,
+    monte_carlo,
+)
 from axisid.modeling.parsing import load_axis
 from axisid.paper import FILTERS
 from axisid.presentation.documents import (
@@ -217,7 +223,7 @@ def _figures(found: MonteCarlo | None, method: str, size: int) -> MethodFigures:
     if found is None or estimated.count < _FEWEST or len(figures) < size:
         unknown = np.full(size, np.nan)
         return MethodFigures(estimated=estimated.value, bias=unknown, scatter=unknown, held=unknown)
-    stated = stated_by(method, found.chosen)
+    stated = interval_covariance(method, found.chosen)
     truth = np.array([each.truth for each in figures])
     return MethodFigures(
         estimated=estimated.value,

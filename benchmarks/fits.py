@@ -27,8 +27,8 @@ from output_error import CASES, TRUTH, declared, reference
 
 from axisid import AxisidError, build, fit, load_axis, read_record, twin_record
 from axisid.estimation.output_error import OutputFit
-from axisid.estimation.prediction_errors import LoopPredictions, jacobian_at
 from axisid.estimation.regression import InverseForm
+from axisid.estimation.simulation_errors import ClosedLoopErrors, jacobian_at
 
 ROOT = Path(__file__).resolve().parents[1]
 OUTPUTS = {
@@ -106,7 +106,7 @@ def slopes_off() -> dict[str, float]:
 
     axis, theta = build(load_axis("emps2015")), np.array([*TRUTH.values()])
     record = twin_record(axis)
-    predictions = LoopPredictions(InverseForm(axis), [axis], [record], "control")
+    predictions = ClosedLoopErrors(InverseForm(axis), [axis], [record], "control")
     predictions.settle(theta)
     _, found = jacobian_at(predictions, theta, theta, np.zeros(3), np.full(3, np.inf))
     start = predictions.stretches[0].inputs.start.position

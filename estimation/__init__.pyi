@@ -19,7 +19,8 @@ from .diagnostics import (
 from .diagnostics.control_law import LawAgreement as LawAgreement, law_agreement as law_agreement
 from .estimates import Iterate as Iterate, Value as Value
 from .identification import DriveTime as DriveTime
-from .lack_of_fit import JackknifeInterval as JackknifeInterval, LackOfFit as LackOfFit
+from .jackknife import JackknifeInterval as JackknifeInterval
+from .lack_of_fit import LackOfFit as LackOfFit
 from .methods import METHODS as METHODS
 from .model_validation import (
     Candidate as Candidate,

@@ -176,7 +176,7 @@ def unless_faulty(find: Callable[[], Found]) -> Found | Missing:
         return Fault(f"it could not be made, by a fault ({said}): please report it")
 
 
-def told_or(otherwise: Else, find: Callable[[], Found | Missing]) -> Found | Else:
+def value_or(otherwise: Else, find: Callable[[], Found | Missing]) -> Found | Else:
     """What a check measures, or what stands for nothing where it could not be measured."""
     found = unless_faulty(find)
     return otherwise if isinstance(found, Missing) else found

@@ -11,8 +11,8 @@ from emps_ladder_models import axis_with
 
 from axisid import Record, build, read_record
 from axisid.codegen import GeneratedAxis
-from axisid.estimation.prediction_errors import WindowPredictions
 from axisid.estimation.regression import InverseForm
+from axisid.estimation.simulation_errors import OpenLoopErrors
 
 STEP = 1e-3  # s
 TURNS = (0.0, 6.224, 12.464, 18.704, 24.841)  # s: where the reference begins its cycles
@@ -124,7 +124,7 @@ def read_data(file: Path) -> Data:
 def left(model: Model, record: Record, values: Mapping[str, float], horizon: float) -> Array:
     """What parameters leave in open loop along a record, m; `validate_fit` without a fit."""
     axis = model.axis
-    windows = WindowPredictions(InverseForm(axis), [axis], [record], horizon)
+    windows = OpenLoopErrors(InverseForm(axis), [axis], [record], horizon)
     theta = np.array([values[p.name] for p in axis.declared.parameters])
     windows.settle(theta)
     return np.asarray(windows(theta[None, :]).errors[:, 0])

@@ -4,5 +4,8 @@ In: an axis and its record. Out: `LawSearch`.
 Knows nothing of the axis's parameters.
 """
 
-from .law_forms import ExplainedLaw as ExplainedLaw, LawSearch as LawSearch
-from .search import find_law as find_law
+from .search import (
+    ExplainedLaw as ExplainedLaw,
+    LawSearch as LawSearch,
+    find_law as find_law,
+)

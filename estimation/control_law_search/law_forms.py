@@ -1,8 +1,7 @@
 """The forms of the ready laws that are tried, and how a regression starts each.
 
 A form without an integral or a filter is linear in products of its gains; one with an integral is
-linear in more products than it has gains, which start the search all the same. The result names
-those that explain a recorded control.
+linear in more products than it has gains, which start the search all the same.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -10,16 +9,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from axisid.estimation.diagnostic_checks import Check, Checked
 from axisid.estimation.law_replay import LawInputs
-from axisid.estimation.records import Record
-from axisid.estimation.thresholds import MAX_LAW_RESIDUAL
 from axisid.modeling.declaration import LAWS, ControlLaw
 from axisid.support.arrays import Array
-from axisid.support.presentable import Presentable
 
-#: Coefficients of a regression of the control, by column.
-Coefficients = Mapping[str, float]
 #: Time constants and 1/bandwidths that begin the search for a filter, sampling periods.
 _FILTERS = (1.0, 1.5, 2.2, 3.3, 5.0, 7.5, 11.0, 17.0, 25.0)
 #: Times that begin the search for that of back-calculation, of the integral's.
@@ -65,7 +58,7 @@ class LawForm(ReadyLaw):
     """
 
     columns: tuple[str, ...]
-    gains: Callable[[Coefficients], dict[str, float]]
+    gains: Callable[[Mapping[str, float]], dict[str, float]]
     extra: str = ""
 
     def made(self, gains: Mapping[str, float], period: float, delay: int) -> ControlLaw:
@@ -148,7 +141,7 @@ def _over(above: float, below: float) -> float:
     return above / below if below else 0.0
 
 
-def _cascade(c: Coefficients) -> dict[str, float]:
+def _cascade(c: Mapping[str, float]) -> dict[str, float]:
     kv = -c["velocity"]
     further = {
         "velocity_feed_forward": ("rate", _over(c.get("rate", 0.0), kv)),
@@ -159,7 +152,7 @@ def _cascade(c: Coefficients) -> dict[str, float]:
     return {"kp": _over(c["error"], kv), "kv": kv, **found}
 
 
-def _pid(c: Coefficients) -> dict[str, float]:
+def _pid(c: Mapping[str, float]) -> dict[str, float]:
     found = {"kp": c["error"], "kd": c.get("derivative", -c.get("velocity", 0.0))}
     return {**found, "ki": c["sum of error"]} if "sum of error" in c else found
 
@@ -233,94 +226,3 @@ FORMS: tuple[LawForm, ...] = (
     _p_pi("difference", *_PI, *_AHEAD, extra="velocity_filter"),
     _p_pi("pll", *_PI, *_AHEAD, extra="pll_bandwidth"),
 )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ExplainedLaw(ReadyLaw):
-    """A ready law with the gains that explain a control best.
-
-    Attributes
-    ----------
-    law : ControlLaw
-        With these gains and the delay.
-    deviations : mapping of str to float
-        Standard deviation of each gain, for autocorrelated residuals; of those that the record
-        tells apart from the others.
-    held_out_percent : float
-        What it leaves of the control on rows that the gains were not found from, percent of it.
-    fitted_percent : float
-        The same on the rows that they were found from.
-    """
-
-    law: ControlLaw
-    deviations: Mapping[str, float]
-    held_out_percent: float
-    fitted_percent: float
-
-    @property
-    def toml(self) -> str:
-        """How a TOML declaration has it."""
-        return f'control = {{ law = "{self.function}", {self._arguments(" = ")} }}'
-
-    @property
-    def python(self) -> str:
-        """How a Python declaration has it."""
-        law = f"{self.function}({self._arguments('=')})"
-        late = self.law.delay
-        return f"control=replace({law}, delay={late})" if late else f"control={law}"
-
-    def _arguments(self, between: str) -> str:
-        given = {name: f"{value:.6g}" for name, value in self.law.gains.items()}
-        given |= {name: f'"{word}"' for name, word in self.words.items()}
-        given["period"] = f"{self.law.period:.10g}"
-        if self.law.delay and between != "=":
-            given["delay"] = str(self.law.delay)
-        return ", ".join(f"{name}{between}{text}" for name, text in given.items())
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class LawSearch(Checked, Presentable):
-    """Ready laws by how well they explain the recorded control, the best first.
-
-    Attributes
-    ----------
-    axis : str
-        Its name.
-    unit : str
-        Of the control.
-    record : Record
-    laws : tuple of ExplainedLaw
-        By what they leave of rows that are held out; of those that leave as little, the one with
-        the fewest gains first.
-    explained : bool
-        Whether the first leaves as little as the law check allows.
-    as_well : int
-        How many of the first leave as little as the best.
-    """
-
-    axis: str
-    unit: str
-    record: Record
-    laws: tuple[ExplainedLaw, ...]
-    explained: bool
-    as_well: int
-
-    def __repr__(self) -> str:
-        return f"laws of {self.axis}: {self.best.title}, {self.best.held_out_percent:.3g} % left"
-
-    @property
-    def best(self) -> ExplainedLaw:
-        """The first of them."""
-        return self.laws[0]
-
-    @property
-    def checks(self) -> tuple[Check, ...]:
-        """Whether a law explains the control."""
-        best, left = self.best.title, self.best.held_out_percent
-        fault = (
-            f"No ready law explains the control: the best, {best}, leaves {left:.3g} % of it. The "
-            "drive runs another law, reads other columns (a feed-forward, a sensor of its own), or "
-            "runs faster than the log"
-        ) * (not self.explained)
-        held = f"{best} leaves {left:.3g} % of the control"
-        return (Check.unless("control law", fault, held, left, MAX_LAW_RESIDUAL.value),)

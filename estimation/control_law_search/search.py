@@ -1,6 +1,9 @@
-"""The search: each form started by a regression, its gains found by runs, judged on other rows."""
+"""The search: each form started by a regression, its gains found by runs, judged on other rows.
 
-from collections.abc import Iterator
+The result names those that explain a recorded control.
+"""
+
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -8,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
-from axisid.estimation.diagnostics.control_law import LawByGains, comparison_filter
+from axisid.estimation.diagnostic_checks import Check, Checked
+from axisid.estimation.diagnostics.control_law import GainRegression, comparison_filter
 from axisid.estimation.law_replay import (
     LawAlong,
     LawInputs,
@@ -29,9 +33,10 @@ from axisid.estimation.thresholds import (
 from axisid.modeling.declaration import ANTI_WINDUP, Axis, ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, ModelError, refuse
+from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
 
-from .law_forms import FORMS, ExplainedLaw, LawForm, LawSearch
+from .law_forms import FORMS, LawForm, ReadyLaw
 
 # of the least that a law leaves on held-out rows; on the EMPS record four larger laws leave the
 # same 0.234 % as the drive's own
@@ -40,6 +45,97 @@ _NEGLIGIBLE_LEFT = 1e-5  # % of a control, below which laws leave the rounding o
 
 _BLOCKS = 10  # of rows, every second of which is held out
 _DELAYS = 4  # samples, the most that are tried
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExplainedLaw(ReadyLaw):
+    """A ready law with the gains that explain a control best.
+
+    Attributes
+    ----------
+    law : ControlLaw
+        With these gains and the delay.
+    deviations : mapping of str to float
+        Standard deviation of each gain, for autocorrelated residuals; of those that the record
+        tells apart from the others.
+    held_out_percent : float
+        What it leaves of the control on rows that the gains were not found from, percent of it.
+    fitted_percent : float
+        The same on the rows that they were found from.
+    """
+
+    law: ControlLaw
+    deviations: Mapping[str, float]
+    held_out_percent: float
+    fitted_percent: float
+
+    @property
+    def toml(self) -> str:
+        """How a TOML declaration has it."""
+        return f'control = {{ law = "{self.function}", {self._arguments(" = ")} }}'
+
+    @property
+    def python(self) -> str:
+        """How a Python declaration has it."""
+        law = f"{self.function}({self._arguments('=')})"
+        late = self.law.delay
+        return f"control=replace({law}, delay={late})" if late else f"control={law}"
+
+    def _arguments(self, between: str) -> str:
+        given = {name: f"{value:.6g}" for name, value in self.law.gains.items()}
+        given |= {name: f'"{word}"' for name, word in self.words.items()}
+        given["period"] = f"{self.law.period:.10g}"
+        if self.law.delay and between != "=":
+            given["delay"] = str(self.law.delay)
+        return ", ".join(f"{name}{between}{text}" for name, text in given.items())
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class LawSearch(Checked, Presentable):
+    """Ready laws by how well they explain the recorded control, the best first.
+
+    Attributes
+    ----------
+    axis : str
+        Its name.
+    unit : str
+        Of the control.
+    record : Record
+    laws : tuple of ExplainedLaw
+        By what they leave of rows that are held out; of those that leave as little, the one with
+        the fewest gains first.
+    explained : bool
+        Whether the first leaves as little as the law check allows.
+    as_well : int
+        How many of the first leave as little as the best.
+    """
+
+    axis: str
+    unit: str
+    record: Record
+    laws: tuple[ExplainedLaw, ...]
+    explained: bool
+    as_well: int
+
+    def __repr__(self) -> str:
+        return f"laws of {self.axis}: {self.best.title}, {self.best.held_out_percent:.3g} % left"
+
+    @property
+    def best(self) -> ExplainedLaw:
+        """The first of them."""
+        return self.laws[0]
+
+    @property
+    def checks(self) -> tuple[Check, ...]:
+        """Whether a law explains the control."""
+        best, left = self.best.title, self.best.held_out_percent
+        fault = (
+            f"No ready law explains the control: the best, {best}, leaves {left:.3g} % of it. The "
+            "drive runs another law, reads other columns (a feed-forward, a sensor of its own), or "
+            "runs faster than the log"
+        ) * (not self.explained)
+        held = f"{best} leaves {left:.3g} % of the control"
+        return (Check.unless("control law", fault, held, left, MAX_LAW_RESIDUAL.value),)
 
 
 @np.errstate(all="ignore")  # a law that runs away along the record is left out
@@ -86,8 +182,7 @@ def find_law(
     along, found = _AlongRecord.of(generated, piece), list[ExplainedLaw]()
     for form in with_progress(FORMS, progress, lambda form: form.title):
         law = along.begun(form)
-        explained = None if law is None else along.fitted(form, law)
-        if explained is not None:
+        if law is not None and (explained := along.fitted(form, law)) is not None:
             found.append(explained)
             if explained.held_out_percent > _NEGLIGIBLE_LEFT:  # else no anti-windup explains more
                 found += along.wound(form, explained.law)
@@ -177,13 +272,12 @@ class _AlongRecord:
             if extra is not None:
                 gains[form.extra] = extra
             if all(np.isfinite(value) and value for value in gains.values()):
-                left = float(np.linalg.norm(control - regressor @ values))
-                yield left, delay, gains
+                yield float(np.linalg.norm(control - regressor @ values)), delay, gains
 
-    def _by_gains(self, law: ControlLaw) -> LawByGains:
+    def _by_gains(self, law: ControlLaw) -> GainRegression:
         smooth = comparison_filter(law, self.record)
         along = LawAlong.of(self.axis, law, self.ticks, self.record)
-        return LawByGains(
+        return GainRegression(
             along=along,
             declared=along,
             compared=lambda values: smooth(values)[self.used],
@@ -218,8 +312,8 @@ class _AlongRecord:
 
     def wound(self, form: LawForm, law: ControlLaw) -> list[ExplainedLaw]:
         """A law with each anti-windup, where the drive came near its limit; each the best start."""
-        limit = LawAlong.of(self.axis, law, self.ticks, self.record).limit
-        if "sum of error" not in form.columns or not np.any(np.isfinite(limit)):
+        along = LawAlong.of(self.axis, law, self.ticks, self.record)
+        if "sum of error" not in form.columns or not np.any(np.isfinite(along.limit)):
             return []  # no integral that may have wound up
         starts, found = [law, self.begun(form, apart=True)], list[ExplainedLaw | None]()
         for how in ANTI_WINDUP[1:]:
@@ -236,8 +330,11 @@ class _AlongRecord:
     def _left(self, law: ControlLaw) -> float:
         """What a law leaves of the rows as it is; infinite where it runs away along them."""
         by_gains = self._by_gains(law)
-        left = np.linalg.norm(by_gains.control - by_gains.output)
-        return float(np.nan_to_num(left, nan=np.inf, posinf=np.inf))
+        return float(
+            np.nan_to_num(
+                np.linalg.norm(by_gains.control - by_gains.output), nan=np.inf, posinf=np.inf
+            )
+        )
 
 
 def _commands(axis: GeneratedAxis, record: Record) -> tuple[Array, NDArray[np.bool_]]:
@@ -271,8 +368,9 @@ def _ranked(axis: GeneratedAxis, record: Record, found: list[ExplainedLaw]) -> L
     An ideal velocity is in no log; a law that reads one comes first where no other explains the
     control.
     """
-    of_log = (each.held_out_percent for each in found if not each.law.takes_velocity)
-    least = min(of_log, default=np.inf)
+    least = min(
+        (each.held_out_percent for each in found if not each.law.takes_velocity), default=np.inf
+    )
     explained = least < MAX_LAW_RESIDUAL.value
     if not explained:
         least = min(each.held_out_percent for each in found)

@@ -8,33 +8,32 @@ from .alignment import (
     Alignment as Alignment,
     estimate_delay as estimate_delay,
 )
+from .case import Case as Case
 from .column_comparison import (
     ColumnComparison as ColumnComparison,
     compared_motion as compared_motion,
     derivative_check as derivative_check,
 )
-from .diagnose import (
-    DIAGNOSTICS as DIAGNOSTICS,
-    Diagnostic as Diagnostic,
-    diagnose as diagnose,
-    lacks_check as lacks_check,
-)
 from .diagnosis import (
-    Case as Case,
+    DIAGNOSTICS as DIAGNOSTICS,
     Diagnosis as Diagnosis,
+    Diagnostic as Diagnostic,
     RecordDiagnosis as RecordDiagnosis,
+    diagnose as diagnose,
 )
 from .estimator_checks import (
     DDM_LESS_IDM as DDM_LESS_IDM,
     SECOND_OPINION as SECOND_OPINION,
-    InstrumentStrength as InstrumentStrength,
-    InstrumentTests as InstrumentTests,
     forms_check as forms_check,
     method_check as method_check,
 )
-from .excitation import (
+from .excitation import Excitation as Excitation
+from .instrument_strength import (
+    InstrumentStrength as InstrumentStrength,
+    InstrumentTests as InstrumentTests,
+)
+from .parameter_checks import (
     NOMINAL_VALUES as NOMINAL_VALUES,
-    Excitation as Excitation,
     at_bound_check as at_bound_check,
     fixed_check as fixed_check,
     gain_check as gain_check,
@@ -43,15 +42,18 @@ from .excitation import (
     rows_check as rows_check,
     within_bounds as within_bounds,
 )
-from .records_alike import (
+from .pooling import (
     PoolingTest as PoolingTest,
     RecordDifference as RecordDifference,
     RecordRegressor as RecordRegressor,
-    common_samples as common_samples,
     covariance_of_twins as covariance_of_twins,
     difference_of as difference_of,
     pooling_check as pooling_check,
     pooling_test as pooling_test,
-    records_alike as records_alike,
+    pooling_test_of as pooling_test_of,
+)
+from .repeated_samples import (
+    common_samples as common_samples,
     repeated_check as repeated_check,
 )
+from .residual_checks import misspecification_check as misspecification_check

@@ -100,11 +100,13 @@ def alignment_of(scores: RecordScores) -> Alignment | Missing:
     column = scores.along.reduce(scores.along.by_stretch(np.gradient, force))[:, None]
     declared = math.floor(declared_lateness(data) / data.period)
     tried = (min(_EARLIEST, -1 - min(declared, _MOST_DECLARED)), _LATEST)
-    commanded = scores.by_loop and data.record.force is None and data.axis.axis.jumps
     start = delay = (
         # The loop holds a command whatever the filter supposes.
         law_clock(data.axis.axis.control, data.record).hold_delay
-        if commanded and data.prefilter.hold == "raw"
+        if scores.by_loop
+        and data.record.force is None
+        and data.axis.axis.jumps
+        and data.prefilter.hold == "raw"
         else data.hold_delay
     )
     deviation = np.inf
@@ -185,7 +187,7 @@ def alignment_check(
         f"hold {data.prefilter.hold} supposes {abs(used):g} samples {supposed}"
         f"{'' if delay.by_instruments else ' (by least squares, which noise may bias)'}"
     )
-    advice = _advice(delay, data, _remedy(timing, role), by_log=by_log)
+    advice = _advice(delay, data, timing, role, by_log=by_log)
     off = f"the {role} is {abs(apart):.2g} samples {'early' if apart > 0 else 'late'}"
     aligned = not (delay.at_the_end if isinstance(late, Missing) else late)
     return Check(
@@ -203,8 +205,17 @@ def alignment_check(
     )
 
 
-def _advice(delay: Alignment, data: FilteredRecord, remedy: str, *, by_log: bool) -> str:
+def _advice(
+    delay: Alignment, data: FilteredRecord, timing: int | Missing, role: str, *, by_log: bool
+) -> str:
     """The other hold, where the delay is its own; what a drive declares, before what else."""
+    remedy = ""
+    if timing and not isinstance(timing, Missing):  # whole samples, as where the log shifts it
+        when = "before the drive applies it" if timing > 0 else "after it acted"
+        remedy = (
+            f"Where the log writes the {role} {when}, move it there (add {timing} to shift.{role} "
+            "in run.toml)"
+        )
     axis, period, declared = data.axis.axis, data.record.period, declared_lateness(data)
     late, rest = delay.best - data.hold_delay, ". " if remedy else ""
     zoh = law_clock(axis.control, data.record).hold_delay
@@ -281,15 +292,4 @@ def law_in_time(law: LawAgreement, data: FilteredRecord, timing: int | Missing) 
                 "is recorded",
             ),
         ),
-    )
-
-
-def _remedy(timing: int | Missing, role: str) -> str:
-    """What to do about a force that acts whole samples after it is recorded."""
-    if isinstance(timing, Missing) or not timing:
-        return ""
-    when = "before the drive applies it" if timing > 0 else "after it acted"
-    return (
-        f"Where the log writes the {role} {when}, move it there (add {timing} to shift.{role} in "
-        "run.toml)"
     )

@@ -312,8 +312,7 @@ def _compared(columns: Columns) -> tuple[float, ColumnComparison] | Missing:
     more than that is none.
     """
     computed, measured, rows, _ = columns
-    found = compared_columns(columns)
-    if isinstance(found, Missing):
+    if isinstance(found := compared_columns(columns), Missing):
         return found
     unexplained = found.left_percent / 100 / MIN_DISTANCE_FROM_NOISE.value
     return relative_error_percent((measured - computed)[rows], computed[rows]), replace(
@@ -356,8 +355,7 @@ def compared_motion(
                 f"be simulated: the scale of the motion rests on the column of the {role} alone"
             )
         basis, times = max(velocities, key=len), 0
-    columns = low_passed(longest, basis, np.asarray(getattr(longest, role)), times)
-    return compared_columns(columns)
+    return compared_columns(low_passed(longest, basis, np.asarray(getattr(longest, role)), times))
 
 
 def derivative_check(

@@ -1,69 +1,48 @@
-"""What was measured of a result, each thing once: what checks look at, and what is kept of it."""
+"""Every diagnostic of a result, in the order of the verdict, and what was measured of it.
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+No check passes silently: one that could not be made says so. None is a universal gate; each names
+where its threshold comes from.
+"""
 
-import numpy as np
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
 
-from axisid.estimation.bootstrap import noise_free_record
-from axisid.estimation.diagnostic_checks import (
-    DEFAULT_LEVELS,
-    Check,
-    Levels,
-    told_or,
-    unless_faulty,
-)
-from axisid.estimation.diagnostics.control_law import LawAgreement, law_agreement
-from axisid.estimation.estimates import (
-    Estimate,
-    HausmanTest,
-    estimate_of_record,
-    hausman,
-    significant_differences,
-)
-from axisid.estimation.estimation_problem import Problem, quantisation_bias
-from axisid.estimation.lack_of_fit import (
-    JackknifeInterval,
-    LackOfFit,
-    groupings,
-    jackknife_intervals,
-    lack_of_fit,
-)
-from axisid.estimation.misspecification import (
-    Misspecification,
-    RecordScores,
-    find_misspecification,
-    scores_at,
-)
-from axisid.estimation.regression import DirectForm, position_step, recorded_loops
-from axisid.estimation.signals import FilteredRecord
-from axisid.support.arrays import Array, Exact
+from axisid.estimation.diagnostic_checks import Check, joined, made, unless_faulty, value_or
+from axisid.estimation.diagnostics.control_law import LawAgreement, law_check
+from axisid.estimation.estimates import HausmanTest
+from axisid.estimation.jackknife import JackknifeInterval
+from axisid.estimation.lack_of_fit import LackOfFit
+from axisid.estimation.records import record_labels
+from axisid.estimation.signals import rests_first
+from axisid.support.arrays import Exact
 from axisid.support.errors import Missing
 
-from .alignment import (
-    Alignment,
-    alignment_check,
-    alignment_of,
-    force_timing,
-    law_in_time,
+from .alignment import Alignment
+from .case import ONE_RECORD, Case
+from .column_comparison import ColumnComparison, derivative_check, force_check, limit_check
+from .estimator_checks import forms_check, method_check
+from .excitation import Excitation
+from .instrument_strength import InstrumentTests
+from .parameter_checks import (
+    NOMINAL_VALUES,
+    fixed_check,
+    gain_check,
+    nominal_check,
+    precision,
+    rows_check,
+    within_bounds,
 )
-from .column_comparison import ColumnComparison, compared_motion
-from .estimator_checks import (
-    DDM_LESS_IDM,
-    FEWEST_STEPS,
-    LESS,
-    LS_LESS_IV,
-    SECOND_OPINION,
-    InstrumentTests,
-    strength_check,
-    tests_of_instruments,
-    vaguer,
+from .pooling import RecordDifference, pooling_check
+from .repeated_samples import repeated_check
+from .residual_checks import (
+    fails,
+    lack_of_fit_check,
+    missing_terms_check,
+    misspecification_check,
+    outliers_check,
+    simulation_error_check,
 )
-from .excitation import Excitation, excitation
-from .records_alike import PoolingTest, RecordDifference, pooling_test
-
-_ALONE = Missing("there is one record")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -91,7 +70,7 @@ class RecordDiagnosis(Exact):
     verdict: tuple[Check, ...]
     lack_of_fit: LackOfFit | None = None
     motions: Mapping[str, ColumnComparison | Missing] = field(default_factory=dict)
-    apart: RecordDifference | Missing = _ALONE
+    apart: RecordDifference | Missing = ONE_RECORD
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -122,236 +101,231 @@ class Diagnosis(RecordDiagnosis):
     records: tuple[RecordDiagnosis, ...] = ()
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Case:
-    """A result to be judged, and what several diagnostics measure of it, each thing once.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Diagnostic:
+    """One thing that is held against a result.
 
     Attributes
     ----------
-    problem : Problem
-        What the estimates were made from.
-    estimates : mapping of str to Estimate
-        By method.
-    levels : Levels
-        From when on a check tells something.
-    whole : Case or None
-        The case of all records, where this one is of one of several.
-    number : int
-        The record among these.
+    name : str
+        Of its check.
+    check : callable
+        Check of a case, or why it cannot be made; None where the case has nothing to check.
+    by_record : bool
+        Whether it looks at one record, so that of several it looks at each.
+    several : bool
+        Whether it is of several records alone.
     """
 
-    problem: Problem
-    estimates: Mapping[str, Estimate]
-    levels: Levels = DEFAULT_LEVELS
-    whole: "Case | None" = None
-    number: int = 0
+    name: str
+    check: Callable[[Case], Check | Missing | None]
+    by_record: bool = False
+    several: bool = False
 
-    @cached_property
-    def method(self) -> str:
-        """The method that is judged: output error or instruments, else least squares.
 
-        Output error where every record's control is the declared law's, on which it rests, but
-        where instruments differ from it and are the more precise; where the control is not the
-        law's, or that cannot be told, instruments. The inverse model before the direct one.
-        """
-        first, by_law = self._best(by_law=False), self._best(by_law=True)
-        if by_law == first or not self.laws_hold:
-            return first
-        apart = self._less("idm-iv", "didim")
-        if isinstance(apart, Missing):
-            return by_law
-        moved = significant_differences(apart, self.levels.level)
-        return first if vaguer(moved, self.estimates[first], self.estimates[by_law]) else by_law
+def _method(case: Case) -> Check | Missing | None:
+    if len(case.estimates) == 1 and case.preferred.Z is not None:
+        return None  # nothing is beside it
+    return method_check(
+        case.preferred,
+        case.estimates,
+        case.compared,
+        case.steps,
+        case.levels,
+        law_passed=None if any(isinstance(law, Missing) for law in case.laws) else case.laws_hold,
+    )
 
-    @cached_property
-    def laws(self) -> tuple[LawAgreement | Missing, ...]:
-        """The control law against each record, or why it cannot be checked."""
-        return tuple(
-            unless_faulty(partial(law_agreement, data.axis, data.record))
-            for data in self.problem.data
-        )
 
-    @property
-    def laws_hold(self) -> bool:
-        """Whether every record's control is the declared law's."""
-        return all(isinstance(law, LawAgreement) and law.passed for law in self.laws)
-
-    def _less(self, one: str, other: str) -> Mapping[str, HausmanTest] | Missing:
-        """Estimate by one method less that by another, by parameter, or why that is not known."""
-        if not {one, other} <= {*self.estimates}:
-            return Missing(f"{one} and {other} did not both give an estimate")
-        return unless_faulty(partial(hausman, self.estimates[one], self.estimates[other]))
-
-    def _best(self, *, by_law: bool) -> str:
-        return min(
-            self.estimates.items(),
-            key=lambda each: (
-                each[1].Z is None,
-                each[1].by_output_error != by_law,
-                isinstance(each[1].form, DirectForm),
+#: By name, in the order of the verdict.
+DIAGNOSTICS: dict[str, Diagnostic] = {
+    row.name: row
+    for row in (
+        Diagnostic(name="control law", check=lambda case: law_check(case.law), by_record=True),
+        Diagnostic(
+            name="instrument strength",
+            check=lambda case: case.strength if {"idm-iv", "ddm-iv"} & {*case.estimates} else None,
+        ),
+        Diagnostic(name="method", check=_method),
+        Diagnostic(
+            name="inverse against direct",
+            check=lambda case: forms_check(case.compared, case.estimates, case.levels),
+        ),
+        Diagnostic(
+            name="rows",
+            check=lambda case: rows_check(
+                len(case.preferred.y), len(case.preferred.theta), "record longer, or decimate less"
             ),
-        )[0]
+        ),
+        Diagnostic(name="precision", check=lambda case: precision(case.preferred, case.excitation)),
+        Diagnostic(
+            name="bounds",
+            check=lambda case: within_bounds(
+                case.preferred, rests_first(case.problem.rest), case.problem.held
+            ),
+        ),
+        Diagnostic(
+            name=NOMINAL_VALUES,
+            check=lambda case: nominal_check(
+                (
+                    p,
+                    case.preferred.parameters[p.name].corrected,
+                    case.preferred.parameters[p.name].interval,
+                )
+                for p in case.preferred.form.declared
+                if p.name in case.preferred.parameters
+            ),
+        ),
+        Diagnostic(
+            name="simulation",
+            check=lambda case: simulation_error_check(
+                case.preferred,
+                case.data.rest,
+                misspecified=case.laws_hold
+                and fails(unless_faulty(lambda: missing_terms_check(case.lacking, case))),
+            ),
+            by_record=True,
+        ),
+        Diagnostic(name="outliers", check=outliers_check, by_record=True),
+        Diagnostic(name="alignment", check=lambda case: case.aligned, by_record=True),
+        Diagnostic(
+            name="fixed values",
+            check=lambda case: (
+                fixed_check(case.preferred, case.levels.level)
+                if case.data.axis.base.known
+                else None
+            ),
+        ),
+        Diagnostic(
+            name="physical parameters",
+            check=lambda case: (
+                None
+                if case.data.axis.base.known
+                else fixed_check(case.preferred, case.levels.level)
+            ),
+        ),
+        Diagnostic(
+            name="force against control",
+            check=lambda case: force_check(case.data.axis, case.data.record),
+            by_record=True,
+        ),
+        Diagnostic(
+            name="measured velocity",
+            check=lambda case: derivative_check(
+                case.data.axis, case.data.record, "velocity", case.motions.get("velocity")
+            ),
+            by_record=True,
+        ),
+        Diagnostic(
+            name="measured acceleration",
+            check=lambda case: derivative_check(
+                case.data.axis, case.data.record, "acceleration", case.motions.get("acceleration")
+            ),
+            by_record=True,
+        ),
+        Diagnostic(
+            name="recorded signals",
+            check=lambda case: (
+                misspecification_check(
+                    case.lacking,
+                    "recorded signals",
+                    case.data.axis,
+                    case.data.record,
+                    case.levels,
+                )
+                if case.data.axis.axis.signals
+                else None
+            ),
+            by_record=True,
+        ),
+        Diagnostic(
+            name="control against limit",
+            check=lambda case: limit_check(case.data.axis, case.data.record),
+            by_record=True,
+        ),
+        Diagnostic(
+            name="missing terms",
+            check=lambda case: missing_terms_check(case.lacking, case),
+            by_record=True,
+        ),
+        Diagnostic(
+            name="lack of fit",
+            check=lambda case: lack_of_fit_check(case.lack_of_fit, case.preferred),
+            by_record=True,
+        ),
+        Diagnostic(
+            name="drive gain",
+            check=lambda case: gain_check(case.preferred, case.problem.axis.axis.drive),
+            several=True,
+        ),
+        Diagnostic(
+            name="records alike",
+            check=lambda case: pooling_check(
+                case.alike, record_labels([data.record for data in case.problem.data]), case.levels
+            ),
+            several=True,
+        ),
+        Diagnostic(
+            name="repeated records",
+            check=lambda case: repeated_check([data.record for data in case.problem.data]),
+            several=True,
+        ),
+    )
+}
 
-    @property
-    def data(self) -> FilteredRecord:
-        """The record; of several the first, see `parts`."""
-        return self.problem.data[0]
 
-    @cached_property
-    def parts(self) -> "tuple[Case, ...]":
-        """What there is of each of several records by itself; one record is its own part."""
-        if not self.has_parts:
-            return (self,)
-        return tuple(
-            Case(
-                problem=Problem(axis=data.axis, data=(data,)),
-                estimates={
-                    n: estimate_of_record(e, self.problem, i) for n, e in self.estimates.items()
-                },
-                levels=self.levels,
-                whole=self,
-                number=i,
-            )
-            for i, data in enumerate(self.problem.data)
+def diagnose(case: Case) -> Diagnosis:
+    """What every diagnostic finds in a result."""
+    by_record = {
+        d.name: [made(d.name, partial(d.check, part)) for part in case.parts]
+        for d in DIAGNOSTICS.values()
+        if d.by_record
+    }
+    alike = unless_faulty(lambda: case.alike)
+    names = record_labels([data.record for data in case.problem.data])
+    records = [
+        RecordDiagnosis(
+            law=unless_faulty(partial(getattr, part, "law")),
+            alignment=unless_faulty(partial(getattr, part, "alignment")),
+            motions=value_or({}, partial(getattr, part, "motions")),
+            lack_of_fit=value_or(None, partial(getattr, part, "lack_of_fit")),
+            verdict=tuple(check for found in by_record.values() if (check := found[i]) is not None),
+            apart=alike if isinstance(alike, Missing) else alike.records[i],
         )
+        for i, part in enumerate(case.parts)
+    ]
+    checks = (
+        joined(by_record[name], names) if d.by_record else made(name, partial(d.check, case))
+        for name, d in DIAGNOSTICS.items()
+        if not (d.several and len(names) == 1)
+    )
+    law, alignment, velocity = (
+        records[_first_failing(by_record[name])]
+        for name in ("control law", "alignment", "measured velocity")
+    )
+    return Diagnosis(
+        preferred=case.method,
+        law=law.law,
+        instruments=value_or(None, lambda: case.instruments),
+        excitation=value_or((), lambda: case.excitation),
+        alignment=alignment.alignment,
+        motions=velocity.motions,
+        verdict=tuple(check for check in checks if check is not None),
+        lack_of_fit=None if case.has_parts else records[0].lack_of_fit,
+        bands={} if case.has_parts else value_or({}, lambda: case.bands),
+        records=tuple(records) if len(records) > 1 else (),
+        differences=value_or(
+            {},
+            lambda: {n: e for n, e in case.compared.items() if not isinstance(e, Missing)},
+        ),
+    )
 
-    @property
-    def has_parts(self) -> bool:
-        """Whether records are not what the estimates are of."""
-        return len(self.problem.data) > 1 or self.problem.joint_form is not None
 
-    @cached_property
-    def alike(self) -> PoolingTest | Missing:
-        """Each of several records against the others."""
-        alone = len(self.problem.data) == 1
-        return _ALONE if alone else pooling_test(self.problem, self.preferred, self.levels)
+def _first_failing(found: Sequence[Check | None]) -> int:
+    """The record whose law or alignment is told of: the first that fails, else the first.
 
-    @property
-    def preferred(self) -> Estimate:
-        """The estimate that checks of one estimate are of."""
-        return self.estimates[(self.whole or self).method]
-
-    @cached_property
-    def law(self) -> LawAgreement | Missing:
-        """The control law against the record, or why it cannot be checked."""
-        found = (self.whole or self).laws[self.number]
-        if isinstance(found, Missing) or not found.delay:
-            return found
-        return law_in_time(found, self.data, self.timing)
-
-    @cached_property
-    def timing(self) -> int | Missing:
-        """Whole samples between where the force is recorded and where it acts."""
-        return force_timing(self.alignment, self.data)
-
-    @cached_property
-    def instruments(self) -> InstrumentTests | Missing:
-        """Of the judged estimate, or of idm-iv beside one by output error."""
-        by_loop = self.preferred.by_output_error
-        return tests_of_instruments(self.estimates.get("idm-iv") if by_loop else self.preferred)
-
-    @cached_property
-    def strength(self) -> Check | Missing:
-        """Whether those instruments are strong, or why that cannot be told."""
-        return strength_check(self.instruments, self.preferred)
-
-    @cached_property
-    def excitation(self) -> tuple[Excitation, ...]:
-        """By physical parameter, of the motion that the regressor is made of."""
-        problem, estimate = self.problem, self.preferred
-        if estimate.by_output_error:  # the loops' motion
-            loops = problem.by_record(problem.loops(estimate.form, estimate.physical))
-            data = (noise_free_record(d, own) for d, own in zip(problem.data, loops, strict=True))
-            problem = replace(problem, data=tuple(data))
-        return excitation(problem, estimate.physical)
-
-    @cached_property
-    def alignment(self) -> Alignment | Missing:
-        """The delay of the force, by instruments where there are any, or why it is not measured."""
-        if isinstance(self.strength, Check) and self.strength.status == "fail":
-            return Missing("the instruments are too weak to measure a delay")
-        judged = self.preferred
-        by_loop = judged.Z is not None and not judged.inference.chains
-        return alignment_of(scores_at(self.data, judged, by_loop=True) if by_loop else self.scores)
-
-    @cached_property
-    def motions(self) -> Mapping[str, ColumnComparison | Missing]:
-        """A measured velocity and acceleration beside what is differentiated, by role."""
-        record, velocities = self.data.record, tuple[Array, ...]()
-        if record.integrated and record.reference is not None:
-            loops = partial(recorded_loops, self.data, self.preferred.physical)
-            velocities = tuple(loop.velocity for loop in told_or((), loops))
-        return {
-            role: compared_motion(record, role, velocities)
-            for role in record.motion
-            if role != "position"
-        }
-
-    @cached_property
-    def scores(self) -> RecordScores | Missing:
-        """What the judged model leaves of the record and of its twins, or why it is not told."""
-        return scores_at(self.data, self.preferred)
-
-    @cached_property
-    def lacking(self) -> tuple[Misspecification, ...] | Missing:
-        """What the judged model lacks, or why that cannot be told."""
-        half_widths = np.ptp([v.interval for v in self.preferred.parameters.values()], axis=1) / 2
-        records = len((self.whole or self).problem.data)
-        return find_misspecification(self.scores, half_widths, records, self.levels)
-
-    @cached_property
-    def aligned(self) -> Check | Missing:
-        """Whether the force is in time with the motion, or why that cannot be told."""
-        late: Misspecification | Missing | None = Missing("there are no twins")
-        if isinstance(self.lacking, Missing):
-            late = self.lacking
-        elif not isinstance(self.scores, Missing) and self.scores.twins:
-            # The delay that the model lacks, which twins tell from noise.
-            late = next((lack for lack in self.lacking if lack.kind == "delay"), None)
-        return alignment_check(
-            self.alignment, self.data, late=late, law=self.law, timing=self.timing
-        )
-
-    @cached_property
-    def steps(self) -> Mapping[str, float]:
-        """What the steps of a logged position, that no control answers to, move least squares by.
-
-        By parameter; infinite where there are too few of them to be noise; empty where none are
-        known, where loops tell it, and of several records.
-        """
-        ls, record = self.preferred, self.data.record
-        by_loops = ls.Z is not None or ls.filter_bias is not None
-        step = 0.0 if self.whole or self.has_parts or by_loops else position_step(record)
-        if not step or ls.is_direct:
-            return {}
-        if float(np.ptp(record.position)) < FEWEST_STEPS * step:
-            return dict.fromkeys(ls.parameters, np.inf)
-        by = quantisation_bias(ls.form, self.data, step, ls.physical)
-        return dict(zip(ls.parameters, map(float, by), strict=True))
-
-    @cached_property
-    def lack_of_fit(self) -> LackOfFit | None:
-        """The residuals of the judged estimate split by repeats; None where nothing repeats."""
-        return lack_of_fit(self.preferred, self.data)
-
-    @cached_property
-    def bands(self) -> Mapping[str, Mapping[str, JackknifeInterval]]:
-        """Of the model's error, by method and physical parameter."""
-        found = self.lack_of_fit
-        noisy = found is None or not found.is_mostly_repeated
-        # Estimates of one problem have the same rows.
-        ways = groupings(self.data, self.preferred.rows.astype(np.intp))
-        return {n: jackknife_intervals(e, ways, noisy=noisy) for n, e in self.estimates.items()}
-
-    @cached_property
-    def compared(self) -> Mapping[str, Mapping[str, HausmanTest] | Missing]:
-        """Estimates against each other, or why they cannot be; none that are not there both."""
-        instruments = any(each.Z is not None for each in self.estimates.values())
-        is_weak = isinstance(self.strength, Check) and self.strength.status != "pass"
-        return {
-            pair: Missing("the instruments are too weak to tell")
-            if is_weak
-            else (self.whole or self)._less(*pair.split(LESS))
-            for pair in ([SECOND_OPINION, *LS_LESS_IV] if instruments else [DDM_LESS_IDM])
-            if {*pair.split(LESS)} <= {*self.estimates}
-        }
+    A check that faults fails too, and measures nothing: one that does comes before it.
+    """
+    fails = (
+        (each.figure is None, i) for i, each in enumerate(found) if each and each.status == "fail"
+    )
+    return min(fails, default=(False, 0))[1]

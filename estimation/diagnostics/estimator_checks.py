@@ -1,12 +1,7 @@
-"""Which estimate is judged, what the others say of it, and how strong its instruments are.
+"""Whether other estimates, or what noise is known to do, speak against the one that is judged."""
 
-Statistics of instruments are the first-stage F, alone and conditional on the other columns, and
-Shea's partial R squared.
-"""
-
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,8 +12,6 @@ from axisid.estimation.diagnostic_checks import (
     Check,
     Levels,
     first_case,
-    status_of,
-    unless_faulty,
 )
 from axisid.estimation.estimates import (
     NOTICEABLE_SHIFT,
@@ -26,10 +19,8 @@ from axisid.estimation.estimates import (
     HausmanTest,
     significant_differences,
 )
-from axisid.estimation.regression import factor
-from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION, MIN_FIRST_STAGE_F
-from axisid.support.arrays import Array, MaybeInfinite, MaybeNan
-from axisid.support.errors import Missing, unless_missing
+from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION
+from axisid.support.errors import Missing
 
 #: Of a logged position: fewer are no noise.
 FEWEST_STEPS = 64  # in a motion: 32 moved a stiffness by 22 %, of which as much again told nothing
@@ -67,7 +58,6 @@ def method_check(
     law_passed : bool or None
         Whether the recorded control is the declared law's; None where that cannot be checked.
     """
-    beside = next((pair for pair in LS_LESS_IV if pair in compared), "")
     made = (
         _by_difference(
             SECOND_OPINION,
@@ -78,11 +68,11 @@ def method_check(
             "estimate but for chance",
             lambda moved, listed: (
                 f"idm-iv differs from didim, {listed}: "
-                f"{_whom(vaguer(moved, estimates['idm-iv'], estimates['didim']), law_passed)}"
+                f"{_which_to_believe(moved, estimates, law_passed)}"
             ),
         ),
         _by_difference(
-            beside,
+            next((pair for pair in LS_LESS_IV if pair in compared), ""),
             compared,
             estimates,
             levels,
@@ -92,8 +82,7 @@ def method_check(
         ),
         _least_squares_judged(judged, steps, levels),
     )
-    found = [each for each in made if isinstance(each, Check)]
-    if not found:
+    if not (found := [each for each in made if isinstance(each, Check)]):
         why = (each for each in compared.values() if isinstance(each, Missing))
         return next(why, Missing(f"nothing is compared with {judged.method}"))
     worst = min(found, key=lambda each: (WORST_FIRST.index(each.status), -(each.figure or 0.0)))
@@ -146,7 +135,7 @@ def _by_difference(
     )
 
 
-def vaguer(moved: Mapping[str, HausmanTest], iv: Estimate, didim: Estimate) -> list[str]:
+def less_precise(moved: Mapping[str, HausmanTest], iv: Estimate, didim: Estimate) -> list[str]:
     """What DIDIM knows less of among the parameters that the two part in.
 
     In these instruments are to be believed though the control is the law's: they differ from DIDIM
@@ -157,8 +146,11 @@ def vaguer(moved: Mapping[str, HausmanTest], iv: Estimate, didim: Estimate) -> l
     ]
 
 
-def _whom(less_sure: Sequence[str], law_passed: bool | None) -> str:
+def _which_to_believe(
+    moved: Mapping[str, HausmanTest], estimates: Mapping[str, Estimate], law_passed: bool | None
+) -> str:
     """Which of the two a control law speaks for, on which DIDIM alone rests."""
+    less_sure = less_precise(moved, estimates["idm-iv"], estimates["didim"])
     return first_case(
         (
             law_passed and less_sure,
@@ -263,122 +255,3 @@ def forms_check(
         f"moves: {OPEN_LOOP_FIT}"
     ) * (check.status == "fail")
     return replace(check, name="inverse against direct", meaning=check.meaning + advice)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class InstrumentStrength:
-    """How strongly the instruments move one column of the regressor.
-
-    Attributes
-    ----------
-    r_squared : float
-        Of the column's regression on the instruments.
-    shea : float
-        The same beyond what the other columns' regressions explain.
-    f : float
-        F statistic of the regression; infinite, or null, for an exact one.
-    conditional_f : float
-        Conditional on the other columns [SandersonWindmeijer2016]_, of what they leave of this one:
-        instruments may explain each of two columns well and yet not tell them apart. Infinite, or
-        null, where it is exact.
-    """
-
-    r_squared: MaybeNan
-    shea: MaybeNan
-    f: MaybeInfinite
-    conditional_f: MaybeInfinite
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class InstrumentTests:
-    """Instruments against the regressor.
-
-    Attributes
-    ----------
-    columns : tuple of InstrumentStrength
-    condition_number : float
-        Of ``Z'X``, unit columns.
-    """
-
-    columns: tuple[InstrumentStrength, ...]
-    condition_number: MaybeInfinite
-
-
-@unless_missing
-def strength_check(tests: InstrumentTests, judged: Estimate) -> Check:
-    """The weakest column of the regressor of an instrumental estimate, or of one beside `judged`.
-
-    Beside an estimate by output error, which rests on the loop's own rows, weak ones are a note.
-    """
-    j, f = min(enumerate(c.conditional_f for c in tests.columns), key=lambda each: each[1])
-    strong = f >= MIN_FIRST_STAGE_F.value
-    return Check(
-        name="instrument strength",
-        status=status_of(strong, matters=not judged.by_output_error),
-        figure=f if np.isfinite(f) else None,
-        threshold=MIN_FIRST_STAGE_F.value,
-        source="first-stage F of 10, the rule of Staiger and Stock (1997); conditional on the "
-        "other columns as in Sanderson and Windmeijer (2016)",
-        meaning="the simulated loop explains every column of the regressor"
-        if strong
-        else "the simulated loop hardly explains the column of "
-        f"{judged.form.quantities[j].label}: its estimate by instruments cannot be believed",
-    )
-
-
-def tests_of_instruments(estimate: Estimate | None) -> InstrumentTests | Missing:
-    """`instrument_tests` of an estimate's rows, weighted by their records, where they tell it."""
-    if estimate is None or estimate.Z is None:
-        return Missing("no method with instruments gave an estimate")
-    X, Z = (estimate.weights[:, None] * each for each in (estimate.X, estimate.Z))
-    names = [q.label for q in estimate.form.quantities]
-    return unless_faulty(partial(instrument_tests, X, Z, names))
-
-
-@np.errstate(divide="ignore")
-def instrument_tests(X: Array, Z: Array, names: Sequence[str]) -> InstrumentTests:
-    """First stage of every column, as in linearmodels' diagnostics.
-
-    Parameters
-    ----------
-    X, Z : (n, k) arrays
-        Regressor and instruments.
-    names : sequence of str
-        Of the columns' parameters.
-
-    Raises
-    ------
-    EstimationError
-        Either has not full column rank, as where one of several records does not show what all do.
-    """
-    n, k = X.shape
-    regressor, instruments = factor(X, names), factor(Z, names, "the simulated loop")
-    basis = instruments.basis.astype(float)
-    fitted = basis @ (basis.T @ X)
-    seen = factor(fitted, names, "the instruments together with the record")
-    plain, projected = (np.sum(each.inverse**2, axis=1) for each in (regressor, seen))
-    explained, unseen = np.sum(fitted**2, axis=0), X - fitted
-    unexplained = np.sum(unseen**2, axis=0)
-    # Of each column what the others, by two-stage least squares, leave; they take k - 1 of the
-    # k instruments.
-    beside = unseen @ (seen.inverse @ seen.inverse.T / projected).astype(float)
-    is_exact = unexplained <= (1e-9 * regressor.scale) ** 2
-    told = np.where(is_exact, 0.0, np.sum(beside**2, axis=0)) / (n - k)
-    columns = zip(
-        explained / (explained + unexplained),
-        np.minimum(plain / projected, 1.0),
-        explained / k / (unexplained / (n - k)),
-        1 / projected / told,
-        strict=True,
-    )
-    return InstrumentTests(
-        columns=tuple(
-            InstrumentStrength(
-                r_squared=float(r), shea=float(shea), f=float(f), conditional_f=float(c)
-            )
-            for r, shea, f, c in columns
-        ),
-        condition_number=float(
-            np.linalg.cond((Z / np.linalg.norm(Z, axis=0)).T @ (X / regressor.scale))
-        ),
-    )

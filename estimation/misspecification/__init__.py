@@ -4,11 +4,10 @@ In: an estimate and its record. Out: `Misspecification`, the name that explains 
 with its sentence. Knows nothing of verdicts.
 """
 
-from .scores import RecordScores as RecordScores, scores_of as scores_of
+from .scores import RecordScores as RecordScores, scores_at as scores_at, scores_of as scores_of
 from .search import (
     Misspecification as Misspecification,
     find_misspecification as find_misspecification,
-    scores_at as scores_at,
-    sentence as sentence,
+    misspecification_text as misspecification_text,
 )
 from .terms import TERMS as TERMS, Along as Along, Term as Term

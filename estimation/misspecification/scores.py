@@ -16,6 +16,7 @@ from scipy.linalg import orth
 from scipy.special import fdtrc
 
 from axisid.estimation.bootstrap import DEFAULT_TWIN_COUNT, Chain, noise_free_record, twins_of
+from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import (
     Equations,
     Hac,
@@ -327,3 +328,12 @@ def _along(s: Signals, data: FilteredRecord) -> Along:
         period=data.period,
         row_period=data.row_period,
     )
+
+
+def scores_at(
+    data: FilteredRecord, preferred: Estimate, *, by_loop: bool = False
+) -> RecordScores | Missing:
+    """Residuals of a record and of its twins at the judged estimate, as by `scores_of`."""
+    chain = next(iter(preferred.inference.chains), None)
+    at = preferred.physical if chain is None else preferred.corrected
+    return scores_of(data, at, chain, range(len(at)), by_loop=by_loop)

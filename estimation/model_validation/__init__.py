@@ -4,18 +4,21 @@ In: axes, records, cut-offs. Out: `Sweep`, `Comparison`, `Validation`. Knows
 nothing of how it is shown.
 """
 
-from .candidate import (
+from .comparison import (
     Candidate as Candidate,
+    Comparison as Comparison,
     Criteria as Criteria,
-    NestedTest as NestedTest,
+    compare as compare,
 )
-from .comparison import Comparison as Comparison, compare as compare
 from .cutoff_sweep import Sweep as Sweep, default_cutoffs as default_cutoffs, sweep as sweep
 from .friction_curve import FrictionCurve as FrictionCurve, friction_curve as friction_curve
-from .held_out import HeldOut as HeldOut
+from .nested_models import NestedTest as NestedTest
 from .validate import (
-    FitValidation as FitValidation,
     validate as validate,
     validate_fit as validate_fit,
 )
-from .validation_result import MethodValidation as MethodValidation, Validation as Validation
+from .validation_result import (
+    FitValidation as FitValidation,
+    MethodValidation as MethodValidation,
+    Validation as Validation,
+)

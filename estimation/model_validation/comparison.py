@@ -4,6 +4,7 @@ Held-out error comes first and parsimony second: of the candidates within one st
 percent, of the smallest held-out error, the one with the fewest parameters.
 """
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
@@ -18,6 +19,7 @@ from axisid.estimation.choices import (
 )
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.estimation.diagnostics.control_law import LawAgreement, first_failing
+from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import (
     HasRecords,
     Identification,
@@ -30,7 +32,7 @@ from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds import NO_RELATION
 from axisid.modeling.declaration import Axis
-from axisid.support.arrays import Exact
+from axisid.support.arrays import Exact, MaybeNan
 from axisid.support.errors import (
     EstimationError,
     Missing,
@@ -43,12 +45,76 @@ from axisid.support.errors import (
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
 
-from .candidate import Candidate, NestedTest, criteria, nested_tests
-from .held_out import contiguous_blocks, held_out_equation, regression_rows
+from .held_out import (
+    HeldOut,
+    Regression,
+    contiguous_blocks,
+    held_out_equation,
+    regression_rows,
+)
+from .nested_models import NestedTest, nested_tests
 
 # of the least held-out error, however precise both are: it is not worth a parameter
 _EQUAL_ERROR = 1.01
 _MAX_TIED_ERROR = 1.1  # of the least, where the excess is within its standard error
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Criteria:
+    """Information criteria of the least-squares fit; only differences mean anything.
+
+    Rows of filtered data are not independent, so that both overrate every further parameter.
+
+    Attributes
+    ----------
+    log_likelihood : float
+        Gaussian, at the variance that maximises it.
+    aic, bic : float
+        ``-2 logL + 2 k`` and ``-2 logL + k log n``: for independent rows.
+    """
+
+    log_likelihood: MaybeNan
+    aic: MaybeNan
+    bic: MaybeNan
+
+
+def criteria(rows: Regression) -> Criteria:
+    """Information criteria of a regression by least squares."""
+    solution = rows.solved(by_instruments=False)
+    e, (n, k) = solution.residuals, solution.influence.shape
+    likelihood = -n / 2 * (math.log(2 * math.pi) + float(np.log(e @ e / n)) + 1)
+    return Criteria(
+        log_likelihood=likelihood,
+        aic=2 * k - 2 * likelihood,
+        bic=k * math.log(n) - 2 * likelihood,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Candidate(Exact):
+    """One model of the comparison.
+
+    Attributes
+    ----------
+    name : str
+    axis : GeneratedAxis
+    estimate : Estimate
+        From all rows.
+    criteria : Criteria
+    equation : HeldOut
+        Held-out error of the equation.
+    """
+
+    name: str
+    axis: GeneratedAxis
+    estimate: Estimate
+    criteria: Criteria
+    equation: HeldOut
+
+    @property
+    def size(self) -> int:
+        """How many parameters."""
+        return len(self.estimate.physical)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -201,7 +267,6 @@ def compare(
             estimate, lead = found[method], "with a tenth of the rows held out, "
             blocks = contiguous_blocks(len(estimate.y), gap, len(estimate.physical))
             rows = regression_rows(estimate)
-            signal = float(np.linalg.norm(estimate.weights * estimate.y))
             with np.errstate(all="ignore"):
                 candidates.append(
                     Candidate(
@@ -209,15 +274,19 @@ def compare(
                         axis=axis,
                         estimate=estimate,
                         criteria=criteria(rows),
-                        equation=held_out_equation(rows, blocks, signal),
+                        equation=held_out_equation(
+                            rows, blocks, float(np.linalg.norm(estimate.weights * estimate.y))
+                        ),
                     )
                 )
             fits[name] = found
         except (EstimationError, ModelError) as error:
             failures[name] = f"{lead}{error!s}"
     if not candidates:
-        why = "; ".join(dict.fromkeys(failures.values()))
-        raise EstimationError(f"none of the candidates is identified: {why}", code="comparison")
+        raise EstimationError(
+            f"none of the candidates is identified: {'; '.join(dict.fromkeys(failures.values()))}",
+            code="comparison",
+        )
     tests, same = nested_tests({c.name: regression_rows(c.estimate) for c in candidates})
     recommended, tied, reason = _recommend(candidates, len(blocks))
     return Comparison(

@@ -35,9 +35,9 @@ from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification, identify, records_of
 from axisid.estimation.methods import METHODS
 from axisid.estimation.parameters import KnownValue
-from axisid.estimation.prediction_errors import WindowPredictions
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, matching_decimation
+from axisid.estimation.simulation_errors import OpenLoopErrors
 from axisid.estimation.thresholds import (
     MAX_RELATIVE_DEVIATION,
     MIN_ROWS_PER_PARAMETER,
@@ -209,7 +209,7 @@ def motion_errors(results: Sequence[tuple[Identification, Estimate]]) -> list[fl
     (first, estimate), *_ = results
     data, errors = first.problem.data, list[float]()
     try:
-        predictions = WindowPredictions(
+        predictions = OpenLoopErrors(
             estimate.form, [d.axis for d in data], [d.record for d in data], _HORIZON
         )
     except (DataError, EstimationError, ModelError):
@@ -270,8 +270,7 @@ class Sweep(Checked, Presentable, Exact):
         """Of the result at the recommended cut-off; else of the law, and why there is none."""
         if self.recommended is None:
             law = made("control law", partial(law_check, self.law))
-            none = Check.unless("recommendation", self.reason)
-            return (none,) if law is None else (law, none)
+            return tuple(filter(None, (law, Check.unless("recommendation", self.reason))))
         return self.results[self.cutoffs.index(self.recommended)].checks
 
     @property
@@ -369,8 +368,10 @@ def sweep(
         except (EstimationError, DataError) as error:
             failures[cutoff] = str(error)
     if not results:
-        why = "; ".join(dict.fromkeys(failures.values()))
-        raise EstimationError(f"no cut-off gave an estimate: {why}", code="sweep")
+        raise EstimationError(
+            f"no cut-off gave an estimate: {'; '.join(dict.fromkeys(failures.values()))}",
+            code="sweep",
+        )
     recommended, reason = recommend(results)
     return Sweep(
         results=tuple(results),

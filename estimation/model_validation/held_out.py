@@ -162,8 +162,6 @@ def held_out_equation(rows: Regression, blocks: Sequence[HeldOutBlock], signal: 
     EstimationError
         Without some block the parameters cannot be told apart.
     """
-    squares = []
-    for block in blocks:
-        theta, test = rows.at(block.training).solved().theta, rows.at(block.held_out)
-        squares.append(float(np.sum((test.left - test.regressor @ theta) ** 2)))
+    pairs = ((rows.at(each.held_out), rows.at(each.training).solved().theta) for each in blocks)
+    squares = [np.sum((test.left - test.regressor @ theta) ** 2) for test, theta in pairs]
     return HeldOut(squares=np.array(squares), signal=signal)

@@ -8,16 +8,15 @@ against it, and nothing else is.
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.bootstrap import DEFAULT_TWIN_COUNT
 from axisid.estimation.choices import OPEN_LOOP, check_among, is_output_error
-from axisid.estimation.diagnostic_checks import Check, Checked, Levels
+from axisid.estimation.diagnostic_checks import Check, Levels
 from axisid.estimation.diagnostics import RecordDifference, common_samples, difference_of
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_agreement
 from axisid.estimation.estimates import Estimate, SamplingDistribution
@@ -26,7 +25,6 @@ from axisid.estimation.identification import Identification, RecordInfo
 from axisid.estimation.methods import METHODS, Bootstrap, estimate_by, filtered_record
 from axisid.estimation.output_error import OutputFit, checked_horizon
 from axisid.estimation.parameters import GAIN, INITIAL_STATE_PARAMETERS, by_declared_gain
-from axisid.estimation.prediction_errors import LoopPredictions, PredictionErrors, WindowPredictions
 from axisid.estimation.records import Record, check_record, law_clock
 from axisid.estimation.regression import (
     Hac,
@@ -39,8 +37,9 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import FilteredRecord, RowTimes
 from axisid.estimation.simulation import Simulation
+from axisid.estimation.simulation_errors import ClosedLoopErrors, OpenLoopErrors, SimulationErrors
 from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE
-from axisid.support.arrays import Array, Exact, relative_error_percent
+from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import (
     DataError,
     EstimationError,
@@ -49,10 +48,10 @@ from axisid.support.errors import (
     UsageError,
     quoted,
 )
-from axisid.support.presentable import Presentable
 
 from .validation_result import (
     MAX_VALIDATION_ERROR,
+    FitValidation,
     MethodValidation,
     Validation,
     checked_law,
@@ -165,14 +164,14 @@ def reestimated(frozen: SamplingDistribution, own: Estimate) -> RecordDifference
     dof = np.array([each.freedom[frozen.chosen] for each in (frozen, anew)])
     # Welch and Satterthwaite's degrees of freedom of a difference.
     freedom = variances.sum(axis=0) ** 2 / (variances**2 / dof).sum(axis=0)
-    effects = own.X @ np.linalg.solve(own.jacobian, np.diag(after - before))
     return difference_of(
         {q.name: q.unit for q in own.quantities},
         before,
         after - before,
         covariances.sum(axis=0),
         float(np.nanmin(freedom)),
-        effects / float(np.linalg.norm(own.y)),
+        (own.X @ np.linalg.solve(own.jacobian, np.diag(after - before)))
+        / float(np.linalg.norm(own.y)),
     )
 
 
@@ -252,8 +251,7 @@ def _validation(
             tracking = relative_error_percent(off, wanted)
     except (ModelError, DataError, EstimationError) as error:
         reason = str(error)
-    equation = relative_error_percent(residuals, rows.left)
-    if not math.isfinite(equation):
+    if not math.isfinite(equation := relative_error_percent(residuals, rows.left)):
         raise DataError(
             f"{source.source}: the equation error of {estimate.method} is not finite; check the "
             "size and the units of its columns.",
@@ -302,57 +300,6 @@ def _positions(data: FilteredRecord, loops: Sequence[Simulation]) -> tuple[Array
 
 
 _OTHER_PERIOD = 1e-3  # relative difference of sample periods: clocks agree to less
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FitValidation(Checked, Presentable, Exact):
-    """What the output that frozen parameters simulate leaves of a record.
-
-    Attributes
-    ----------
-    record : Record
-    output : str
-        ``control``, ``position``, ``force`` or ``open-loop``.
-    unit : str
-        Of the output.
-    horizon : float or None
-        Length of the windows of an open loop, s, that was asked for.
-    windows : tuple of slice
-        Of the errors: each window of an open loop, or each segment of the record.
-    errors : (n,) array
-        Simulated less recorded output.
-    samples : (n,) array of int
-        Of the record, that the errors are at.
-    counted : (n,) array of bool
-        Which of the samples are measurements.
-    percent : float
-        Root mean square of what is left, of that of the recorded output.
-    checks : tuple of Check
-        Whether the output is as near as on the fit's own records, and what says that the record may
-        be of another axis, as a record does not know its axis: a control law that it does not have,
-        another sample period than that of the fit's records.
-    """
-
-    record: Record
-    output: str
-    unit: str
-    horizon: float | None
-    windows: tuple[slice, ...]
-    errors: Array
-    samples: NDArray[np.intp]
-    counted: NDArray[np.bool_]
-    percent: float
-    checks: tuple[Check, ...] = ()
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What speaks against the fit on this record."""
-        return tuple(check.meaning for check in self.checks if check.status in ("note", "fail"))
-
-    @property
-    def error(self) -> float:
-        """Root mean square of what is left, in the output's unit."""
-        return float(np.sqrt(np.mean(self.errors[self.counted] ** 2)))
 
 
 @np.errstate(all="ignore")
@@ -417,14 +364,13 @@ def validate_fit(
     physical = result.physical[: len(form.physical_quantities)]
     if GAIN in result.names:
         physical = by_declared_gain(axis, physical, result[GAIN].value)
-    predictions: PredictionErrors = (
-        LoopPredictions(form, [axis], [record], followed)
+    predictions: SimulationErrors = (
+        ClosedLoopErrors(form, [axis], [record], followed)
         if length is None
-        else WindowPredictions(form, [axis], [record], length)
+        else OpenLoopErrors(form, [axis], [record], length)
     )
     predictions.settle(physical)
-    lanes = predictions(physical[None, :])
-    if lanes.failures:
+    if (lanes := predictions(physical[None, :])).failures:
         raise EstimationError(
             f"the parameters of the fit do not simulate {record.provenance.source}: "
             f"{lanes.failures[0]}",

@@ -1,4 +1,4 @@
-"""What comes of holding estimates against another record, as they are.
+"""What comes of holding estimates, or a fit, against another record, as they are.
 
 An equation error tells little of a parameter that scales a small part of the force: a mass a tenth
 larger leaves 6 % of the force where noise may leave as much. What the record itself says of the
@@ -9,13 +9,16 @@ of one regression, the difference is tested, and has to matter.
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from axisid.estimation.choices import check_among
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.estimation.diagnostics import RecordDifference
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_check
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds import MIN_COMMON_SAMPLES
-from axisid.support.arrays import Exact
+from axisid.support.arrays import Array, Exact
 from axisid.support.errors import Missing
 from axisid.support.presentable import Presentable
 
@@ -244,8 +247,10 @@ class Validation(Checked, Presentable, Exact):
         lost = [v for v in self if v.fits and not v.follows]
         shown = lost or [v for v in self if v.tracking_error_percent is not None]
         if not (self.has_declared_law and shown):
-            other = "the loop of this record is another one, or has no position"
-            said = next((v.reason for v in self if v.reason), other)
+            said = next(
+                (v.reason for v in self if v.reason),
+                "the loop of this record is another one, or has no position",
+            )
             return Check.not_evaluated("simulation", Missing(said))
         worst = max(v.tracking_error_percent or 0.0 for v in shown)
         return Check.unless(
@@ -284,10 +289,60 @@ class Validation(Checked, Presentable, Exact):
         )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FitValidation(Checked, Presentable, Exact):
+    """What the output that frozen parameters simulate leaves of a record.
+
+    Attributes
+    ----------
+    record : Record
+    output : str
+        ``control``, ``position``, ``force`` or ``open-loop``.
+    unit : str
+        Of the output.
+    horizon : float or None
+        Length of the windows of an open loop, s, that was asked for.
+    windows : tuple of slice
+        Of the errors: each window of an open loop, or each segment of the record.
+    errors : (n,) array
+        Simulated less recorded output.
+    samples : (n,) array of int
+        Of the record, that the errors are at.
+    counted : (n,) array of bool
+        Which of the samples are measurements.
+    percent : float
+        Root mean square of what is left, of that of the recorded output.
+    checks : tuple of Check
+        Whether the output is as near as on the fit's own records, and what says that the record may
+        be of another axis, as a record does not know its axis: a control law that it does not have,
+        another sample period than that of the fit's records.
+    """
+
+    record: Record
+    output: str
+    unit: str
+    horizon: float | None
+    windows: tuple[slice, ...]
+    errors: Array
+    samples: NDArray[np.intp]
+    counted: NDArray[np.bool_]
+    percent: float
+    checks: tuple[Check, ...] = ()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What speaks against the fit on this record."""
+        return tuple(check.meaning for check in self.checks if check.status in ("note", "fail"))
+
+    @property
+    def error(self) -> float:
+        """Root mean square of what is left, in the output's unit."""
+        return float(np.sqrt(np.mean(self.errors[self.counted] ** 2)))
+
+
 def checked_law(law: LawAgreement | Missing, lead: str) -> Check:
     """The declared law against a second record; `lead` begins what is told where it fails."""
-    found = law_check(law)
-    if isinstance(found, Missing):
+    if isinstance(found := law_check(law), Missing):
         return Check.not_evaluated("control law", found)
     return replace(found, meaning=lead + found.meaning) if found.status == "fail" else found
 

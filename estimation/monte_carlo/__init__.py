@@ -4,27 +4,22 @@ In: an axis, what its twins are, how they are identified. Out: `MonteCarlo`, its
 Knows nothing of measured records, and of how it looks.
 """
 
-from .figures import (
-    CheckFigures as CheckFigures,
-    EstimandFigures as EstimandFigures,
-    Mean as Mean,
-    Share as Share,
-    StudyFigures as StudyFigures,
+from .drawn_twins import (
+    declared_chain as declared_chain,
+    declared_figures as declared_figures,
+    drawn_twin as drawn_twin,
+    noise_of as noise_of,
+    twin_of as twin_of,
+    twins as twins,
 )
 from .monte_carlo import monte_carlo as monte_carlo
 from .plan import (
     COLOURED as COLOURED,
     MonteCarloPlan as MonteCarloPlan,
-    declared_chain as declared_chain,
-    declared_figures as declared_figures,
-    drawn_twin as drawn_twin,
-    noise_of as noise_of,
-    stated_by as stated_by,
-    twin_of as twin_of,
-    twins as twins,
+    interval_covariance as interval_covariance,
 )
-from .result import (
-    MonteCarlo as MonteCarlo,
+from .result import MonteCarlo as MonteCarlo
+from .run_files import (
     check_output as check_output,
     run_columns as run_columns,
     write_runs as write_runs,
@@ -36,4 +31,11 @@ from .runs import (
     PHYSICAL as PHYSICAL,
     Estimand as Estimand,
     FailedRun as FailedRun,
+)
+from .study_statistics import (
+    CheckFigures as CheckFigures,
+    EstimandFigures as EstimandFigures,
+    Mean as Mean,
+    Share as Share,
+    StudyFigures as StudyFigures,
 )

@@ -36,7 +36,8 @@ from axisid.support.errors import EstimationError, UsageError, is_whole, quoted,
 from axisid.support.jobs import Failure, pace, run_jobs
 from axisid.support.progress import Progress
 
-from .plan import MonteCarloPlan, noise_of, twin_of
+from .drawn_twins import noise_of, twin_of
+from .plan import MonteCarloPlan
 from .result import MonteCarlo
 from .runs import (
     INTERVALS,
@@ -45,24 +46,24 @@ from .runs import (
     block_numbers,
     joined,
     lost_block,
-    twin_numbers,
 )
 
 _RUNS = 16  # whose twins tell it
 _HAC = 2 + 3 * INTERVALS.index("hac")
 
-#: Bias, and scales of the HAC deviation and of its interval, (3,), of what is estimated.
-Calibrations = Mapping[Estimand, Array]
 _NONE = np.array([0.0, 1.0, 1.0])
 
 
 @np.errstate(all="ignore")  # of runs without an estimate
-def study_calibrations(plan: MonteCarloPlan) -> Calibrations:
-    """By the first runs, with twins and without; of nothing where there are none."""
+def study_calibrations(plan: MonteCarloPlan) -> dict[Estimand, Array]:
+    """Bias, and scales of the HAC deviation and of its interval, (3,), of what is estimated.
+
+    By the first runs, with twins and without; of nothing where there are none.
+    """
     if not (plan.bootstrap and plan.regressions):
         return {}
     first, own = range(min(_RUNS, plan.runs)), replace(plan, methods=plan.regressions, checks=0)
-    both = joined([twin_numbers(own, first), block_numbers(own, first)])
+    both = joined([block_numbers(own, first, bootstrapped=first.stop), block_numbers(own, first)])
     found, plain = np.split(both.numbers, 2)
     widths = (found[..., _HAC + 2] - found[..., _HAC + 1]) / (
         plain[..., _HAC + 2] - plain[..., _HAC + 1]
@@ -72,7 +73,9 @@ def study_calibrations(plan: MonteCarloPlan) -> Calibrations:
     return dict(zip(both.estimands, means, strict=True))
 
 
-def calibrated_runs(numbers: BlockNumbers, calibrations: Calibrations, judged: int) -> BlockNumbers:
+def calibrated_runs(
+    numbers: BlockNumbers, calibrations: Mapping[Estimand, Array], judged: int
+) -> BlockNumbers:
     """The numbers of runs, calibrated from the first that has no twins of its own on."""
     changed, first = numbers.numbers.copy(), int(np.searchsorted(numbers.runs, judged))
     known = [calibrations.get(estimand, _NONE) for estimand in numbers.estimands]
@@ -186,7 +189,31 @@ def monte_carlo(
     Held in memory are the signals of one block for each process, and about 0.1 kB of numbers for
     each run and parameter.
     """
-    _check_course(block, jobs, executor, keep)
+    refuse(
+        UsageError,
+        *(
+            (
+                not (is_whole(value) and value >= 1),
+                f"{what}={quoted(value)}; give a whole number of 1 or more",
+            )
+            for what, value in (("block", block), ("jobs", jobs))
+        ),
+        (
+            executor is not None and jobs != 1,
+            "both jobs and an executor are given; give one of them",
+        ),
+        (
+            not isinstance(executor, (Executor, type(None))),
+            f"the executor is {quoted(executor)}; give one of concurrent.futures, or what Dask's "
+            "Client.get_executor() gives",
+        ),
+        (
+            not (keep is None or callable(keep)),
+            f"what keeps an interrupted study is {quoted(keep)}; give a function that takes a "
+            "MonteCarlo, or leave it out",
+        ),
+        code="study",
+    )
     generated = as_generated(axis)
     simulated = generated if twin is None else as_generated(twin)
     check_choices(covariance, start, loss)
@@ -215,35 +242,6 @@ def _methods(methods: object) -> tuple[str, ...]:
     others = [each for each in names if each not in fits]
     named = (requested_methods(others) or method_names()) if others or not fits else ()
     return tuple(dict.fromkeys((*named, *fits)))
-
-
-def _check_course(block: object, jobs: object, executor: object, keep: object) -> None:
-    """Refuse how a study is to be run."""
-    refuse(
-        UsageError,
-        *(
-            (
-                not (is_whole(value) and value >= 1),
-                f"{what}={quoted(value)}; give a whole number of 1 or more",
-            )
-            for what, value in (("block", block), ("jobs", jobs))
-        ),
-        (
-            executor is not None and jobs != 1,
-            "both jobs and an executor are given; give one of them",
-        ),
-        (
-            not isinstance(executor, (Executor, type(None))),
-            f"the executor is {quoted(executor)}; give one of concurrent.futures, or what Dask's "
-            "Client.get_executor() gives",
-        ),
-        (
-            not (keep is None or callable(keep)),
-            f"what keeps an interrupted study is {quoted(keep)}; give a function that takes a "
-            "MonteCarlo, or leave it out",
-        ),
-        code="study",
-    )
 
 
 def _run(
@@ -287,11 +285,13 @@ def _run(
                     progress(count, plan.runs, f"twins of {plan.twin.axis.name}, {remaining}")
     except BaseException:
         if keep is not None and done:
-            numbers_so_far = calibrated_runs(joined(done), calibrations, plan.checks)
-            keep(MonteCarlo(plan=plan, numbers=numbers_so_far))
+            keep(
+                MonteCarlo(
+                    plan=plan, numbers=calibrated_runs(joined(done), calibrations, plan.checks)
+                )
+            )
         raise
-    numbers = joined(done)
-    if not numbers.estimands:
+    if not (numbers := joined(done)).estimands:
         reasons = dict.fromkeys(f"{each.of}: {each.reason}" for each in numbers.failures)
         listed = "; ".join(reason.removesuffix(".") for reason in [*reasons][:_MOST_REASONS])
         raise EstimationError(f"no twin gave an estimate. {listed}.", code="no-twin-identified")

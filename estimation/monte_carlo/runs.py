@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field
-from typing import Any, Literal, TypeAlias, TypeVar
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +21,9 @@ from axisid.estimation.records import Record
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError
 
-from .plan import COLOURED, IID, MonteCarloPlan, are_lanes, twin_lanes, twins
+from .drawn_twins import are_lanes, twin_lanes, twins
+from .plan import COLOURED, IID, MonteCarloPlan
 
-_T = TypeVar("_T")
 Interval: TypeAlias = tuple[float, tuple[float, float]]  # a deviation, and both bounds
 
 #: What intervals are of: each covariance, a fit's coloured errors, and the model's error (of runs
@@ -151,7 +151,13 @@ class _Run:
         )
 
 
-def block_numbers(plan: MonteCarloPlan, block: range, threads: int | None = None) -> BlockNumbers:
+def block_numbers(
+    plan: MonteCarloPlan,
+    block: range,
+    threads: int | None = None,
+    *,
+    bootstrapped: int | None = None,
+) -> BlockNumbers:
     """The numbers of runs that follow each other.
 
     Parameters
@@ -160,21 +166,17 @@ def block_numbers(plan: MonteCarloPlan, block: range, threads: int | None = None
     block : range
     threads : int, optional
         Of the simulation, as `simulate_batch` takes it; the numbers are the same for any.
+    bootstrapped : int, optional
+        How many runs, from the first on, have twins of their own; by default those that are judged.
     """
-    count = max(plan.checks - block.start, 0) if are_lanes(plan) else len(block)
+    own = plan.checks if bootstrapped is None else bootstrapped
+    count = max(own - block.start, 0) if are_lanes(plan) else len(block)
     alone, side_by_side = block[:count], block[count:]
     runs = [
-        _run(plan, run, record, plan.bootstrap * (run < plan.checks))
-        for run, record in twins(plan, alone)
+        _run(plan, run, record, plan.bootstrap * (run < own)) for run, record in twins(plan, alone)
     ]
     if side_by_side:
         runs += _lane_runs(plan, side_by_side, threads)
-    return joined([run.numbers() for run in runs])
-
-
-def twin_numbers(plan: MonteCarloPlan, block: range) -> BlockNumbers:
-    """The same of runs each of which has twins of its own."""
-    runs = (_run(plan, run, record, plan.bootstrap) for run, record in twins(plan, block))
     return joined([run.numbers() for run in runs])
 
 
@@ -205,8 +207,7 @@ def _run(plan: MonteCarloPlan, number: int, record: Record | str, bootstrap: int
     if isinstance(record, str):
         run.lost(SIMULATION, record)
         return run
-    result = _identified(plan, run, record, bootstrap)
-    if result is not None:
+    if (result := _identified(plan, run, record, bootstrap)) is not None:
         if is_judged:
             with run.losing(VERDICT):
                 run.judged({check.name: check.status for check in result.verdict})
@@ -331,7 +332,9 @@ def joined(blocks: Sequence[BlockNumbers]) -> BlockNumbers:
 
 
 def _stacked(
-    parts: Sequence[tuple[NDArray[Any], tuple[_T, ...]]], columns: tuple[_T, ...], missing: float
+    parts: Sequence[tuple[NDArray[Any], tuple[object, ...]]],
+    columns: tuple[object, ...],
+    missing: float,
 ) -> NDArray[Any]:
     """Arrays by run under one another, each column where all have it."""
     place = {column: i for i, column in enumerate(columns)}

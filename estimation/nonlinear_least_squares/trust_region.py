@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from axisid.estimation.choices import HUBER, SOFT_L1, SQUARES
 from axisid.estimation.parameters import Unknowns
-from axisid.estimation.prediction_errors import PredictionErrors, jacobian_at
+from axisid.estimation.simulation_errors import SimulationErrors, jacobian_at
 from axisid.support.arrays import Array
 from axisid.support.progress import Progress
 
@@ -105,7 +105,7 @@ class Search:
 
     Parameters
     ----------
-    predictions : PredictionErrors
+    predictions : SimulationErrors
     unknowns : Unknowns
     scale : (P,) array
     weighing : WeightedLoss
@@ -114,7 +114,7 @@ class Search:
 
     def __init__(
         self,
-        predictions: PredictionErrors,
+        predictions: SimulationErrors,
         unknowns: Unknowns,
         scale: Array,
         weighing: WeightedLoss,
@@ -164,8 +164,7 @@ class Search:
         By trust regions, in units of the parameters' scales.
         """
         u = self._unknowns
-        chosen = u.free & (bound == 0)
-        if not chosen.any():
+        if not (chosen := u.free & (bound == 0)).any():
             return at, True
         from scipy.optimize import least_squares
 
@@ -202,8 +201,7 @@ class Search:
         """Weighted errors, then those of what was known before; large ones for a lost loop."""
         if np.array_equal(self._at, at) or not self._largest:
             return weighed_rows(at, self._slopes_at(at)[0], self._unknowns, self._weighing)
-        lanes = self._predictions(at[None, :])
-        if lanes.failures:
+        if (lanes := self._predictions(at[None, :])).failures:
             rows = len(self._weighing.weights) + int(self._unknowns.has_prior.sum())
             return np.full(rows, _LOST * self._largest)
         return weighed_rows(at, lanes.errors[:, 0], self._unknowns, self._weighing)

@@ -12,11 +12,11 @@ from axisid.estimation.diagnostics import (
     NOMINAL_VALUES,
     RecordRegressor,
     at_bound_check,
-    lacks_check,
+    misspecification_check,
     nominal_check,
     pooling_check,
+    pooling_test_of,
     precision_check,
-    records_alike,
     repeated_check,
     rows_check,
 )
@@ -24,9 +24,9 @@ from axisid.estimation.diagnostics.control_law import LawAgreement, law_check
 from axisid.estimation.estimates import student_interval
 from axisid.estimation.nonlinear_least_squares import MOST_STEPS
 from axisid.estimation.parameters import GAIN
-from axisid.estimation.prediction_errors import WindowPredictions
 from axisid.estimation.records import record_labels
 from axisid.estimation.signals import Prefilter
+from axisid.estimation.simulation_errors import OpenLoopErrors
 from axisid.estimation.thresholds import (
     ADVISED_WINDOWS,
     MAX_GROWTH,
@@ -188,7 +188,7 @@ def starts_check(of: OutputFit) -> Check | None:
 
 def windows_check(of: OutputFit) -> Check | None:
     """Whether nothing drives the axis away in the windows of an open loop, and they are enough."""
-    if not isinstance(of.predictions, WindowPredictions) or of.horizon is None:
+    if not isinstance(of.predictions, OpenLoopErrors) or of.horizon is None:
         return None
     steady = of.predictions.steady_horizon(of.physical)
     windows, advised = sum(map(len, of.predictions.spans)), ADVISED_WINDOWS.value
@@ -254,7 +254,7 @@ def missing_terms_check(of: OutputFit) -> Check | None:
 def joined_check(name: str, of: OutputFit) -> Check | None:
     """What is checked of what the model lacks, over all records."""
     checks = [
-        made(name, partial(lacks_check, lacks, name, axis, record, of.levels))
+        made(name, partial(misspecification_check, lacks, name, axis, record, of.levels))
         for lacks, axis, record in zip(of.lacks, of.axes, of.records, strict=True)
     ]
     return joined(checks, record_labels(of.records))
@@ -306,7 +306,7 @@ def records_alike_check(of: OutputFit) -> Check | Missing | None:
     def extended(_: Array, columns: Array) -> tuple[Array, Array, Array]:
         return sandwich.extended(columns, clustered=of.horizon is not None)
 
-    comparison = records_alike(sandwich.jacobian, records, extended, of.levels)
+    comparison = pooling_test_of(sandwich.jacobian, records, extended, of.levels)
     return pooling_check(comparison, record_labels(of.records), of.levels, "output")
 
 

@@ -19,7 +19,6 @@ import numpy as np
 from axisid.estimation.diagnostics import covariance_of_twins
 from axisid.estimation.nonlinear_least_squares import SearchResult, WeightedLoss
 from axisid.estimation.parameters import Unknowns
-from axisid.estimation.prediction_errors import PredictionErrors, record_rows
 from axisid.estimation.records import Record
 from axisid.estimation.regression import (
     Autoregression,
@@ -29,6 +28,7 @@ from axisid.estimation.regression import (
     clustered_covariance,
     sum_covariances,
 )
+from axisid.estimation.simulation_errors import SimulationErrors, record_rows
 from axisid.estimation.thresholds import MIN_SHOWN
 from axisid.support.arrays import Array, BoolArray, column_sizes
 
@@ -240,7 +240,7 @@ def sandwich_of(
     found: SearchResult,
     weighing: WeightedLoss,
     unknowns: Unknowns,
-    predictions: PredictionErrors,
+    predictions: SimulationErrors,
     records: Sequence[Record],
     chosen: BoolArray,
 ) -> Sandwich:

@@ -22,13 +22,13 @@ from axisid.estimation.parameters import (
     perturbed_joint_forms,
     unknowns_of,
 )
-from axisid.estimation.prediction_errors import (
-    LoopPredictions,
-    PredictionErrors,
-    WindowPredictions,
+from axisid.estimation.records import Record
+from axisid.estimation.simulation_errors import (
+    ClosedLoopErrors,
+    OpenLoopErrors,
+    SimulationErrors,
     default_horizon,
 )
-from axisid.estimation.records import Record
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
@@ -318,17 +318,17 @@ def _predictions(
     outputs: Sequence[str],
     physical: Array,
     horizon: float | None,
-) -> PredictionErrors:
+) -> SimulationErrors:
     """What is predicted; windows of an open loop are such that errors do not grow in them.
 
     At parameters (P,), where a length, s, is not asked for. Where they cannot be simulated, the
     search tells it.
     """
     if OPEN_LOOP not in outputs:
-        return LoopPredictions(form, form.axes, records, outputs)
-    longest = WindowPredictions(form, form.axes, records, horizon or default_horizon(records))
+        return ClosedLoopErrors(form, form.axes, records, outputs)
+    longest = OpenLoopErrors(form, form.axes, records, horizon or default_horizon(records))
     if horizon is None:
         with suppress(EstimationError):
             steady = longest.steady_horizon(physical)
-            return WindowPredictions(form, form.axes, records, steady)
+            return OpenLoopErrors(form, form.axes, records, steady)
     return longest

@@ -19,9 +19,9 @@ from axisid.estimation.nonlinear_least_squares import (
     cost_of,
 )
 from axisid.estimation.parameters import ExtendedForm, KnownValues, Unknowns, least_sizes
-from axisid.estimation.prediction_errors import PredictionErrors, jacobian_at, record_rows
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter
+from axisid.estimation.simulation_errors import SimulationErrors, jacobian_at, record_rows
 from axisid.estimation.thresholds import HUBER_TUNING
 from axisid.support.arrays import Array, BoolArray, mask_of
 from axisid.support.errors import AxisidError, EstimationError
@@ -43,7 +43,7 @@ class FitSearch:
         As `fit` takes them.
     form : ExtendedForm
     unknowns : Unknowns
-    predictions : PredictionErrors
+    predictions : SimulationErrors
     start, scale : (P,) array
         Where the first search begins, and by how much its parameters change.
     started : str
@@ -53,7 +53,7 @@ class FitSearch:
     best : SearchResult
         The search that is told.
     searches : tuple of SearchResult
-    doubts : tuple of (ExtendedForm, PredictionErrors)
+    doubts : tuple of (ExtendedForm, SimulationErrors)
         Of each value that is known with a deviation: where it is larger by that.
     rests_count : bool
         Whether samples near rests count, as without them a parameter is hardly shown.
@@ -67,7 +67,7 @@ class FitSearch:
     outputs: tuple[str, ...]
     loss: str
     unknowns: Unknowns = field(repr=False, compare=False)
-    predictions: PredictionErrors = field(repr=False, compare=False)
+    predictions: SimulationErrors = field(repr=False, compare=False)
     start: Array
     started: str
     scale: Array
@@ -78,7 +78,7 @@ class FitSearch:
     bootstrap: int
     seed: int
     known: KnownValues
-    doubts: tuple[tuple[ExtendedForm, PredictionErrors], ...] = field(repr=False, compare=False)
+    doubts: tuple[tuple[ExtendedForm, SimulationErrors], ...] = field(repr=False, compare=False)
     rests_count: bool = field(repr=False, compare=False)
     alone: SearchResult | None = field(repr=False, compare=False)
 
@@ -140,7 +140,7 @@ class FitRun:
 
     form: ExtendedForm
     records: Sequence[Record]
-    predictions: PredictionErrors
+    predictions: SimulationErrors
     unknowns: Unknowns
     loss: str
     given: tuple[float, ...]  # weights of the outputs, NaN where they are found

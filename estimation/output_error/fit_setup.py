@@ -30,9 +30,9 @@ from axisid.estimation.parameters import (
     Unknowns,
     least_sizes,
 )
-from axisid.estimation.prediction_errors import FEWEST_IN_WINDOW
 from axisid.estimation.records import Record
 from axisid.estimation.regression import InverseForm
+from axisid.estimation.simulation_errors import FEWEST_IN_WINDOW
 from axisid.modeling.declaration import HIDDEN_FROM
 from axisid.modeling.quantities import Parameter, State
 from axisid.support.arrays import Array

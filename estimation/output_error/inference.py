@@ -10,7 +10,7 @@ from scipy.special import log_ndtr, ndtri_exp
 
 from axisid.codegen.generated_axes import Quantity
 from axisid.estimation.choices import SQUARES
-from axisid.estimation.diagnostic_checks import told_or, unless_faulty
+from axisid.estimation.diagnostic_checks import unless_faulty, value_or
 from axisid.estimation.estimates import (
     NamedValues,
     SamplingDistribution,
@@ -19,8 +19,8 @@ from axisid.estimation.estimates import (
 )
 from axisid.estimation.estimation_problem import ParameterAtBound
 from axisid.estimation.parameters import START, Unknowns, bounded_quadratic_minimum, least_sizes
-from axisid.estimation.prediction_errors import LoopPredictions, jacobian_at
 from axisid.estimation.regression import CovarianceEstimate, widened
+from axisid.estimation.simulation_errors import ClosedLoopErrors, jacobian_at
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.support.arrays import Array, BoolArray, IntArray
 from axisid.support.errors import EstimationError, Missing
@@ -253,7 +253,7 @@ def _covariances(
     weights, influence = of.weighing.weights, sandwich.influence(of.weighing.weights)
     coloured = sandwich.coloured(clustered=of.horizon is not None)
     if twins is None and of.horizon is None:
-        starts, k = told_or(np.zeros((0, 0)), partial(_slopes_by_start, of)), len(influence)
+        starts, k = value_or(np.zeros((0, 0)), partial(_slopes_by_start, of)), len(influence)
         if starts.any():
             whole = sandwich.beside(weights[:, None] * starts).coloured()
             coloured = replace(coloured, matrix=whole.matrix[:k, :k])
@@ -300,7 +300,7 @@ def _slopes_by_start(of: FitSearch) -> Array:
     if of.of_start.any() or not any(in_motion):
         return np.zeros((len(of.best.errors), 0))
     form = replace(of.form, time=()).with_starts(of.records, [START])
-    predictions = LoopPredictions(form, form.axes, of.records, of.outputs)
+    predictions = ClosedLoopErrors(form, form.axes, of.records, of.outputs)
     first = len(of.best.physical) - len(of.form.time)
     at = np.append(of.best.physical[:first], form.start[first:])
     no_end = np.full(len(at), np.inf)

@@ -21,10 +21,10 @@ from axisid.estimation.diagnostics.control_law import (
     found_law_agreement,
 )
 from axisid.estimation.parameters import ExtendedForm, axis_at
-from axisid.estimation.prediction_errors import PredictionErrors, record_rows
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Hac, recorded_loops
 from axisid.estimation.signals import FilteredRecord, Prefilter, RowTimes
+from axisid.estimation.simulation_errors import SimulationErrors, record_rows
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, Missing
 
@@ -79,7 +79,7 @@ class RecordLoops:
 def outputs_by_noise(
     records: Sequence[RecordLoops | Missing],
     physical: Array,
-    predictions: PredictionErrors,
+    predictions: SimulationErrors,
     count: int,
     *,
     disturbed: bool,
@@ -91,7 +91,7 @@ def outputs_by_noise(
     ----------
     records : sequence of RecordLoops or Missing
     physical : (P,) array
-    predictions : PredictionErrors
+    predictions : SimulationErrors
         Of the records, settled there.
     count : int
     disturbed : bool

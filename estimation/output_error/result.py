@@ -14,8 +14,8 @@ from axisid.estimation.diagnostic_checks import (
     Check,
     Checked,
     Levels,
-    told_or,
     unless_faulty,
+    value_or,
 )
 from axisid.estimation.diagnostics.control_law import (
     EstimatedGains,
@@ -27,8 +27,8 @@ from axisid.estimation.estimates import Value, degrees_of_freedom_of
 from axisid.estimation.methods import filtered_record
 from axisid.estimation.misspecification import Misspecification, find_misspecification, scores_of
 from axisid.estimation.parameters import axis_at
-from axisid.estimation.prediction_errors import record_rows
 from axisid.estimation.signals import Prefilter
+from axisid.estimation.simulation_errors import record_rows
 from axisid.modeling.parsing import FunctionLike
 from axisid.support.arrays import Array, Exact, MaybeInfinite
 from axisid.support.errors import Missing
@@ -194,7 +194,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         """What is left of each record, and in each of every output."""
         # A chain takes for forces what the model lacks, so that noise is that of the position.
         weights, outputs, errors = self.weighing.weights, self.outputs, []
-        twins = told_or(
+        twins = value_or(
             np.zeros((len(weights), 1)),
             partial(
                 outputs_by_noise,
@@ -245,7 +245,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     @cached_property
     def law_moves(self) -> Mapping[str, Array]:
         """What each term of the law, 1 % larger, would move the parameters by, (P,)."""
-        moves = told_or(({},), lambda: self._moves_of_records)
+        moves = value_or(({},), lambda: self._moves_of_records)
         return {name: np.asarray(np.sum([of[name] for of in moves], axis=0)) for name in moves[0]}
 
     @cached_property

@@ -21,7 +21,7 @@ from .sampling import RowTimes as RowTimes, Sampling as Sampling
 from .signals import (
     Motion as Motion,
     Signals as Signals,
-    dependence as dependence,
+    columns_by_signal as columns_by_signal,
     drive_force as drive_force,
     hold_mean as hold_mean,
     motion_lacks as motion_lacks,

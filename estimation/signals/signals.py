@@ -118,7 +118,7 @@ def check_position(axis: GeneratedAxis, record: Record) -> None:
     """
     if not record.integrated:
         return
-    columns = dependence(axis)["position"]
+    columns = columns_by_signal(axis)["position"]
     needing = [name for name, needs in zip(axis.names, columns, strict=True) if needs]
     needing += [
         what
@@ -235,7 +235,7 @@ def remaining_information(counts: NDArray[np.bool_], moving: Array, remaining: A
 
 def takes_robust_loss(axis: GeneratedAxis) -> NDArray[np.bool_]:
     """Of which parameters, (p,), a loss counts: none of friction that depends on the speed."""
-    depends = dependence(axis)
+    depends = columns_by_signal(axis)
     return ~(depends["direction"] & depends["velocity"])
 
 
@@ -255,7 +255,7 @@ def searches_friction(axis: GeneratedAxis) -> bool:
 
 
 @lru_cache(maxsize=32)  # asked of an axis in every identification
-def dependence(axis: GeneratedAxis) -> dict[str, NDArray[np.bool_]]:
+def columns_by_signal(axis: GeneratedAxis) -> dict[str, NDArray[np.bool_]]:
     """Which columns of the inverse model, (p,), depend on which signal, or on recorded ones."""
     depends = dict.fromkeys((*_SIGNALS, "recorded"), np.zeros(len(axis.parameters), dtype=bool))
     names = (*_SIGNALS, *("recorded" for _ in axis.axis.signals))

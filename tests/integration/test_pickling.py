@@ -56,7 +56,7 @@ from axisid.estimation import (
     validate_fit,
 )
 from axisid.estimation.control_law_search import find_law
-from axisid.estimation.diagnostics.control_law.control_law import law_agreement
+from axisid.estimation.diagnostics.control_law.law_agreement import law_agreement
 from axisid.estimation.identification import DriveTime
 from axisid.fleets import Fleet, FleetRow
 from axisid.modeling import LIBRARY, Column

@@ -4,7 +4,7 @@ import numpy as np
 
 from axisid.estimation.diagnostic_checks import Check, status_of
 
-from .diagnosis import Case
+from .case import Case
 
 _MIN_TURNS = 4  # of the sign of the velocity; fewer do not tell friction from an offset
 

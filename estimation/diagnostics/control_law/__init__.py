@@ -4,7 +4,9 @@ In: an axis and a record. Out: `LawAgreement`, with what would mend it.
 Knows nothing of estimates, and of what the loop makes of the law.
 """
 
-from .control_law import (
+from .control_residuals import comparison_filter as comparison_filter
+from .gain_regression import GainRegression as GainRegression
+from .law_agreement import (
     EstimatedGains as EstimatedGains,
     LawAgreement as LawAgreement,
     first_failing as first_failing,
@@ -12,5 +14,3 @@ from .control_law import (
     law_agreement as law_agreement,
     law_check as law_check,
 )
-from .control_residuals import comparison_filter as comparison_filter
-from .gain_sensitivities import LawByGains as LawByGains

@@ -38,6 +38,8 @@ from axisid.estimation.thresholds import (
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
 
+# of a factor of a law that does not fit from a round one; beyond, it is off
+MAX_FACTOR_ERROR = 0.05
 # residual with a shift, by that without, up to which it is told
 _MAX_EXPLAINED_RESIDUAL = 0.7
 #: Names of what is regressed beside the products of gains.
@@ -195,9 +197,9 @@ def open_for_jitter(
     raw = (record.sampled or record).longest()
     even, control = _evenly(raw, "position"), np.asarray(raw.control)
     noise = position_noise(even.position) * np.random.default_rng(0).normal(size=len(even))
-    noisy = replace(even, position=even.position + noise)
     sampled, between, noisy_control = (
-        compared_with_law(axis, law, each)[1] for each in (raw, even, noisy)
+        compared_with_law(axis, law, each)[1]
+        for each in (raw, even, replace(even, position=even.position + noise))
     )
     left = relative_error_percent(noisy_control - between, control)
     matters = relative_error_percent(sampled - between, control) >= MAX_LAW_RESIDUAL.value

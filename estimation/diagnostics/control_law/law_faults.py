@@ -17,24 +17,20 @@ from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.diagnostic_checks import first_case
 from axisid.estimation.records import Record
 from axisid.estimation.records.columns import expected_units, scale_remedy
-from axisid.estimation.thresholds import (
-    MAX_LAW_RESIDUAL,
-    MAX_SCALE_ERROR,
-    MIN_SAMPLES_PER_FACTOR,
-)
+from axisid.estimation.thresholds import MAX_LAW_RESIDUAL, MAX_SCALE_ERROR, MIN_SAMPLES_PER_FACTOR
 from axisid.modeling.declaration import ControlLaw, velocity_variants
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError
 
 from .control_residuals import (
     DRIFT,
+    MAX_FACTOR_ERROR,
     MOST_SHIFT,
     compared_with_law,
     law_error_percent,
 )
+from .gain_regression import GainRegression
 
-# of a factor of a law that does not fit from a round one; beyond, it is off
-MAX_FACTOR_ERROR = 0.05
 # of the declared law's residual, below which a change of columns is told
 _MAX_REPAIRED_RESIDUAL = 0.5
 
@@ -325,10 +321,46 @@ def position_zero(
         Of one piece, with a reference and a control.
     """
     step = _STEP * float(np.ptp(np.asarray(record.reference))) or _STEP
-    moved = replace(record, position=record.position + step)
-    steps, slope = _asked_for(axis, law, record, moved)
+    steps, slope = _asked_for(axis, law, record, replace(record, position=record.position + step))
     if not np.isfinite(steps):
         return None
     mean = float(np.mean(slope))
     is_constant = float(np.ptp(slope)) <= MAX_SCALE_ERROR.value * abs(mean)
     return -step * steps, mean * steps if is_constant else None
+
+
+def explained_by_gains(by_gains: GainRegression) -> tuple[str, GainRegression | None]:
+    """The least change of gains that explains the control, in words, and the law with it.
+
+    A control that is recorded with another scale is what such a gain may make of it too.
+    """
+    declared, said = by_gains.along.law.gains, ""
+    changes = by_gains.least_change() if declared else ()
+    right = (e for e in changes if e.percent < MAX_LAW_RESIDUAL.value and not e.gains_off)
+    if (best := next(right, None)) is not None:
+        ways = "; or ".join(
+            " and ".join(
+                f"{name} is {times:.4g} times the declared one, {change.gains[name]:.5g} for "
+                f"{declared[name]:.5g}"
+                for name, times in change.times.items()
+            )
+            for change in changes
+        )
+        these = "that" if len(best.free) == 1 else "these"
+        rest = first_case(
+            (len(changes) > 1, "the record does not tell which"),
+            (
+                len(declared) > len(best.free),
+                f"and every other gain is right; declare {these}",
+            ),
+            (True, f"declare {these}"),
+        )
+        said = f"{ways}, {rest}"
+    if by_gains.scale is not None:
+        times, scaled = by_gains.scale
+        said = (
+            f"{said}; or {scale_text(times)}: the law alone does not tell which"
+            if said
+            else scale_text(times, f", with which it would be {off_text(scaled.percent)}")
+        )
+    return said, best

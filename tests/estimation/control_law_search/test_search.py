@@ -13,7 +13,7 @@ from axisid import build, load_axis, twin_record
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.control import ControlLaw, cascade_pd_difference, pid
 from axisid.estimation import LawSearch, find_law
-from axisid.estimation.control_law_search.law_forms import ExplainedLaw
+from axisid.estimation.control_law_search.search import ExplainedLaw
 from axisid.modeling import back_and_forth
 from tests.axes.ready_laws import LAWS, PERIOD, with_law
 from tests.refusals import refuses

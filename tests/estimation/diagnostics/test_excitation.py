@@ -1,4 +1,4 @@
-"""Parameters against motions that lack one thing each, what was fixed, and their nominal values."""
+"""Parameters against motions that lack one thing each."""
 
 from dataclasses import replace
 
@@ -11,21 +11,15 @@ from axisid import (
     Prefilter,
     Record,
     build,
-    fit,
-    fix,
     identify,
-    load_axis,
     simulate,
     twin_record,
 )
-from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd
 from axisid.elements import Drive, offset, spring
 from axisid.estimation.diagnostic_checks import Check
-from axisid.estimation.diagnostics import fixed_check, nominal_check
-from axisid.estimation.estimates import Estimate
 from axisid.estimation.simulation.twin import trajectory
-from axisid.modeling import LIBRARY, Experiment, Move, back_and_forth
+from axisid.modeling import Experiment, Move, back_and_forth
 from tests.axes.bodies import k, stage, x
 
 PERIOD = 1e-3
@@ -68,13 +62,6 @@ def test_rich_motion_lacks_nothing_and_its_figures_are_those_of_the_columns() ->
     unit = estimate.X / np.linalg.norm(estimate.X, axis=0)
     expected = np.diag(np.linalg.inv(unit.T @ unit))
     assert [each.inflation for each in shown] == pytest.approx(expected.tolist(), rel=1e-6)
-
-
-def test_rows_that_are_few_for_the_parameters_are_not_believed(emps2015: GeneratedAxis) -> None:
-    result = identify(emps2015, twin_record(emps2015), Prefilter(decimate=400), "idm-ls")
-    (found,) = (check for check in result.checks if check.name == "rows")
-    assert (found.status, result.belief) == ("fail", "with care")
-    assert found.figure == len(result.preferred.y) / 3 < found.threshold == 10
 
 
 def test_a_mass_that_is_none_beside_a_known_one_is_no_lack_of_acceleration() -> None:
@@ -143,70 +130,6 @@ def test_axis_that_stays_in_place_does_not_show_a_far_spring() -> None:
     (shown,) = (e for e in identify(axis, record, kept).diagnosis.excitation if e.name == "k")
     assert shown.alike == ("f",)
     assert shown.lacking == ("the axis hardly leaves its place",)
-
-
-@pytest.fixture(scope="module")
-def iv(emps2015: GeneratedAxis, twin: Record) -> Estimate:
-    return identify(emps2015, twin, methods="idm-iv")["idm-iv"]
-
-
-@pytest.mark.parametrize(("deviations", "status"), [(1.0, "pass"), (4.0, "fail")])
-def test_a_value_that_is_fixed_may_be_off_by_what_the_record_leaves_open(
-    emps2015: GeneratedAxis, twin: Record, iv: Estimate, deviations: float, status: str
-) -> None:
-    """At 1 %, one degree of freedom allows 2.6 deviations."""
-    mass = iv.parameters["M"]
-    value = mass.corrected + deviations * mass.sd_hac
-    result = identify(fix(emps2015.axis, M=value), twin, methods="idm-iv")
-    check = fixed_check(result["idm-iv"])
-    assert check.status == status
-    assert (check.p_value < 0.01) is (status == "fail")
-    assert (f"M is fixed at {value:.4g}"[:16] in check.meaning) is (status == "fail")
-
-
-MASS = Parameter("m", "kg", nominal=10.0, lower=0.0)
-
-
-@pytest.mark.parametrize(
-    ("value", "interval", "remarked"),
-    [
-        (10.0, (9.0, 11.0), False),
-        (1.0, (0.9, 1.1), True),
-        (1.9, (1.5, 2.3), False),
-        (60.0, (55.0, 65.0), True),
-        (60.0, (45.0, 75.0), False),
-        (0.0, (0.0, 0.0), True),
-        (-10.0, (-11.0, -9.0), True),
-        (60.0, (-np.inf, np.inf), False),
-    ],
-)
-def test_a_value_is_remarked_where_all_of_its_interval_is_far(
-    value: float, interval: tuple[float, float], remarked: bool
-) -> None:
-    found = nominal_check([(MASS, value, interval)])
-    assert (found is not None) == remarked
-    assert found is None or (found.status == "note" and f"{value / 10:.2g} times" in found.meaning)
-
-
-@pytest.mark.parametrize("name", LIBRARY)
-def test_no_axis_of_the_library_is_remarked(name: str) -> None:
-    axis = load_axis(name)
-    truth = axis.experiment.truth
-    rows = [(p, truth[p.name], (truth[p.name],) * 2) for p in axis.parameters if p.name in truth]
-    assert rows
-    assert nominal_check(rows) is None
-
-
-@pytest.mark.parametrize("factor", [1.0, 10.0])
-def test_position_in_another_unit_is_remarked_without_a_reference(
-    emps2015: GeneratedAxis, twin: Record, factor: float
-) -> None:
-    given = replace(twin, position=factor * twin.position, reference=None)
-    result = identify(emps2015, given, methods="idm-ls")
-    checks = (*result.verdict, *fit(emps2015, given, output="open-loop").checks)
-    remarks = [check.meaning for check in checks if check.name == "nominal values"]
-    assert len(remarks) == 2 * (factor != 1.0)
-    assert all("M = " in said and "check the units" in said for said in remarks)
 
 
 def test_a_weight_that_the_model_lacks_is_blamed_for_the_loop_and_hides_each_parameter() -> None:

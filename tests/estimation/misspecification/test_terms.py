@@ -14,7 +14,7 @@ from scipy.stats import kstest
 
 from axisid import Coordinate, Record, load_axis
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.misspecification import sentence
+from axisid.estimation.misspecification import misspecification_text
 from axisid.estimation.misspecification.scores import RecordScores
 from axisid.estimation.misspecification.search import Misspecification
 from axisid.estimation.misspecification.terms import TERMS, Along, Term, behind_spring
@@ -147,7 +147,7 @@ def test_the_element_that_a_missing_term_names_is_declared(
     tmp_path: Path, term: Term, q: Coordinate
 ) -> None:
     declared = SimpleNamespace(coordinate=q, drive=Drive(gain=1.0), has_stribeck=False)
-    said = sentence(
+    said = misspecification_text(
         _lack(term), cast(GeneratedAxis, SimpleNamespace(axis=declared)), cast(Record, None)
     )
     assert "declare" in said

@@ -23,9 +23,8 @@ from axisid.estimation.monte_carlo import (
     drawn_twin,
     runs,
 )
-from axisid.estimation.monte_carlo.figures import Mean, Share
-from axisid.estimation.monte_carlo.plan import twins
-from axisid.estimation.monte_carlo.result import write_runs
+from axisid.estimation.monte_carlo.drawn_twins import twins
+from axisid.estimation.monte_carlo.run_files import write_runs
 from axisid.estimation.monte_carlo.runs import (
     INTERVALS,
     PARAMETER,
@@ -34,6 +33,7 @@ from axisid.estimation.monte_carlo.runs import (
     FailedRun,
     block_numbers,
 )
+from axisid.estimation.monte_carlo.study_statistics import Mean, Share
 from axisid.estimation.records import Record
 from axisid.estimation.simulation.twin import twin_plan
 from axisid.modeling.declaration import Move, back_and_forth
@@ -268,10 +268,10 @@ def test_what_is_done_is_kept_whatever_ends_a_study(
 ) -> None:
     module, kept = sys.modules["axisid.estimation.monte_carlo.monte_carlo"], list[MonteCarlo]()
 
-    def failing(plan: Any, block: range, threads: int | None = None) -> BlockNumbers:
+    def failing(plan: Any, block: range, threads: int | None = None, **how: Any) -> BlockNumbers:
         if block.start == 2:
             raise error
-        return block_numbers(plan, block, threads)
+        return block_numbers(plan, block, threads, **how)
 
     monkeypatch.setattr(module, "block_numbers", failing)
     with pytest.raises((EstimationError, KeyboardInterrupt)):

@@ -16,7 +16,7 @@ from axisid.estimation.nonlinear_least_squares import (
 from axisid.estimation.parameters import Unknowns
 from axisid.estimation.thresholds import HUBER_TUNING
 from axisid.support.arrays import Array
-from tests.estimation.prediction_errors.formula import Formula
+from tests.estimation.simulation_errors.formula import Formula
 from tests.refusals import refuses
 
 TIME = np.linspace(0.0, 4.0, 400)

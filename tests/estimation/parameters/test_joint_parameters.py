@@ -18,8 +18,8 @@ from axisid.estimation.model_validation import validate_fit
 from axisid.estimation.parameters import ExtendedForm
 from axisid.estimation.parameters.joint_parameters import joint_form_of, perturbed_joint_forms
 from axisid.estimation.parameters.known_values import known_of
-from axisid.estimation.prediction_errors import LoopPredictions
 from axisid.estimation.regression import InverseForm
+from axisid.estimation.simulation_errors import ClosedLoopErrors
 from axisid.modeling.quantities import Constant
 from axisid.support.arrays import Array
 from tests.axes.bodies import rod
@@ -102,8 +102,8 @@ def test_a_loop_by_another_gain_is_that_of_the_drive_declared_so(name: str, outp
     form = ExtendedForm(
         declared, of_model=InverseForm(declared), axes=(declared,)
     ).with_drive_gain()
-    by_gain = LoopPredictions(form, [declared], [record], output)
-    alone = LoopPredictions(InverseForm(other), [other], [record], output)
+    by_gain = ClosedLoopErrors(form, [declared], [record], output)
+    alone = ClosedLoopErrors(InverseForm(other), [other], [record], output)
     found = by_gain(np.append(truth, other.axis.drive.gain)[None, :]).errors
     size = float(np.abs(by_gain.measured).max())
     np.testing.assert_allclose(found, alone(truth[None, :]).errors, atol=1e-9 * size)

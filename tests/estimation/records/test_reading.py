@@ -16,7 +16,7 @@ import axisid
 from axisid import DataError, Record, build, identify, load_axis, read_record, validate
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation import Repairs
-from axisid.estimation.diagnostics.control_law.control_law import LawAgreement, law_agreement
+from axisid.estimation.diagnostics.control_law.law_agreement import LawAgreement, law_agreement
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing

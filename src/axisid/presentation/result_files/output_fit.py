@@ -10,7 +10,7 @@ from msgspec import UNSET, UnsetType
 
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.estimation.estimates import NamedValues, Value
-from axisid.estimation.misspecification import sentence
+from axisid.estimation.misspecification import misspecification_text
 from axisid.estimation.model_validation import FitValidation
 from axisid.estimation.output_error import FittedParameters, OutputFit, RecordError
 from axisid.modeling.parsing import FunctionLike
@@ -196,7 +196,7 @@ def _lacks(fit: OutputFit) -> tuple[WrittenLack, ...] | None:
         return None
     return tuple(
         WrittenLack(
-            subject=sentence(each, axis, record),
+            subject=misspecification_text(each, axis, record),
             size=each.size,
             deviation=each.deviation,
             unit=each.unit,

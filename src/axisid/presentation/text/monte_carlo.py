@@ -15,7 +15,7 @@ from axisid.estimation.monte_carlo import (
     EstimandFigures,
     Mean,
     Share,
-    stated_by,
+    interval_covariance,
 )
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.presentation.documents import (
@@ -91,7 +91,10 @@ def _estimands(
     others = [
         of
         for of in (*COVARIANCES, MODEL_ERROR)
-        if any(of in each.coverage and of != stated_by(each.method, chosen) for each in listed)
+        if any(
+            of in each.coverage and of != interval_covariance(each.method, chosen)
+            for each in listed
+        )
     ]
     rows: tuple[tuple[Cell, ...], ...] = tuple(
         (
@@ -102,7 +105,7 @@ def _estimands(
             *("" if of == stated else share_texts(each.coverage.get(of))[0] for of in others),
         )
         for each in listed
-        for stated in [stated_by(each.method, chosen)]
+        for stated in [interval_covariance(each.method, chosen)]
     )
     return TableBlock(
         columns=(
@@ -128,7 +131,9 @@ def _label(of: str) -> str:
 def _stated_labels(result: SavedMonteCarlo) -> str:
     """What the printed intervals are of, by all methods."""
     return " and ".join(
-        dict.fromkeys(_label(stated_by(method, result.chosen)) for method in result.methods)
+        dict.fromkeys(
+            _label(interval_covariance(method, result.chosen)) for method in result.methods
+        )
     )
 
 

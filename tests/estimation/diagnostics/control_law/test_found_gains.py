@@ -15,7 +15,7 @@ from axisid.estimation.diagnostics.control_law import (
     LawAgreement,
     found_law_agreement,
 )
-from axisid.estimation.diagnostics.control_law.control_law import apart_in_deviations
+from axisid.estimation.diagnostics.control_law.law_agreement import apart_in_deviations
 from tests.axes.ready_laws import with_law
 
 P_PI = "cascade_p_pi"

@@ -7,27 +7,17 @@ a fit that of its errors. ``d' V^-1 d`` is held against Hotelling's distribution
 freedom of that. One that is odd makes the others differ from a rest that it is part of, by less:
 that which differs most is named, with the parameters that differ by themselves, or all where only
 together they do.
-
-Samples may also be among records more than once: a record given twice, or an overlap. Two files of
-one recorder may hold the same samples, with times of their own: rows 1 to 10000 of a log, and rows
-5000 to 15000. Times are therefore not looked at. Rows of what was measured that occur once in
-either record are looked for in both. An axis at rest repeats its rows, so that two records that
-both rest have nothing in common. Numbers are compared as 32-bit floats. Of records that were
-resampled the rows before are compared, where they are kept: those of columns of one clock.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtr
 
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Levels, first_case
 from axisid.estimation.estimates import Estimate, estimate_of_record
 from axisid.estimation.estimation_problem import Problem
-from axisid.estimation.records import Record, record_labels
 from axisid.estimation.regression import (
     CovarianceEstimate,
     Hac,
@@ -37,14 +27,12 @@ from axisid.estimation.regression import (
     instrumental_variables,
     wald,
 )
-from axisid.estimation.thresholds import MAX_REPEATED_SAMPLES, MIN_COMMON_SAMPLES
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, Missing, unless_missing
 
 _OWN_PART = 1e-3  # of a column, below which others span it: slopes by differences are as exact
 _FEWEST = 5.0  # degrees of freedom from which scores tell what is chance
 _LOAD_UNITS = ("kg", "kg m^2", "kg*m^2")
-_MIN_COMMON_ROWS = 25  # each once in either record
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -179,11 +167,10 @@ def difference_of(
         As of `RecordDifference`.
     """
     q, square = len(difference), wald(difference, covariance)[0]
-    deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     return RecordDifference(
         own=dict(zip(units, common + difference, strict=True)),
         common=dict(zip(units, common, strict=True)),
-        deviations=dict(zip(units, deviations, strict=True)),
+        deviations=dict(zip(units, np.sqrt(np.maximum(np.diag(covariance), 0.0)), strict=True)),
         statistic=square / q,
         freedom=(float(q), freedom - q + 1),
         p_value=hotelling_p_value(square, q, freedom),
@@ -234,10 +221,9 @@ def pooling_test(
             *(q.label for q in estimate.form.quantities),
             *["a record's own"] * columns.shape[1],
         ]
-        regressor = checked_columns(np.hstack([X, columns]), names, neighbours=estimate.neighbours)
         solution = instrumental_variables(
             weights * estimate.net_residuals,
-            regressor,
+            checked_columns(np.hstack([X, columns]), names, neighbours=estimate.neighbours),
             factor(np.hstack([Z, instruments]), names),
         )
         by_twins = None
@@ -263,7 +249,7 @@ def pooling_test(
         )
         for number, (span, part) in enumerate(zip(problem.spans, parts, strict=True))
     ]
-    return records_alike(Z, records, extended, levels)
+    return pooling_test_of(Z, records, extended, levels)
 
 
 def covariance_of_twins(moved: Array, columns: int) -> CovarianceEstimate | None:
@@ -283,7 +269,7 @@ def covariance_of_twins(moved: Array, columns: int) -> CovarianceEstimate | None
     )
 
 
-def records_alike(
+def pooling_test_of(
     instruments: Array,
     records: Sequence[RecordRegressor],
     extended: Solved,
@@ -306,9 +292,8 @@ def records_alike(
         return next(each for each in found if isinstance(each, Missing))
     # Bonferroni's; of two records there is one difference, which both tests are of.
     number = len(tests) if len(found) > 2 else 1
-    beyond = [i for i, each in tests.items() if number * each.p_value < levels.level]
     odd = min(
-        beyond,
+        [i for i, each in tests.items() if number * each.p_value < levels.level],
         key=lambda i: (not tests[i].matters(levels), tests[i].p_value, -tests[i].statistic),
         default=None,
     )
@@ -374,8 +359,7 @@ def _tested(
     around = (record.span.start, len(base) - record.span.stop), (0, 0)
     X, Z = (np.pad(each, around) for each in (record.columns, record.instruments))
     shown = _independent(Z, base[:, :0])
-    own = [shown[j] for j in _independent(Z[:, shown], base)]
-    if not own:
+    if not (own := [shown[j] for j in _independent(Z[:, shown], base)]):
         return Missing("this record tells no parameter that it shares with the others")
     try:
         change, covariance, dof = extended(X[:, own], Z[:, own])
@@ -401,82 +385,3 @@ def _independent(columns: Array, beside: Array) -> list[int]:
     sizes = np.linalg.norm(every, axis=0)
     own = np.diag(np.linalg.qr(every / np.where(sizes > 0, sizes, 1.0), mode="r"))
     return [*map(int, np.flatnonzero(np.abs(own[beside.shape[1] :]) > _OWN_PART))]
-
-
-def common_samples(one: Record, other: Record) -> tuple[NDArray[np.bool_], ...] | None:
-    """Which samples of either record are in the other, (N,) and (M,); None where none are.
-
-    Where in one of them nearly every row that occurs once, between the first and the last of those
-    in both, is in both.
-    """
-    written = [each.sampled or each for each in (one, other)]
-    rows = _measured(*written)
-    if rows is None:
-        return None
-    _, number = np.unique(np.concatenate(rows), return_inverse=True)
-    numbers = np.split(number, [len(rows[0])])
-    counts = [np.bincount(own, minlength=len(number)) for own in numbers]
-    matched = (counts[0] == 1) & (counts[1] == 1)
-    if matched.sum() < _MIN_COMMON_ROWS:
-        return None
-    shares = []
-    for own, count in zip(numbers, counts, strict=True):
-        first, last = np.flatnonzero(matched[own])[[0, -1]]
-        # Rows that two runs of one motion have alike by chance have others between.
-        shares.append(matched.sum() / np.sum(count[own[first : last + 1]] == 1))
-    if max(shares) < MIN_COMMON_SAMPLES.value:
-        return None
-    of_each = zip((one, other), written, numbers, counts[::-1], strict=True)
-    return tuple(
-        np.interp(record.time, own.time, others[number] > 0) == 1
-        for record, own, number, others in of_each
-    )
-
-
-def repeated_check(records: Sequence[Record]) -> Check | None:
-    """Whether samples are given more than once, which says nothing new; None where none are."""
-    counts, names = [np.ones(len(record)) for record in records], record_labels(records)
-    said = []
-    for i, j in combinations(range(len(records)), 2):
-        common = common_samples(records[i], records[j])
-        if common is None:
-            continue
-        counts[i] += common[0]
-        counts[j] += common[1]
-        first, second = (
-            "from {:.6g} to {:.6g} s".format(*records[k].time[each][[0, -1]])
-            for k, each in zip((i, j), common, strict=True)
-        )
-        said.append(
-            f"{names[i]} and {names[j]} have {common[0].sum()} samples in common, {first} of the "
-            f"first and {second} of the second"
-        )
-    if not said:
-        return None
-    times = float(np.mean(np.concatenate(counts)))
-    return Check(
-        name="repeated records",
-        status="fail" if times > MAX_REPEATED_SAMPLES.value else "note",
-        figure=times,
-        threshold=MAX_REPEATED_SAMPLES.value,
-        source="how often a sample is among the records, on average: variances are too small by as "
-        "much",
-        meaning=f"{'; '.join(said)}; deviations are up to {times**0.5:.3g} times too small: give "
-        "each sample once",
-    )
-
-
-@np.errstate(all="ignore")
-def _measured(*records: Record) -> list[NDArray[np.void]] | None:
-    """What two records measured of the motion and of the drive, by row, as bytes; None without.
-
-    A reference is the same whenever it is run, and a position in few steps may be.
-    """
-    columns = [record.channels() for record in records]
-    roles = [*records[0].motion, "control", "force"]
-    both = [role for role in roles if all(role in each for each in columns)]
-    if not {"control", "force"} & {*both} or len(both) < 2:
-        return None
-    rows = [np.column_stack([each[role] for role in both]) for each in columns]
-    single = [each.astype(np.float32, order="C") + np.float32(0) for each in rows]  # -0 is 0
-    return [each.view(f"V{each.itemsize * len(both)}")[:, 0] for each in single]

@@ -8,25 +8,25 @@ import pytest
 from axisid import Record, build, load_axis, twin_record
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.parameters import ExtendedForm
-from axisid.estimation.prediction_errors import (
-    LoopPredictions,
-    PredictionErrors,
-    WindowPredictions,
+from axisid.estimation.regression import Form, InverseForm, simulated_loops
+from axisid.estimation.simulation_errors import (
+    ClosedLoopErrors,
+    OpenLoopErrors,
+    SimulationErrors,
     jacobian_at,
 )
-from axisid.estimation.regression import Form, InverseForm, simulated_loops
 from axisid.modeling.quantities import Parameter
 from tests.axes.complex_loop import control_of, derivative_of
 from tests.axes.lagging import THETA as LAGGING, lagging
-from tests.estimation.prediction_errors.formula import Formula
+from tests.estimation.simulation_errors.formula import Formula
 from tests.refusals import refuses
 
 THETA = np.array([100.2, 236.9, 24.8])
 SETS = np.array([THETA, 1.1 * THETA])
 
 
-def _predictions(axis: GeneratedAxis, output: str, *records: Record) -> LoopPredictions:
-    return LoopPredictions(InverseForm(axis), [axis] * len(records), records, output)
+def _predictions(axis: GeneratedAxis, output: str, *records: Record) -> ClosedLoopErrors:
+    return ClosedLoopErrors(InverseForm(axis), [axis] * len(records), records, output)
 
 
 @pytest.mark.parametrize(("output", "every"), [("control", 1), ("position", 1), ("control", 2)])
@@ -89,7 +89,7 @@ INFINITE = np.full(3, np.inf)
 def test_slopes_are_those_of_an_independent_derivative_through_reversals_and_rests(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
-    predictions = LoopPredictions(InverseForm(emps2015), [emps2015], [twin], "control")
+    predictions = ClosedLoopErrors(InverseForm(emps2015), [emps2015], [twin], "control")
     start = predictions.stretches[0].inputs.start
     assert start.velocity == 0.0
     reference = np.asarray(twin.reference)
@@ -135,12 +135,12 @@ def test_errors_are_a_straight_line_of_the_time(
     every_other = {name: values[::2] for name, values in record.channels().items()}
     slow = Record(**every_other, sample_period=2e-3)
 
-    def of(more: float, form: Form = form) -> PredictionErrors:
+    def of(more: float, form: Form = form) -> SimulationErrors:
         late = drive.with_time(name, 4e-4 + more)
         axis = build(replace(emps2015.declared, drive=late))
         if output == "open-loop":
-            return WindowPredictions(form, [axis, axis], [record, slow], 0.1)
-        return LoopPredictions(form, [axis], [record], output)
+            return OpenLoopErrors(form, [axis, axis], [record, slow], 0.1)
+        return ClosedLoopErrors(form, [axis], [record], output)
 
     time = (Parameter(name, "s", lower=0.0),)
     searched = ExtendedForm(emps2015, of_model=form, axes=(emps2015,), time=time)

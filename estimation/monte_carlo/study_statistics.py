@@ -21,7 +21,7 @@ from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_BIAS
 from axisid.support.arrays import Array, MaybeNan
 from axisid.support.errors import Missing, UsageError, quoted
 
-from .plan import stated_by
+from .plan import interval_covariance
 from .runs import Estimand, FailedRun
 
 _MOST_REASONS = 5  # that are told of what came to nothing
@@ -96,8 +96,7 @@ class Mean:
         By the variance of a sample's variance, ``(m4 - m2^2 (n - 3)/(n - 1))/n``, and the delta
         method.
         """
-        n = len(values)
-        if n < 2:
+        if (n := len(values)) < 2:
             return cls(math.nan, math.nan)
         away = values - values.mean()
         variance, fourth = float(away @ away) / (n - 1), float((away**4).mean())
@@ -238,8 +237,7 @@ class StudyFigures(Checked):
         for each in self.figures:
             # Of few runs the standard error is uncertain too: the distance is Student's.
             furthest = stdtrit(each.runs - 1, ndtr(MIN_BIAS.value)) * each.bias.error
-            least = max(furthest, _ROUNDING * abs(each.truth))
-            if each.runs > 1 and abs(each.bias.value) > least:
+            if each.runs > 1 and abs(each.bias.value) > max(furthest, _ROUNDING * abs(each.truth)):
                 found.append(each)
         return tuple(found)
 
@@ -250,7 +248,7 @@ class StudyFigures(Checked):
         any of the estimands (Bonferroni).
         """
         wanted = INTERVAL_LEVEL.value
-        stated = [(stated_by(each.method, self.chosen), each) for each in self.figures]
+        stated = [(interval_covariance(each.method, self.chosen), each) for each in self.figures]
         covered = [(each, each.coverage[of]) for of, each in stated if of in each.coverage]
         level = 1 - (1 - wanted) / max(len(covered), 1)
         bounds = [share.interval_at(level) for _, share in covered]

@@ -1,4 +1,4 @@
-"""A law beside the recorded control, by runs of it.
+"""What a law leaves of the recorded control, regressed on the slopes by its gains.
 
 No factor of a column says what a gain of a law does that is limited, filtered, adaptive, or has an
 integral. The law is run along the record, with its gains a little off, and the slopes of its
@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from scipy.linalg import qr
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.diagnostic_checks import first_case
 from axisid.estimation.law_replay import LawAlong, LawInputs, as_logged, position_noise, two_clocks
 from axisid.estimation.records import Record, at_times, quantisation_step
 from axisid.estimation.signals import RowTimes
@@ -36,13 +35,13 @@ from .control_residuals import (
     CONSTANT,
     DRIFT,
     INJECTED,
+    MAX_FACTOR_ERROR,
     NO_GAINS,
     comparison_filter,
     hac_fit,
     noisy_ticks,
     offset_and_drift,
 )
-from .law_faults import MAX_FACTOR_ERROR, off_text, scale_text
 
 # of a control, and of what other gains do not change of it; less tells nothing of a gain
 _MIN_GAIN_TOLD_APART = 1e-4
@@ -62,8 +61,8 @@ _FACTOR_BLUR = 1e-4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LawByGains:
-    """A law beside the recorded control, by its gains.
+class GainRegression:
+    """A law beside the recorded control, and the regression of what it leaves on its gains.
 
     Attributes
     ----------
@@ -107,7 +106,7 @@ class LawByGains:
         record: Record,
         used: NDArray[np.bool_],
         limited: NDArray[np.bool_],
-    ) -> "LawByGains":
+    ) -> "GainRegression":
         """A law beside a record of one piece, with a reference and a control.
 
         Parameters
@@ -161,12 +160,12 @@ class LawByGains:
         declared, gains = self.along.law.gains, self.gains
         return {name: gains[name] / (declared[name] or 1.0) for name in self.free}
 
-    def best(self, names: Sequence[str]) -> "LawByGains":
+    def best(self, names: Sequence[str]) -> "GainRegression":
         """The same with the values of such gains that give the recorded control best."""
         free = [[*self.along.law.gains].index(name) for name in names]
         return replace(self, along=self.along.fitted(self.compared, free), free=tuple(names))
 
-    def of_control(self, times: float) -> "LawByGains":
+    def of_control(self, times: float) -> "GainRegression":
         """The same beside a control of which the recorded one is so many times."""
         control = np.where(self.put_in, self.along.control, self.along.control / times)
         return replace(self, along=replace(self.declared, control=control)).best(())
@@ -182,7 +181,7 @@ class LawByGains:
         return self.compared(self.along.output)
 
     @cached_property
-    def scale(self) -> "tuple[float, LawByGains] | None":
+    def scale(self) -> "tuple[float, GainRegression] | None":
         """How many times the law's the recorded control is, where that explains it by any gains.
 
         With the law beside the control without it; -1 for one of the other sign.
@@ -202,7 +201,7 @@ class LawByGains:
             (times, scaled) if scaled.percent < allowed and (times < 0 or not scaled.off) else None
         )
 
-    def unless_rounded(self) -> "LawByGains":
+    def unless_rounded(self) -> "GainRegression":
         """The same without a rounding that the record refutes.
 
         A reference that its maker computes in whole steps looks like one that the log rounded, and
@@ -211,8 +210,9 @@ class LawByGains:
         """
         for each in (self, self.best([*self.along.law.gains])):
             sizes = [np.linalg.norm(np.diff(off)) for off in each.left_open]
-            jumps = np.linalg.norm(np.diff(each.residuals))
-            if jumps < max(sizes, default=0.0) / MIN_DISTANCE_FROM_NOISE.value:
+            if np.linalg.norm(np.diff(each.residuals)) < (
+                max(sizes, default=0.0) / MIN_DISTANCE_FROM_NOISE.value
+            ):
                 return replace(self, possible=(), between=False)
         return self
 
@@ -355,8 +355,7 @@ class LawByGains:
         free, columns = [self._names.index(name) for name in names], self._columns
         shown = columns
         if self.possible and not vague:
-            read = replace(self.along, ticks=self.possible[0])
-            rough = read.jacobian_by_gain() - self._slopes
+            rough = replace(self.along, ticks=self.possible[0]).jacobian_by_gain() - self._slopes
             noise = np.zeros(len(columns.T))
             noise[: len(rough.T)] = [np.linalg.norm(self.compared(each)) for each in rough.T]
             least = MAX_ROUNDED_SHARE.value * np.linalg.norm(columns, axis=0)
@@ -371,7 +370,7 @@ class LawByGains:
             covariance = covariance + moved.T @ moved / len(moved)
         return dict(zip(named, map(float, fit.theta), strict=True)), covariance, fit.residuals
 
-    def least_change(self) -> "tuple[LawByGains, ...]":
+    def least_change(self) -> "tuple[GainRegression, ...]":
         """The same with the fewest other gains with which none is off; the best if none is enough.
 
         Several where other single gains explain the control as well.
@@ -397,44 +396,6 @@ class LawByGains:
         return lambda columns: np.asarray(
             columns - unit @ np.linalg.lstsq(unit, columns, rcond=_MIN_GAIN_TOLD_APART)[0]
         )
-
-
-def said_of_gains(by_gains: LawByGains) -> tuple[str, LawByGains | None]:
-    """The least change of gains that explains the control, in words, and the law with it.
-
-    A control that is recorded with another scale is what such a gain may make of it too.
-    """
-    declared, said = by_gains.along.law.gains, ""
-    changes = by_gains.least_change() if declared else ()
-    right = (e for e in changes if e.percent < MAX_LAW_RESIDUAL.value and not e.gains_off)
-    best = next(right, None)
-    if best is not None:
-        ways = "; or ".join(
-            " and ".join(
-                f"{name} is {times:.4g} times the declared one, {change.gains[name]:.5g} for "
-                f"{declared[name]:.5g}"
-                for name, times in change.times.items()
-            )
-            for change in changes
-        )
-        these = "that" if len(best.free) == 1 else "these"
-        rest = first_case(
-            (len(changes) > 1, "the record does not tell which"),
-            (
-                len(declared) > len(best.free),
-                f"and every other gain is right; declare {these}",
-            ),
-            (True, f"declare {these}"),
-        )
-        said = f"{ways}, {rest}"
-    if by_gains.scale is not None:
-        times, scaled = by_gains.scale
-        said = (
-            f"{said}; or {scale_text(times)}: the law alone does not tell which"
-            if said
-            else scale_text(times, f", with which it would be {off_text(scaled.percent)}")
-        )
-    return said, best
 
 
 def _told_apart(columns: Array, size: float) -> list[int]:

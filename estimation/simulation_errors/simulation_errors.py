@@ -1,4 +1,4 @@
-"""Prediction errors side by side, one column for each parameter set, slopes by differences."""
+"""Errors of simulated outputs, one column for each parameter set, and slopes by differences."""
 
 from abc import ABC, abstractmethod
 from collections import ChainMap
@@ -37,7 +37,7 @@ _ADDED_SHARE = 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lanes:
-    """Predicted less recorded outputs.
+    """Simulated less recorded outputs.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Piece:
         Rows of each stretch without a gap.
     samples : (N,) array of int
     measured, counted : (n,) array
-        As of `PredictionErrors`.
+        As of `SimulationErrors`.
     """
 
     record: int
@@ -124,8 +124,8 @@ def interleaved(columns: Sequence[Array]) -> Array:
     return np.stack(columns, axis=1).reshape(-1, *columns[0].shape[1:])
 
 
-class PredictionErrors(ABC):
-    """An output as parameters predict it, at the samples of all records.
+class SimulationErrors(ABC):
+    """An output as parameters simulate it less the recorded one, at the samples of all records.
 
     Attributes
     ----------
@@ -207,8 +207,7 @@ class PredictionErrors(ABC):
         if axis is not stretch.axis:
             inputs = inputs_at(axis, self._records[stretch.record], stretch.segment, inputs)
         inputs = started_at(self._form, physical, stretch.record, stretch.segment, inputs)
-        theta = self._form.own(physical, stretch.record)
-        return replace(stretch, axis=axis, inputs=inputs), theta
+        return replace(stretch, axis=axis, inputs=inputs), self._form.own(physical, stretch.record)
 
     def jacobian_by_law(self, physical: Array) -> Mapping[str, Array]:
         """Slopes of the errors by a factor of each term of the law, (n,), by its gains.
@@ -235,7 +234,7 @@ class PredictionErrors(ABC):
         return tuple(map(np.concatenate, filter(None, velocities)))
 
     def follow_time(
-        self, later: "PredictionErrors", physical: Array, time: float, step: float
+        self, later: "SimulationErrors", physical: Array, time: float, step: float
     ) -> None:
         """Let the last parameter be a time of the drive, for which the loops were generated.
 
@@ -244,7 +243,7 @@ class PredictionErrors(ABC):
 
         Parameters
         ----------
-        later : PredictionErrors
+        later : SimulationErrors
             The same, of drives whose time is longer by a step.
         physical : (P,) array
             Where the slope by the time is taken.
@@ -288,8 +287,7 @@ def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
     if law is None or law.continuous:
         return {}
     wanted = ("position", "velocity")
-    loop = stretch.simulated(theta[None, :], replace(inputs, clocks=None), wanted)
-    if loop.failures:
+    if (loop := stretch.simulated(theta[None, :], replace(inputs, clocks=None), wanted)).failures:
         return {}
     position, velocity = (loop[name][:, 0] for name in wanted)
     ticks = LawInputs.at_samples(inputs.reference, position, velocity, inputs.signals)
@@ -327,7 +325,7 @@ _SHORTER = (1, 1 / 8, 1 / 64)  # of the step, where lanes fail
 
 
 def jacobian_at(
-    predictions: PredictionErrors,
+    predictions: SimulationErrors,
     physical: Array,
     scale: Array,
     lower: Array,
@@ -341,7 +339,7 @@ def jacobian_at(
 
     Parameters
     ----------
-    predictions : PredictionErrors
+    predictions : SimulationErrors
     physical : (P,) array
     scale : (P,) array
         Of each parameter: the step is `STEP` of it.

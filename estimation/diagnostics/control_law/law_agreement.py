@@ -44,8 +44,9 @@ from .control_residuals import (
     other_readings,
     settling,
 )
-from .gain_sensitivities import LawByGains, said_of_gains
+from .gain_regression import GainRegression
 from .law_faults import (
+    explained_by_gains,
     is_near,
     late_note,
     lean_text,
@@ -124,11 +125,9 @@ def first_failing(laws: Sequence[LawAgreement | Missing]) -> LawAgreement | Miss
 
 def law_agreement(axis: GeneratedAxis, record: Record) -> LawAgreement | Missing:
     """Check an axis's control law against a record; or say why it cannot be checked."""
-    law = axis.axis.control
-    if law is None:
+    if (law := axis.axis.control) is None:
         return Missing(str(lacking_law(axis)))
-    incomparable = _incomparable(axis, law, record)
-    if incomparable is not None:
+    if (incomparable := _incomparable(axis, law, record)) is not None:
         return incomparable
     others = [*other_readings(record)]
     first = _compared(axis, law, record, advises=not others)
@@ -136,8 +135,7 @@ def law_agreement(axis: GeneratedAxis, record: Record) -> LawAgreement | Missing
         return first
     checks = [(first, "", record)]
     for said, read, advice in others:
-        found = _compared(axis, law, read, advises=False)
-        if isinstance(found, Missing):
+        if isinstance(found := _compared(axis, law, read, advises=False), Missing):
             continue
         if found.passed:
             return replace(
@@ -174,7 +172,7 @@ def _compared(
     control, made, *counted = compared_with_law(axis, law, record)
     if not np.all(np.isfinite(made)):
         return Missing("the declared law is not finite on this record")
-    by_gains = LawByGains.of(axis, law, record, *counted)
+    by_gains = GainRegression.of(axis, law, record, *counted)
     if len(by_gains.control) < least:
         return Missing(
             f"{len(by_gains.control)} of its samples are too few to compare; the others are at the "
@@ -221,7 +219,7 @@ def _compared(
 
 
 def _fault(
-    axis: GeneratedAxis, record: Record, check: LawAgreement, by_gains: LawByGains
+    axis: GeneratedAxis, record: Record, check: LawAgreement, by_gains: GainRegression
 ) -> tuple[float, LawAgreement]:
     """What a law that fails looks like; what is left where gains explain it, percent of control."""
     declared = by_gains.percent
@@ -240,7 +238,7 @@ def _fault(
     only_size = (far or by_gains.off) == [INJECTED]
     # A gain may be a little off beside it.
     is_of_gains = by_gains.gains_off or not only_size
-    said, change = said_of_gains(by_gains) if is_of_gains else ("", None)
+    said, change = explained_by_gains(by_gains) if is_of_gains else ("", None)
     if only_size and change is None:
         return declared, replace(check, meaning=f"{start}{_SIZE_OF_INJECTED}")
     unexplained = (
@@ -379,7 +377,7 @@ def found_law_agreement(
     if law is None or not names or isinstance(first, Missing) or first.residual_percent is None:
         return first
     record = record.longest()
-    by_gains = LawByGains.of(axis, law, record, *compared_with_law(axis, law, record)[2:])
+    by_gains = GainRegression.of(axis, law, record, *compared_with_law(axis, law, record)[2:])
     best = by_gains.best(names)
     there = law_agreement(axis.with_gains(best.gains), record)
     if isinstance(there, LawAgreement) and there.passed:
@@ -392,7 +390,7 @@ def _listed(gains: Mapping[str, float], names: Sequence[str]) -> str:
 
 
 def _beside_found(
-    there: LawAgreement, best: LawByGains, law: ControlLaw, found: EstimatedGains
+    there: LawAgreement, best: GainRegression, law: ControlLaw, found: EstimatedGains
 ) -> LawAgreement:
     """The check of the law with the gains that the control asks for, held against those found."""
     asked, was = (np.array([of[name] for name in found.names]) for of in (best.gains, law.gains))

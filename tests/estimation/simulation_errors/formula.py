@@ -1,10 +1,10 @@
-"""PredictionErrors by a formula, in place of simulated loops."""
+"""SimulationErrors by a formula, in place of simulated loops."""
 
 from collections.abc import Callable
 
 import numpy as np
 
-from axisid.estimation.prediction_errors.lanes import Lanes
+from axisid.estimation.simulation_errors.simulation_errors import Lanes
 from axisid.support.arrays import Array
 
 

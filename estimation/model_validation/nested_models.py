@@ -1,4 +1,4 @@
-"""One model of a comparison: its estimate, its criteria, and whether another one contains it.
+"""Whether one model of a comparison holds in a larger one that contains it.
 
 A model is nested in another where the columns of the other span its own on the rows at hand. The
 Wald test has the autocorrelation-consistent covariance of the larger model: rows of filtered data
@@ -9,78 +9,16 @@ there it is fitted to the noise, and the statistic is not F distributed [Davies1
 are not tested.
 """
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import combinations, permutations
 
 import numpy as np
 
-from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import Covariance, Hac, Solution, hotelling_p_value, wald
-from axisid.support.arrays import Array, Exact, MaybeNan
+from axisid.support.arrays import Array
 
-from .held_out import HeldOut, Regression
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Criteria:
-    """Information criteria of the least-squares fit; only differences mean anything.
-
-    Rows of filtered data are not independent, so that both overrate every further parameter.
-
-    Attributes
-    ----------
-    log_likelihood : float
-        Gaussian, at the variance that maximises it.
-    aic, bic : float
-        ``-2 logL + 2 k`` and ``-2 logL + k log n``: for independent rows.
-    """
-
-    log_likelihood: MaybeNan
-    aic: MaybeNan
-    bic: MaybeNan
-
-
-def criteria(rows: Regression) -> Criteria:
-    """Information criteria of a regression by least squares."""
-    solution = rows.solved(by_instruments=False)
-    e, (n, k) = solution.residuals, solution.influence.shape
-    likelihood = -n / 2 * (math.log(2 * math.pi) + float(np.log(e @ e / n)) + 1)
-    return Criteria(
-        log_likelihood=likelihood,
-        aic=2 * k - 2 * likelihood,
-        bic=k * math.log(n) - 2 * likelihood,
-    )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Candidate(Exact):
-    """One model of the comparison.
-
-    Attributes
-    ----------
-    name : str
-    axis : GeneratedAxis
-    estimate : Estimate
-        From all rows.
-    criteria : Criteria
-    equation : HeldOut
-        Held-out error of the equation.
-    """
-
-    name: str
-    axis: GeneratedAxis
-    estimate: Estimate
-    criteria: Criteria
-    equation: HeldOut
-
-    @property
-    def size(self) -> int:
-        """How many parameters."""
-        return len(self.estimate.physical)
-
+from .held_out import Regression
 
 # of a column of the smaller model, not spanned by those of the larger
 _MAX_NESTING_REMAINDER = 1e-8
@@ -150,8 +88,7 @@ def nested_tests(
 
 
 def _tested(a: str, b: str, models: Mapping[str, Regression], how: Embedding) -> NestedTest:
-    restrictions = len(models[b].names) - len(models[a].names)
-    pair = NestedTest(smaller=a, larger=b, restrictions=restrictions)
+    pair = NestedTest(smaller=a, larger=b, restrictions=len(models[b].names) - len(models[a].names))
     if free := [name for name in models[b].nonlinear if name not in models[a].nonlinear]:
         return replace(
             pair, not_tested=f"{b} estimates {' and '.join(free)}, of no meaning where {a} holds"
@@ -169,11 +106,10 @@ def nesting(small: Regression, large: Regression) -> Embedding | None:
     basis, triangle = np.linalg.qr(large.regressor / size)
     wanted = np.column_stack([small.regressor, large.left - small.left])
     shares = basis.T @ wanted
-    missed = np.linalg.norm(wanted - basis @ shares, axis=0)
     allowed = _MAX_NESTING_REMAINDER * np.linalg.norm(wanted, axis=0)
     # The difference of the known parts is rounding where they are the same.
     allowed[-1] = max(allowed[-1], _MAX_NESTING_REMAINDER * float(np.linalg.norm(large.left)))
-    if np.any(missed > allowed):
+    if np.any(np.linalg.norm(wanted - basis @ shares, axis=0) > allowed):
         return None
     weights = np.linalg.solve(triangle, shares) / size[:, None]
     return weights[:, :-1], weights[:, -1]
@@ -198,7 +134,9 @@ def wald_test(larger: Solution, how: Embedding, covariance: Covariance) -> tuple
     across = np.linalg.qr(inside / np.linalg.norm(inside, axis=0), mode="complete")[0][:, k:].T
     departure = across @ ((larger.theta - start) / size)
     square, restrictions = wald(departure, across @ (spread / np.outer(size, size)) @ across.T)
-    dof = float(np.min(covariance.applied(larger).freedom))
     return square / restrictions, hotelling_p_value(
-        square, restrictions, dof, one_variance=covariance.has_one_variance
+        square,
+        restrictions,
+        float(np.min(covariance.applied(larger).freedom)),
+        one_variance=covariance.has_one_variance,
     )

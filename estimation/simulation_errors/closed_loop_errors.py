@@ -20,7 +20,7 @@ from axisid.estimation.simulation import most_substeps, settled_substeps
 from axisid.support.arrays import Array, mask_of
 from axisid.support.errors import DataError, EstimationError
 
-from .lanes import PredictionErrors, Stretch, interleaved
+from .simulation_errors import SimulationErrors, Stretch, interleaved
 
 
 def measured_output(output: str, axis: GeneratedAxis, record: Record) -> tuple[str, str, Array]:
@@ -52,7 +52,7 @@ def measured_output(output: str, axis: GeneratedAxis, record: Record) -> tuple[s
     return name, str(unit), np.asarray(values)
 
 
-class LoopPredictions(PredictionErrors):
+class ClosedLoopErrors(SimulationErrors):
     """The simulated loops of the records.
 
     Parameters
@@ -90,7 +90,7 @@ class LoopPredictions(PredictionErrors):
         super().__init__(form, records, stretches)
 
     def outputs_of(self, records: Sequence[Record], physical: Array) -> Array:
-        """See `PredictionErrors.outputs_of`; the first samples tell where a loop starts."""
+        """See `SimulationErrors.outputs_of`; the first samples tell where a loop starts."""
         pieces = []
         for each in self.stretches:
             record, (at, theta) = records[each.record], self._at(each, physical)
@@ -107,7 +107,7 @@ class LoopPredictions(PredictionErrors):
         return np.concatenate(pieces)
 
     def settle(self, physical: Array) -> None:
-        """See `PredictionErrors.settle`: how many steps a sample is simulated in.
+        """See `SimulationErrors.settle`: how many steps a sample is simulated in.
 
         Raises
         ------

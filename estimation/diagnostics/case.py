@@ -1,0 +1,294 @@
+"""A result to be judged, and what checks look at of it, each thing measured once."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+
+import numpy as np
+
+from axisid.estimation.bootstrap import noise_free_record
+from axisid.estimation.diagnostic_checks import (
+    DEFAULT_LEVELS,
+    Check,
+    Levels,
+    unless_faulty,
+    value_or,
+)
+from axisid.estimation.diagnostics.control_law import LawAgreement, law_agreement
+from axisid.estimation.estimates import (
+    Estimate,
+    HausmanTest,
+    estimate_of_record,
+    hausman,
+    significant_differences,
+)
+from axisid.estimation.estimation_problem import Problem, quantisation_bias
+from axisid.estimation.jackknife import JackknifeInterval, groupings, jackknife_intervals
+from axisid.estimation.lack_of_fit import LackOfFit, lack_of_fit
+from axisid.estimation.misspecification import (
+    Misspecification,
+    RecordScores,
+    find_misspecification,
+    scores_at,
+)
+from axisid.estimation.regression import DirectForm, position_step, recorded_loops
+from axisid.estimation.signals import FilteredRecord
+from axisid.support.arrays import Array
+from axisid.support.errors import Missing
+
+from .alignment import Alignment, alignment_check, alignment_of, force_timing, law_in_time
+from .column_comparison import ColumnComparison, compared_motion
+from .estimator_checks import (
+    DDM_LESS_IDM,
+    FEWEST_STEPS,
+    LESS,
+    LS_LESS_IV,
+    SECOND_OPINION,
+    less_precise,
+)
+from .excitation import Excitation, excitation
+from .instrument_strength import InstrumentTests, strength_check, tests_of_instruments
+from .pooling import PoolingTest, pooling_test
+
+ONE_RECORD = Missing("there is one record")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Case:
+    """A result to be judged, and what several diagnostics measure of it, each thing once.
+
+    Attributes
+    ----------
+    problem : Problem
+        What the estimates were made from.
+    estimates : mapping of str to Estimate
+        By method.
+    levels : Levels
+        From when on a check tells something.
+    whole : Case or None
+        The case of all records, where this one is of one of several.
+    number : int
+        The record among these.
+    """
+
+    problem: Problem
+    estimates: Mapping[str, Estimate]
+    levels: Levels = DEFAULT_LEVELS
+    whole: "Case | None" = None
+    number: int = 0
+
+    @cached_property
+    def method(self) -> str:
+        """The method that is judged: output error or instruments, else least squares.
+
+        Output error where every record's control is the declared law's, on which it rests, but
+        where instruments differ from it and are the more precise; where the control is not the
+        law's, or that cannot be told, instruments. The inverse model before the direct one.
+        """
+        first, by_law = self._best(by_law=False), self._best(by_law=True)
+        if by_law == first or not self.laws_hold:
+            return first
+        if isinstance(apart := self._less("idm-iv", "didim"), Missing):
+            return by_law
+        moved = significant_differences(apart, self.levels.level)
+        return (
+            first if less_precise(moved, self.estimates[first], self.estimates[by_law]) else by_law
+        )
+
+    @cached_property
+    def laws(self) -> tuple[LawAgreement | Missing, ...]:
+        """The control law against each record, or why it cannot be checked."""
+        return tuple(
+            unless_faulty(partial(law_agreement, data.axis, data.record))
+            for data in self.problem.data
+        )
+
+    @property
+    def laws_hold(self) -> bool:
+        """Whether every record's control is the declared law's."""
+        return all(isinstance(law, LawAgreement) and law.passed for law in self.laws)
+
+    def _less(self, one: str, other: str) -> Mapping[str, HausmanTest] | Missing:
+        """Estimate by one method less that by another, by parameter, or why that is not known."""
+        if not {one, other} <= {*self.estimates}:
+            return Missing(f"{one} and {other} did not both give an estimate")
+        return unless_faulty(partial(hausman, self.estimates[one], self.estimates[other]))
+
+    def _best(self, *, by_law: bool) -> str:
+        return min(
+            self.estimates.items(),
+            key=lambda each: (
+                each[1].Z is None,
+                each[1].by_output_error != by_law,
+                isinstance(each[1].form, DirectForm),
+            ),
+        )[0]
+
+    @property
+    def data(self) -> FilteredRecord:
+        """The record; of several the first, see `parts`."""
+        return self.problem.data[0]
+
+    @cached_property
+    def parts(self) -> "tuple[Case, ...]":
+        """What there is of each of several records by itself; one record is its own part."""
+        if not self.has_parts:
+            return (self,)
+        return tuple(
+            Case(
+                problem=Problem(axis=data.axis, data=(data,)),
+                estimates={
+                    n: estimate_of_record(e, self.problem, i) for n, e in self.estimates.items()
+                },
+                levels=self.levels,
+                whole=self,
+                number=i,
+            )
+            for i, data in enumerate(self.problem.data)
+        )
+
+    @property
+    def has_parts(self) -> bool:
+        """Whether records are not what the estimates are of."""
+        return len(self.problem.data) > 1 or self.problem.joint_form is not None
+
+    @cached_property
+    def alike(self) -> PoolingTest | Missing:
+        """Each of several records against the others."""
+        return (
+            ONE_RECORD
+            if len(self.problem.data) == 1
+            else pooling_test(self.problem, self.preferred, self.levels)
+        )
+
+    @property
+    def preferred(self) -> Estimate:
+        """The estimate that checks of one estimate are of."""
+        return self.estimates[(self.whole or self).method]
+
+    @cached_property
+    def law(self) -> LawAgreement | Missing:
+        """The control law against the record, or why it cannot be checked."""
+        found = (self.whole or self).laws[self.number]
+        if isinstance(found, Missing) or not found.delay:
+            return found
+        return law_in_time(found, self.data, self.timing)
+
+    @cached_property
+    def timing(self) -> int | Missing:
+        """Whole samples between where the force is recorded and where it acts."""
+        return force_timing(self.alignment, self.data)
+
+    @cached_property
+    def instruments(self) -> InstrumentTests | Missing:
+        """Of the judged estimate, or of idm-iv beside one by output error."""
+        return tests_of_instruments(
+            self.estimates.get("idm-iv") if self.preferred.by_output_error else self.preferred
+        )
+
+    @cached_property
+    def strength(self) -> Check | Missing:
+        """Whether those instruments are strong, or why that cannot be told."""
+        return strength_check(self.instruments, self.preferred)
+
+    @cached_property
+    def excitation(self) -> tuple[Excitation, ...]:
+        """By physical parameter, of the motion that the regressor is made of."""
+        problem, estimate = self.problem, self.preferred
+        if estimate.by_output_error:  # the loops' motion
+            loops = problem.by_record(problem.loops(estimate.form, estimate.physical))
+            data = (noise_free_record(d, own) for d, own in zip(problem.data, loops, strict=True))
+            problem = replace(problem, data=tuple(data))
+        return excitation(problem, estimate.physical)
+
+    @cached_property
+    def alignment(self) -> Alignment | Missing:
+        """The delay of the force, by instruments where there are any, or why it is not measured."""
+        if isinstance(self.strength, Check) and self.strength.status == "fail":
+            return Missing("the instruments are too weak to measure a delay")
+        judged = self.preferred
+        by_loop = judged.Z is not None and not judged.inference.chains
+        return alignment_of(scores_at(self.data, judged, by_loop=True) if by_loop else self.scores)
+
+    @cached_property
+    def motions(self) -> Mapping[str, ColumnComparison | Missing]:
+        """A measured velocity and acceleration beside what is differentiated, by role."""
+        record, velocities = self.data.record, tuple[Array, ...]()
+        if record.integrated and record.reference is not None:
+            loops = partial(recorded_loops, self.data, self.preferred.physical)
+            velocities = tuple(loop.velocity for loop in value_or((), loops))
+        return {
+            role: compared_motion(record, role, velocities)
+            for role in record.motion
+            if role != "position"
+        }
+
+    @cached_property
+    def scores(self) -> RecordScores | Missing:
+        """What the judged model leaves of the record and of its twins, or why it is not told."""
+        return scores_at(self.data, self.preferred)
+
+    @cached_property
+    def lacking(self) -> tuple[Misspecification, ...] | Missing:
+        """What the judged model lacks, or why that cannot be told."""
+        half_widths = np.ptp([v.interval for v in self.preferred.parameters.values()], axis=1) / 2
+        return find_misspecification(
+            self.scores, half_widths, len((self.whole or self).problem.data), self.levels
+        )
+
+    @cached_property
+    def aligned(self) -> Check | Missing:
+        """Whether the force is in time with the motion, or why that cannot be told."""
+        late: Misspecification | Missing | None = Missing("there are no twins")
+        if isinstance(self.lacking, Missing):
+            late = self.lacking
+        elif not isinstance(self.scores, Missing) and self.scores.twins:
+            # The delay that the model lacks, which twins tell from noise.
+            late = next((lack for lack in self.lacking if lack.kind == "delay"), None)
+        return alignment_check(
+            self.alignment, self.data, late=late, law=self.law, timing=self.timing
+        )
+
+    @cached_property
+    def steps(self) -> Mapping[str, float]:
+        """What the steps of a logged position, that no control answers to, move least squares by.
+
+        By parameter; infinite where there are too few of them to be noise; empty where none are
+        known, where loops tell it, and of several records.
+        """
+        ls, record = self.preferred, self.data.record
+        by_loops = ls.Z is not None or ls.filter_bias is not None
+        step = 0.0 if self.whole or self.has_parts or by_loops else position_step(record)
+        if not step or ls.is_direct:
+            return {}
+        if float(np.ptp(record.position)) < FEWEST_STEPS * step:
+            return dict.fromkeys(ls.parameters, np.inf)
+        by = quantisation_bias(ls.form, self.data, step, ls.physical)
+        return dict(zip(ls.parameters, map(float, by), strict=True))
+
+    @cached_property
+    def lack_of_fit(self) -> LackOfFit | None:
+        """The residuals of the judged estimate split by repeats; None where nothing repeats."""
+        return lack_of_fit(self.preferred, self.data)
+
+    @cached_property
+    def bands(self) -> Mapping[str, Mapping[str, JackknifeInterval]]:
+        """Of the model's error, by method and physical parameter."""
+        found = self.lack_of_fit
+        noisy = found is None or not found.is_mostly_repeated
+        # Estimates of one problem have the same rows.
+        ways = groupings(self.data, self.preferred.rows.astype(np.intp))
+        return {n: jackknife_intervals(e, ways, noisy=noisy) for n, e in self.estimates.items()}
+
+    @cached_property
+    def compared(self) -> Mapping[str, Mapping[str, HausmanTest] | Missing]:
+        """Estimates against each other, or why they cannot be; none that are not there both."""
+        instruments = any(each.Z is not None for each in self.estimates.values())
+        is_weak = isinstance(self.strength, Check) and self.strength.status != "pass"
+        return {
+            pair: Missing("the instruments are too weak to tell")
+            if is_weak
+            else (self.whole or self)._less(*pair.split(LESS))
+            for pair in ([SECOND_OPINION, *LS_LESS_IV] if instruments else [DDM_LESS_IDM])
+            if {*pair.split(LESS)} <= {*self.estimates}
+        }

@@ -1,0 +1,100 @@
+"""Whether samples are among several records more than once: a record given twice, or an overlap.
+
+Two files of one recorder may hold the same samples, with times of their own: rows 1 to 10000 of a
+log, and rows 5000 to 15000. Times are therefore not looked at. Rows of what was measured that occur
+once in either record are looked for in both. An axis at rest repeats its rows, so that two records
+that both rest have nothing in common. Numbers are compared as 32-bit floats. Of records that were
+resampled the rows before are compared, where they are kept: those of columns of one clock.
+"""
+
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.estimation.diagnostic_checks import Check
+from axisid.estimation.records import Record, record_labels
+from axisid.estimation.thresholds import MAX_REPEATED_SAMPLES, MIN_COMMON_SAMPLES
+
+_MIN_COMMON_ROWS = 25  # each once in either record
+
+
+def common_samples(one: Record, other: Record) -> tuple[NDArray[np.bool_], ...] | None:
+    """Which samples of either record are in the other, (N,) and (M,); None where none are.
+
+    Where in one of them nearly every row that occurs once, between the first and the last of those
+    in both, is in both.
+    """
+    written = [each.sampled or each for each in (one, other)]
+    if (rows := _measured(*written)) is None:
+        return None
+    _, number = np.unique(np.concatenate(rows), return_inverse=True)
+    numbers = np.split(number, [len(rows[0])])
+    counts = [np.bincount(own, minlength=len(number)) for own in numbers]
+    matched = (counts[0] == 1) & (counts[1] == 1)
+    if matched.sum() < _MIN_COMMON_ROWS:
+        return None
+    shares = []
+    for own, count in zip(numbers, counts, strict=True):
+        first, last = np.flatnonzero(matched[own])[[0, -1]]
+        # Rows that two runs of one motion have alike by chance have others between.
+        shares.append(matched.sum() / np.sum(count[own[first : last + 1]] == 1))
+    if max(shares) < MIN_COMMON_SAMPLES.value:
+        return None
+    of_each = zip((one, other), written, numbers, counts[::-1], strict=True)
+    return tuple(
+        np.interp(record.time, own.time, others[number] > 0) == 1
+        for record, own, number, others in of_each
+    )
+
+
+def repeated_check(records: Sequence[Record]) -> Check | None:
+    """Whether samples are given more than once, which says nothing new; None where none are."""
+    counts, names = [np.ones(len(record)) for record in records], record_labels(records)
+    said = []
+    for i, j in combinations(range(len(records)), 2):
+        if (common := common_samples(records[i], records[j])) is None:
+            continue
+        counts[i] += common[0]
+        counts[j] += common[1]
+        first, second = (
+            "from {:.6g} to {:.6g} s".format(*records[k].time[each][[0, -1]])
+            for k, each in zip((i, j), common, strict=True)
+        )
+        said.append(
+            f"{names[i]} and {names[j]} have {common[0].sum()} samples in common, {first} of the "
+            f"first and {second} of the second"
+        )
+    if not said:
+        return None
+    times = float(np.mean(np.concatenate(counts)))
+    return Check(
+        name="repeated records",
+        status="fail" if times > MAX_REPEATED_SAMPLES.value else "note",
+        figure=times,
+        threshold=MAX_REPEATED_SAMPLES.value,
+        source="how often a sample is among the records, on average: variances are too small by as "
+        "much",
+        meaning=f"{'; '.join(said)}; deviations are up to {times**0.5:.3g} times too small: give "
+        "each sample once",
+    )
+
+
+@np.errstate(all="ignore")
+def _measured(*records: Record) -> list[NDArray[np.void]] | None:
+    """What two records measured of the motion and of the drive, by row, as bytes; None without.
+
+    A reference is the same whenever it is run, and a position in few steps may be.
+    """
+    columns = [record.channels() for record in records]
+    both = [
+        role
+        for role in (*records[0].motion, "control", "force")
+        if all(role in each for each in columns)
+    ]
+    if not {"control", "force"} & {*both} or len(both) < 2:
+        return None
+    rows = [np.column_stack([each[role] for role in both]) for each in columns]
+    single = [each.astype(np.float32, order="C") + np.float32(0) for each in rows]  # -0 is 0
+    return [each.view(f"V{each.itemsize * len(both)}")[:, 0] for each in single]

@@ -1,0 +1,280 @@
+"""The twins of a study: their noise and true values, and the record or the lane of each."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from axisid.codegen.generated_axes import GeneratedAxis, build
+from axisid.estimation.batched import RecordLanes, is_served
+from axisid.estimation.bootstrap import AntitheticDraws, Autoregressions, Chain
+from axisid.estimation.choices import INSTRUMENT_STARTS, ROW_LOSSES, by_name
+from axisid.estimation.records import Record
+from axisid.estimation.simulation import TwinPlan, simulate_batch, twin_plan
+from axisid.modeling.declaration import Experiment
+from axisid.support.arrays import Array
+from axisid.support.errors import AxisidError, EstimationError, ModelError, UsageError, quoted
+
+from .plan import MonteCarloPlan
+
+
+def noise_of(given: object, twin: GeneratedAxis, runs: object = 1) -> Chain:
+    """The noise of an axis's twins, so many of them; the experiment's where none is given.
+
+    Raises
+    ------
+    UsageError
+        It is none, it begins anywhere in a count and the encoder has none, it makes several twins
+        that are all the same, or it is beside the law or not sampled evenly, which no twin of an
+        experiment is.
+    ModelError
+        It disturbs what is logged.
+    """
+    noise = Chain.of_experiment(twin.axis) if given is None else given
+    if not isinstance(noise, Chain):
+        raise UsageError(
+            f"the noise is {quoted(noise)}; give a Chain, or leave it out.",
+            code="noise",
+        )
+    for is_wrong, kind, said in (
+        (
+            noise.jitter or not noise.is_measured_by_law,
+            UsageError,
+            "are sampled evenly and their law measures the logged position; give noise without "
+            "jitter, with is_measured_by_law=True",
+        ),
+        (
+            noise.disturbances and twin.axis.drive.logs_what_acts,
+            ModelError,
+            "log what acts, which a disturbance is part of; leave it out, or declare a drive that "
+            "logs its command",
+        ),
+        (
+            noise.anywhere and not noise.position_step,
+            UsageError,
+            "are to begin anywhere in a count, and their encoder has none; give its resolution, or "
+            "leave it out",
+        ),
+        (
+            runs != 1 and not noise.is_random,
+            UsageError,
+            "would all be the same, since nothing of their noise is drawn; give one run, noise, or "
+            "an encoder with motions that begin anywhere in a count",
+        ),
+    ):
+        if is_wrong:
+            raise kind(f"the twins of {twin.axis.name!r} {said}.", code="study")
+    return noise.likeliest
+
+
+def declared_chain(
+    chain: Chain,
+    *,
+    position: float | None = None,
+    resolution: float | None = None,
+    anywhere: bool = False,
+    velocity: float | None = None,
+    acceleration: float | None = None,
+    control: float | None = None,
+    disturbance: float | None = None,
+    correlation_time: float | None = None,
+) -> Chain:
+    """A chain with what is given.
+
+    Parameters
+    ----------
+    chain : Chain
+        The experiment's, as `Chain.of_experiment` has it.
+    position, resolution : float, optional
+        Of the encoder, in the coordinate's unit; the chain's by default.
+    anywhere, velocity, acceleration
+        As of a `Chain`.
+    control, disturbance : float, optional
+        In the drive's unit; none by default.
+    correlation_time : float, optional
+        Of both, s; white by default.
+    """
+
+    def coloured(deviation: float | None) -> Autoregressions:
+        return ((correlation_time or 0.0, deviation),) if deviation else ()
+
+    return replace(
+        chain,
+        position=chain.position if position is None else position,
+        position_step=chain.position_step if resolution is None else resolution,
+        anywhere=anywhere,
+        velocity=velocity,
+        acceleration=acceleration,
+        control=coloured(control),
+        disturbances=coloured(disturbance),
+    )
+
+
+def declared_figures(chain: Chain) -> dict[str, float | bool | None]:
+    """The figures of a chain by these names: of several autoregressions their sum's deviation."""
+    control, disturbance = (
+        math.hypot(*(sd for _, sd in parts)) for parts in (chain.control, chain.disturbances)
+    )
+    return {
+        "position": chain.position,
+        "resolution": chain.position_step,
+        "anywhere": chain.anywhere,
+        "velocity": chain.velocity,
+        "acceleration": chain.acceleration,
+        "control": control,
+        "disturbance": disturbance,
+        "correlation_time": max(
+            (time for time, _ in (*chain.control, *chain.disturbances)), default=0.0
+        ),
+    }
+
+
+def twin_of(axis: GeneratedAxis, truth: object, moves: object) -> GeneratedAxis:
+    """The axis with other true values, or another experiment; itself where neither is given.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    truth : mapping of str to float
+        Over the experiment's.
+    moves : sequence of Move or None
+        In place of the experiment's.
+
+    Raises
+    ------
+    UsageError
+        These are none, or a value is of no parameter.
+    """
+    declared = axis.declared
+    before = declared.experiment
+    if moves is None and (before is None or not truth):
+        return axis  # which without an experiment is refused as a twin
+    known = {} if before is None else before.truth
+    changed: dict[str, Any] = {
+        "truth": {**known, **by_name(truth, "true values")},
+        **({} if moves is None else {"moves": moves}),
+    }
+    try:
+        given = Experiment(**changed) if before is None else replace(before, **changed)
+        declared = replace(declared, experiment=given)
+    except ModelError as error:
+        raise UsageError(str(error), code=error.code) from error
+    return build(declared, native=axis.native.enabled)
+
+
+_POSITION, _SENSORS, _CONTROL, _DISTURBANCE, _OFFSET = range(5)  # each a stream of its own
+
+
+def _draws(seed: int, run: int, stream: int) -> AntitheticDraws:
+    """The random numbers of a stream: a child of the seed for each run, whoever runs it."""
+    return AntitheticDraws(
+        np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(run, stream)))
+    )
+
+
+def twins(plan: MonteCarloPlan, runs: Sequence[int]) -> Iterator[tuple[int, Record | str]]:
+    """The record of each run, or why there is none; made when it is asked for."""
+    made = twin_plan(plan.twin)
+    for run in runs:
+        try:
+            yield run, drawn_twin(made, plan.noise, plan.seed, run)
+        except AxisidError as error:
+            yield run, str(error)
+
+
+def drawn_twin(plan: TwinPlan, noise: Chain, seed: int, run: int) -> Record:
+    """The record of one run alone.
+
+    Parameters
+    ----------
+    plan : TwinPlan
+    noise : Chain
+    seed, run : int
+        As of a study, whose run has the same noise.
+
+    Raises
+    ------
+    AxisidError
+        The loop runs away, or the axis stands still while its reference moves.
+    """
+    draws, step = partial(_draws, seed, run), noise.position_step
+    begin = noise.anywhere * step / 2 + noise.drawn_offset(draws(_OFFSET))
+    experiment = replace(plan.experiment, resolution=step)
+    own = disturbed = replace(plan, reference=plan.reference + begin, experiment=experiment)
+    if noise.disturbances:
+        disturbance = noise.drawn_disturbance(draws(_DISTURBANCE), len(plan.reference), plan.period)
+        disturbed = replace(own, injected=disturbance, injected_at="control")
+    loop = disturbed.loop(lambda count: noise.position * draws(_POSITION).normal(count))
+    if still := _at_rest(own, loop.position):
+        raise EstimationError(still, code="twin")
+    if noise.disturbances:  # which are not logged
+        loop = replace(loop, control=loop.control - disturbance)
+    record = own.record(
+        loop,
+        f"twin {run + 1} of {plan.axis.axis.name}, seed {seed}",
+        None if noise.velocity is None else loop.velocity,
+        None if noise.acceleration is None else own.acceleration(loop),
+    )
+    return record.with_values(**noise.logged(record, draws(_SENSORS), draws(_CONTROL)))
+
+
+def _at_rest(plan: TwinPlan, position: Array) -> str:
+    """Why a twin's record shows nothing; empty if it does, by its position without noise, (N,)."""
+    if np.ptp(position) or not np.ptp(plan.reference):
+        return ""
+    return (
+        f"axis {plan.axis.axis.name!r} does not move with {plan.axis.describe(plan.truth)}: its "
+        "friction holds whatever the drive gives. Give true values with which it moves."
+    )
+
+
+def are_lanes(plan: MonteCarloPlan) -> bool:
+    """Whether runs that are not judged go side by side, whatever their company."""
+    made, settings = twin_plan(plan.twin), plan.settings
+    return (
+        len(plan.methods) == len(plan.regressions) == 1
+        and (settings["start"], settings["loss"]) == (INSTRUMENT_STARTS[0], ROW_LOSSES[0])
+        and plan.axis.names == tuple(p.name for p in plan.axis.declared.parameters)
+        and made.clocks is None
+        and not (made.signals or made.axis.axis.signals)
+        and made.axis.axis.response is None
+        and not made.axis.axis.drive.logs_what_acts
+        # Twins differ by the noise of their position, and of their recorded control, alone.
+        and replace(plan.noise, position=0.0, control=()) == Chain()
+        and is_served(plan.axis, made.period, plan.methods[0])
+    )
+
+
+def twin_lanes(
+    twin: GeneratedAxis, chain: Chain, seed: int, runs: Sequence[int], threads: int | None
+) -> tuple[RecordLanes, Mapping[int, str]]:
+    """The records of runs side by side, and why there is none of some, by lane."""
+    plan = twin_plan(twin)
+    samples = len(plan.reference)
+    drawn = (_draws(seed, run, _POSITION).normal(samples) for run in runs)
+    noise = chain.position * np.column_stack([*drawn])
+    batch = simulate_batch(
+        plan.axis,
+        np.tile(plan.truth, (len(runs), 1)),
+        plan.reference,
+        plan.period,
+        position_noise=noise,
+        wanted=("position", "control"),
+        threads=threads,
+    )
+    unsimulated = dict(batch.failures)
+    for lane, position in enumerate(batch["position"].T):
+        if lane not in unsimulated and (still := _at_rest(plan, position)):
+            unsimulated[lane] = still
+    noise += batch["position"]
+    control = batch["control"]
+    for lane, run in enumerate(runs if chain.control else ()):
+        drawn_control = _draws(seed, run, _CONTROL)
+        control[:, lane] = chain.logged_control(drawn_control, control[:, lane], plan.period)
+    lanes = RecordLanes(
+        reference=plan.reference, position=noise, control=control, period=plan.period
+    )
+    return lanes, unsimulated

@@ -1,0 +1,139 @@
+"""The numbers of a study as a file: NumPy's npz, or Parquet, a row for each run."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.estimation.raw_tables import library, npz_bytes, parquet_bytes
+from axisid.support.arrays import Array
+from axisid.support.errors import UsageError
+from axisid.support.files import write_file
+from axisid.support.version import __version__
+
+from .drawn_twins import declared_figures
+from .result import MonteCarlo
+from .runs import INTERVALS, PARAMETER, STATUSES, Estimand
+
+#: Endings of the files that a study can be written to.
+OUTPUT_SUFFIXES = (".npz", ".parquet")
+#: What a file says of the study, under this name: its axes, all that was asked for, true values.
+SETTINGS = "axisid.monte_carlo"
+
+
+def run_columns(result: MonteCarlo) -> dict[str, NDArray[Any]]:
+    """The numbers of every run by column, (R,) each.
+
+    ``run``, ``status`` and ``reason``; of every estimand ``idm-iv.M`` (the value), ``.corrected``
+    (without its bias) and ``.hac.sd``, ``.hac.low``, ``.hac.high`` of each interval; of
+    every check ``check.control law``, how it ended, empty where the run was not judged.
+    """
+    columns: dict[str, NDArray[Any]] = {
+        "run": result.numbers.runs,
+        "status": np.array([status for status, _ in result.outcomes.values()], dtype=np.str_),
+        "reason": np.array([why for _, why in result.outcomes.values()], dtype=np.str_),
+    }
+    columns |= {name: values for name, _, values in _estimand_columns(result)}
+    words = np.array([*STATUSES, ""])  # -1 is the last
+    for i, check in enumerate(result.numbers.checks):
+        columns[f"check.{check}"] = words[result.numbers.statuses[:, i]]
+    return columns
+
+
+def _estimand_columns(result: MonteCarlo) -> Iterator[tuple[str, str, Array]]:
+    """Every column of the estimands, with its unit; of intervals those that any run states."""
+    for estimand, of_one in zip(
+        result.estimands, result.numbers.numbers.transpose(1, 2, 0), strict=True
+    ):
+        name, unit = column_name(estimand), estimand.unit
+        yield from ((name, unit, of_one[0]), (f"{name}.corrected", unit, of_one[1]))
+        for of, stated in zip(INTERVALS, of_one[2:].reshape(len(INTERVALS), 3, -1), strict=True):
+            if np.isfinite(stated[0]).any():
+                for end, column in zip(("sd", "low", "high"), stated, strict=True):
+                    yield f"{name}.{of}.{end}", unit, column
+
+
+def column_name(estimand: Estimand) -> str:
+    """What an estimand's columns begin with."""
+    kind = () if estimand.kind == PARAMETER else (estimand.kind,)
+    return ".".join((estimand.method, *kind, estimand.name))
+
+
+def write_runs(result: MonteCarlo, path: str | Path) -> Path:
+    """Write the numbers of every run, whole or not at all.
+
+    Parameters
+    ----------
+    result : MonteCarlo
+    path : str or Path
+        ``.npz`` (`numpy.load`) or ``.parquet``, which needs pyarrow; columns as `run_columns` says.
+
+    Returns
+    -------
+    Path
+        What was written.
+
+    Raises
+    ------
+    UsageError
+        The name has another ending, or the file cannot be written.
+    DataError
+        pyarrow is not installed.
+    """
+    file = Path(path)
+    check_output(file)
+    units = {name: unit for name, unit, _ in _estimand_columns(result)}
+    plan, columns = result.plan, run_columns(result)
+    settings = {
+        "axis": plan.axis.axis.name,
+        "signature": plan.axis.signature,
+        "twin": plan.twin.axis.name,
+        "twin_signature": plan.twin.signature,
+        "seed": plan.seed,
+        "runs": plan.runs,
+        "done": len(result),
+        "methods": list(plan.methods),
+        "noise": declared_figures(plan.noise),
+        "chain": asdict(plan.noise),
+        "prefilter": asdict(plan.prefilter),
+        "settings": dict(plan.settings),
+        "levels": asdict(plan.levels),
+        "checks": plan.checks,
+        "truth": {
+            column_name(each): truth
+            for each, truth in zip(result.estimands, result.truths.tolist(), strict=True)
+            if np.isfinite(truth)
+        },
+        "units": units,
+        "axisid": __version__,
+    }
+    about = {SETTINGS: json.dumps(settings)}
+    if file.suffix == ".npz":
+        content = npz_bytes({**columns, **about})
+    else:
+        content = parquet_bytes(columns, units, about, file)
+    return write_file(file, content)
+
+
+def check_output(file: Path) -> None:
+    """Refuse a file that no study can be written to, before anything is computed.
+
+    Raises
+    ------
+    UsageError
+        As `write_runs`.
+    DataError
+        As `write_runs`.
+    """
+    if file.suffix not in OUTPUT_SUFFIXES:
+        raise UsageError(
+            f"{file}: the numbers of a study are written to {' or '.join(OUTPUT_SUFFIXES)}; give "
+            "a name with that ending.",
+            code="study",
+        )
+    if file.suffix == ".parquet":
+        library("pyarrow.parquet", "parquet", file)

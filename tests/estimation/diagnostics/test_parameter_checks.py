@@ -1,0 +1,83 @@
+"""Parameters against what was fixed and their nominal values, and rows enough for them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from axisid import Parameter, Prefilter, Record, fit, fix, identify, load_axis, twin_record
+from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
+from axisid.estimation.diagnostics import fixed_check, nominal_check
+from axisid.estimation.estimates import Estimate
+from axisid.modeling import LIBRARY
+
+
+def test_rows_that_are_few_for_the_parameters_are_not_believed(emps2015: GeneratedAxis) -> None:
+    result = identify(emps2015, twin_record(emps2015), Prefilter(decimate=400), "idm-ls")
+    (found,) = (check for check in result.checks if check.name == "rows")
+    assert (found.status, result.belief) == ("fail", "with care")
+    assert found.figure == len(result.preferred.y) / 3 < found.threshold == 10
+
+
+@pytest.fixture(scope="module")
+def iv(emps2015: GeneratedAxis, twin: Record) -> Estimate:
+    return identify(emps2015, twin, methods="idm-iv")["idm-iv"]
+
+
+@pytest.mark.parametrize(("deviations", "status"), [(1.0, "pass"), (4.0, "fail")])
+def test_a_value_that_is_fixed_may_be_off_by_what_the_record_leaves_open(
+    emps2015: GeneratedAxis, twin: Record, iv: Estimate, deviations: float, status: str
+) -> None:
+    """At 1 %, one degree of freedom allows 2.6 deviations."""
+    mass = iv.parameters["M"]
+    value = mass.corrected + deviations * mass.sd_hac
+    result = identify(fix(emps2015.axis, M=value), twin, methods="idm-iv")
+    check = fixed_check(result["idm-iv"])
+    assert check.status == status
+    assert (check.p_value < 0.01) is (status == "fail")
+    assert (f"M is fixed at {value:.4g}"[:16] in check.meaning) is (status == "fail")
+
+
+MASS = Parameter("m", "kg", nominal=10.0, lower=0.0)
+
+
+@pytest.mark.parametrize(
+    ("value", "interval", "remarked"),
+    [
+        (10.0, (9.0, 11.0), False),
+        (1.0, (0.9, 1.1), True),
+        (1.9, (1.5, 2.3), False),
+        (60.0, (55.0, 65.0), True),
+        (60.0, (45.0, 75.0), False),
+        (0.0, (0.0, 0.0), True),
+        (-10.0, (-11.0, -9.0), True),
+        (60.0, (-np.inf, np.inf), False),
+    ],
+)
+def test_a_value_is_remarked_where_all_of_its_interval_is_far(
+    value: float, interval: tuple[float, float], remarked: bool
+) -> None:
+    found = nominal_check([(MASS, value, interval)])
+    assert (found is not None) == remarked
+    assert found is None or (found.status == "note" and f"{value / 10:.2g} times" in found.meaning)
+
+
+@pytest.mark.parametrize("name", LIBRARY)
+def test_no_axis_of_the_library_is_remarked(name: str) -> None:
+    axis = load_axis(name)
+    truth = axis.experiment.truth
+    rows = [(p, truth[p.name], (truth[p.name],) * 2) for p in axis.parameters if p.name in truth]
+    assert rows
+    assert nominal_check(rows) is None
+
+
+@pytest.mark.parametrize("factor", [1.0, 10.0])
+def test_position_in_another_unit_is_remarked_without_a_reference(
+    emps2015: GeneratedAxis, twin: Record, factor: float
+) -> None:
+    given = replace(twin, position=factor * twin.position, reference=None)
+    result = identify(emps2015, given, methods="idm-ls")
+    checks = (*result.verdict, *fit(emps2015, given, output="open-loop").checks)
+    remarks = [check.meaning for check in checks if check.name == "nominal values"]
+    assert len(remarks) == 2 * (factor != 1.0)
+    assert all("M = " in said and "check the units" in said for said in remarks)
