@@ -37,7 +37,7 @@ _MOVED = f"{_SIM}/test_recorded.py::test_"
 _PLACE = f"{_SIM}/test_position_events.py::test_"
 _SWING = f"{_SIM}/test_states.py::test_a_light_stack_swings_within_a_sample_as_small_leaps_have_it"
 _SANDWICH = f"{_REG}/test_covariance.py"
-_ALONG = "tests/estimation/law_replay/test_start.py"
+_ALONG = "tests/estimation/law_replay/test_initial_state.py"
 
 #: By name: a file, what it has once, what stands there instead, and the tests that ought to fail.
 MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
@@ -275,13 +275,13 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
     ),
     # The law along the record.
     "a late law acts at once": (
-        "estimation/law_replay/law_inputs.py",
+        "estimation/law_replay/replay.py",
         "rows[np.maximum(ticks.held - law_of(axis).delay, 0)]",
         "rows[ticks.held]",
         (f"{_ALONG}::test_a_late_law_with_an_integral_is_the_sum_by_hand",),
     ),
     "a law remembers what it measures now": (
-        "estimation/law_replay/law_inputs.py",
+        "estimation/law_replay/replay.py",
         "return np.vstack([start, after[:-1]])",
         "return after",
         (f"{_ALONG}::test_a_late_law_with_an_integral_is_the_sum_by_hand",),

@@ -12,14 +12,12 @@ from axisid.estimation.diagnostics.control_law import LawByGains, comparison_fil
 from axisid.estimation.law_replay import (
     LawAlong,
     LawInputs,
-    as_logged,
-    hides_command,
     least_step,
     measured_velocity,
     unlimited,
 )
 from axisid.estimation.records import Record
-from axisid.estimation.signals import RowTimes, recorded_signals
+from axisid.estimation.signals import RowTimes, as_logged, hides_command, recorded_signals
 from axisid.estimation.thresholds import (
     COMPARISON_CUTOFF,
     LIMIT_TOLERANCE,

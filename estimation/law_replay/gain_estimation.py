@@ -14,20 +14,14 @@ import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, law_functions
 from axisid.estimation.records import Record
+from axisid.estimation.signals import as_logged, commands_as_logged, late_in_log, limit_in_log
 from axisid.estimation.simulation import law_of
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 
-from .law_inputs import (
-    LawInputs,
-    as_logged,
-    commands_as_logged,
-    late_in_log,
-    least_step,
-    limit_in_log,
-    run_law,
-)
-from .start import MIN_MEMORY_EFFECT
+from .initial_state import MIN_MEMORY_EFFECT, least_step
+from .law_inputs import LawInputs
+from .replay import run_law
 
 # of the limit: a control that near may have been cut off, as the log has a converter's noise; a
 # right law is the same with more

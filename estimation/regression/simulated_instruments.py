@@ -20,8 +20,6 @@ from axisid.estimation.choices import OPEN_LOOP_FIT
 from axisid.estimation.law_replay import (
     LawInputs,
     first_velocity,
-    hides_command,
-    late_in_log,
     law_along,
     loop_starts,
     shifted_start,
@@ -34,7 +32,13 @@ from axisid.estimation.records import (
     law_clock,
     quantisation_step,
 )
-from axisid.estimation.signals import FilteredRecord, hold_mean, recorded_signals
+from axisid.estimation.signals import (
+    FilteredRecord,
+    hides_command,
+    hold_mean,
+    late_in_log,
+    recorded_signals,
+)
 from axisid.estimation.simulation import (
     LoopInputs,
     Simulation,

@@ -7,7 +7,12 @@ Knows nothing of methods.
 from .drive_response import (
     DriveAlong as DriveAlong,
     acting_control as acting_control,
+    as_logged as as_logged,
+    commands_as_logged as commands_as_logged,
+    hides_command as hides_command,
     lagged_force as lagged_force,
+    late_in_log as late_in_log,
+    limit_in_log as limit_in_log,
     through_path as through_path,
 )
 from .filtered_record import FilteredRecord as FilteredRecord, show_too_little as show_too_little

@@ -9,7 +9,13 @@ import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
-from axisid.estimation.signals import Signals, drive_force, lagged_force, through_path
+from axisid.estimation.signals import (
+    Signals,
+    commands_as_logged,
+    drive_force,
+    lagged_force,
+    through_path,
+)
 from axisid.support.arrays import Array
 
 from .inputs import LoopInputs, axis_of, law_of
@@ -124,15 +130,10 @@ def forces_about(axis: GeneratedAxis, simulation: Simulation) -> tuple[Array, Ar
 
 def logged_control(axis: GeneratedAxis, simulation: Simulation) -> Array:
     """The control of a simulation where the axis's records have it, (N,)."""
-    drive, response, law = axis.axis.drive, axis.axis.response, axis.axis.control
-    if law is None or not drive.logs_what_acts:
-        return simulation.control
-    if drive.logged == "current":
+    if axis.axis.drive.logged == "current":
         motion = (simulation.force, simulation.position, simulation.velocity)
         return axis.evaluate("drive_control", *motion, *simulation.recorded)[0][:, 0]
-    late = 0 if response is None else response.late
-    control = through_path(drive.path, simulation.control, law.period)
-    return np.concatenate([np.repeat(control[:1], late), control])[: len(control)]
+    return commands_as_logged(axis, simulation.control)
 
 
 def _one_later(values: Array) -> Array:

@@ -21,9 +21,9 @@ from scipy.special import ndtri
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.diagnostic_checks import Check, first_case, status_of
-from axisid.estimation.law_replay import hides_command
 from axisid.estimation.records import Record, law_clock
 from axisid.estimation.regression import hotelling_p_value, lacking_law, lacking_loop, wald
+from axisid.estimation.signals import hides_command
 from axisid.estimation.thresholds import (
     COMPARISON_CUTOFF,
     MAX_LAW_RESIDUAL,

@@ -17,17 +17,15 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.law_replay import (
     LAW_SETTLING,
     LawInputs,
-    as_logged,
     cached_per_record,
     law_along,
     law_ticks,
-    limit_in_log,
     position_noise,
     start_of_law,
 )
 from axisid.estimation.records import Record, at_times
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
-from axisid.estimation.signals import Prefilter, RowTimes, SampledFilter
+from axisid.estimation.signals import Prefilter, RowTimes, SampledFilter, as_logged, limit_in_log
 from axisid.estimation.simulation import law_of
 from axisid.estimation.thresholds import (
     COMPARISON_CUTOFF,
