@@ -254,19 +254,19 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         ),
     ),
     "the force held before a sample is that after it": (
-        "estimation/simulation/inputs.py",
+        "estimation/simulation/multirate.py",
         'out["held"] = np.where(since > 0, force[last], earlier[last])',
         'out["held"] = np.where(since > 0, force[last], force[last])',
         (f"{_CLOCKS}::test_before_a_sample_the_force_is_that_of_the_evaluation_before_it",),
     ),
     "what is held between samples is that of the next": (
-        "estimation/simulation/inputs.py",
+        "estimation/simulation/multirate.py",
         "row = np.floor(self.times + _COINCIDES).astype(np.intp)",
         "row = np.floor(self.times + 1 - _COINCIDES).astype(np.intp)",
         (f"{_CLOCKS}::test_before_a_sample_the_force_is_that_of_the_evaluation_before_it",),
     ),
     "the last sample of a log has no share in a mean": (
-        "estimation/simulation/inputs.py",
+        "estimation/simulation/multirate.py",
         "inside = np.clip(edges, 0, len(values))",
         "inside = np.clip(edges, 0, len(values) - 1)",
         (

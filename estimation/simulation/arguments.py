@@ -20,8 +20,9 @@ from axisid.support.errors import (
     real_array,
 )
 
-from .inputs import LoopInputs, clocks_of, law_of
-from .steps import MOST_SUBSTEPS
+from .inputs import LoopInputs, law_of
+from .multirate import clocks_of
+from .step_size import MOST_SUBSTEPS
 
 
 def no_control_law(name: str) -> ModelError:

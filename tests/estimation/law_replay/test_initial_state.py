@@ -27,7 +27,7 @@ from axisid.modeling import LIBRARY
 from axisid.modeling.declaration.experiment import back_and_forth
 from tests.axes.ready_laws import LAWS, with_law
 from tests.axes.simulated import AXES
-from tests.estimation.simulation.test_loop_start import THETA, T, vertical
+from tests.estimation.simulation.test_initial_state import THETA, T, vertical
 
 REFERENCE = trajectory(
     back_and_forth(speeds=(0.05, 0.1), acceleration=0.8, seconds=1.0, repeat=2), T
