@@ -16,13 +16,14 @@ from scipy.special import ndtri
 
 from axisid.estimation.choices import check_among, fitted_output
 from axisid.estimation.methods import METHODS
-from axisid.estimation.raw_tables import library, npz_bytes, parquet_bytes
 from axisid.estimation.simulation import twin_plan
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.support.arrays import Array, Exact, Uncached
 from axisid.support.errors import UsageError
 from axisid.support.files import write_file
+from axisid.support.libraries import library
 from axisid.support.presentable import Presentable
+from axisid.support.table_bytes import npz_bytes, parquet_bytes
 from axisid.support.version import __version__
 
 from .figures import CheckFigures, EstimandFigures, Mean, Share, StudyFigures
