@@ -237,7 +237,7 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         ),
     ),
     "a reversal reaches one sample less": (
-        "estimation/signals/sampling.py",
+        "estimation/signals/sample_selection.py",
         "2 * reach + 1",
         "2 * reach - 1",
         (

@@ -12,7 +12,7 @@ from axisid.estimation.diagnostics.control_law import LawByGains, comparison_fil
 from axisid.estimation.law_replay import (
     LawAlong,
     LawInputs,
-    least_step,
+    least_squares_step,
     measured_velocity,
     unlimited,
 )
@@ -170,7 +170,7 @@ class _AlongRecord:
             if apart:
                 rows = _about_means(rows, np.cumsum(np.diff(np.flatnonzero(used), prepend=-1) > 1))
             control, regressor = rows[:, 0], rows[:, 1:]
-            values, _ = least_step(regressor, control, len(rows) * np.finfo(float).eps)
+            values, _ = least_squares_step(regressor, control, len(rows) * np.finfo(float).eps)
             gains = form.gains(dict(zip(columns, values, strict=True)))
             if extra is not None:
                 gains[form.extra] = extra

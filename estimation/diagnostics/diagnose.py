@@ -25,7 +25,7 @@ from axisid.estimation.lack_of_fit import LackOfFit
 from axisid.estimation.misspecification import Misspecification, sentence
 from axisid.estimation.records import Record, advised_shift, record_labels
 from axisid.estimation.records.columns import scale_remedy
-from axisid.estimation.signals import rests_first
+from axisid.estimation.signals import advice_on_rests
 from axisid.estimation.thresholds import (
     MAX_SIMULATION_ERROR,
     MIN_DISTANCE_FROM_NOISE,
@@ -218,7 +218,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(
             name="bounds",
             check=lambda case: within_bounds(
-                case.preferred, rests_first(case.problem.rest), case.problem.held
+                case.preferred, advice_on_rests(case.problem.rest), case.problem.held
             ),
         ),
         Diagnostic(
@@ -447,7 +447,7 @@ def simulation_error_check(
     units = form.axis.axis.coordinate.unit, form.axis.axis.drive.unit
     noise = "".join(f" ({chain.told(*units)})" for chain in preferred.inference.chains[:1])
     blamed = (
-        rests_first(rest)
+        advice_on_rests(rest)
         or cause
         or f"check the law, signs and units, or see whether the record is noise{noise}, or a "
         "motion that the model does not have"

@@ -16,7 +16,6 @@ from axisid.estimation.diagnostic_checks import (
     WORST_FIRST,
     Check,
     Levels,
-    first_case,
     status_of,
     unless_faulty,
 )
@@ -29,7 +28,7 @@ from axisid.estimation.estimates import (
 from axisid.estimation.regression import factor
 from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION, MIN_FIRST_STAGE_F
 from axisid.support.arrays import Array, MaybeInfinite, MaybeNan
-from axisid.support.errors import Missing, unless_missing
+from axisid.support.errors import Missing, first_case, unless_missing
 
 #: Of a logged position: fewer are no noise.
 FEWEST_STEPS = 64  # in a motion: 32 moved a stiffness by 22 %, of which as much again told nothing

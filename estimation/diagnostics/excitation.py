@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.diagnostic_checks import Check, first_case, status_of
+from axisid.estimation.diagnostic_checks import Check, status_of
 from axisid.estimation.estimates import Estimate, Value, physical_parameters
 from axisid.estimation.estimation_problem import (
     ParameterAtBound,
@@ -25,7 +25,7 @@ from axisid.estimation.regression import Equations, Form, InverseForm
 from axisid.estimation.signals import (
     FilteredRecord,
     Signals,
-    dependence,
+    columns_by_signal,
     one_direction,
     one_speed,
 )
@@ -41,7 +41,7 @@ from axisid.estimation.thresholds import (
 from axisid.modeling.declaration import Drive, known_text
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array, MaybeInfinite
-from axisid.support.errors import Missing
+from axisid.support.errors import Missing, first_case
 
 _MIN_REPETITION_WEIGHT = 0.3  # of the largest, from which another column in a repetition is named
 _MIN_ACCELERATION_SHARE = 0.05  # of the force; an axis with less hardly accelerates
@@ -136,7 +136,7 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
     if reach is not None:
         anywhere = np.abs(theta) * reach.columns / reach.force
         natural = typical_magnitudes(problem.axis, reach, form.declared)
-    of_records = [dependence(data.axis) for data in problem.data]
+    of_records = [columns_by_signal(data.axis) for data in problem.data]
     needs = {
         signal: np.any([own[signal] @ m for own, m in zip(of_records, mixed, strict=True)], axis=0)
         for signal in of_records[0]

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtr
 
-from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Levels, first_case
+from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.estimates import Estimate, estimate_of_record
 from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.records import Record, record_labels
@@ -39,7 +39,7 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.thresholds import MAX_REPEATED_SAMPLES, MIN_COMMON_SAMPLES
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, Missing, unless_missing
+from axisid.support.errors import EstimationError, Missing, first_case, unless_missing
 
 _OWN_PART = 1e-3  # of a column, below which others span it: slopes by differences are as exact
 _FEWEST = 5.0  # degrees of freedom from which scores tell what is chance

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.regression import Equations
-from axisid.estimation.signals import Signals, dependence
+from axisid.estimation.signals import Signals, columns_by_signal
 from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter, parse_unit
@@ -211,7 +211,7 @@ def typical_magnitudes(
     named = axis.axis.parameters if parameters is None else parameters
     sizes = np.array([_natural(axis, p.unit, reach) for p in named])
     if axis.axis.signals and [p.name for p in named] == list(axis.names):
-        sizes[dependence(axis)["recorded"]] = np.inf
+        sizes[columns_by_signal(axis)["recorded"]] = np.inf
     return sizes
 
 

@@ -22,13 +22,7 @@ from scipy.special import stdtrit
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated, build
 from axisid.estimation.bootstrap import DEFAULT_COUNT, check_count
-from axisid.estimation.choices import (
-    INSTRUMENT_STARTS,
-    ROW_LOSSES,
-    check_among,
-    is_output_error,
-    listed,
-)
+from axisid.estimation.choices import INSTRUMENT_STARTS, ROW_LOSSES, is_output_error
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels, unless_faulty
 from axisid.estimation.diagnostics import Case
 from axisid.estimation.estimates import COVARIANCES, Estimate, student_interval
@@ -47,6 +41,8 @@ from axisid.support.errors import (
     Missing,
     ModelError,
     UsageError,
+    check_among,
+    listed,
     refuse,
 )
 

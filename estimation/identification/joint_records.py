@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.choices import ROW_LOSSES, check_among, listed
+from axisid.estimation.choices import ROW_LOSSES
 from axisid.estimation.estimation_problem import Problem, check_time_known
 from axisid.estimation.methods import METHODS, bound_record, scale_of
 from axisid.estimation.parameters import (
@@ -27,7 +27,7 @@ from axisid.estimation.signals import (
     show_too_little,
 )
 from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError, DataError, UsageError
+from axisid.support.errors import AxisidError, DataError, UsageError, check_among, listed
 
 
 def layout_for(

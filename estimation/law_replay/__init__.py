@@ -9,12 +9,12 @@ from .initial_state import (
     at_rest_misses as at_rest_misses,
     below_limit as below_limit,
     law_residual as law_residual,
-    least_step as least_step,
+    least_squares_step as least_squares_step,
     loop_starts as loop_starts,
     shifted_start as shifted_start,
     start_of_law as start_of_law,
     unlimited as unlimited,
-    with_drive as with_drive,
+    with_drive_memory as with_drive_memory,
 )
 from .initial_velocity import first_velocity as first_velocity, position_noise as position_noise
 from .law_inputs import (
@@ -24,7 +24,6 @@ from .law_inputs import (
     recorded_inputs as recorded_inputs,
     two_clocks as two_clocks,
 )
-from .record_cache import cached_per_record as cached_per_record
 from .replay import (
     control_along as control_along,
     control_at_ticks as control_at_ticks,

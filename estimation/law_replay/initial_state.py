@@ -19,10 +19,10 @@ from axisid.estimation.signals import as_logged, drive_force, limit_in_log, reco
 from axisid.estimation.simulation import law_of
 from axisid.estimation.thresholds import LIMIT_TOLERANCE
 from axisid.support.arrays import Array, mask_of
+from axisid.support.caching import cached_while_alive
 
 from .initial_velocity import MIN_START_DISTANCE, first_coefficient, first_velocity
 from .law_inputs import LawInputs, law_ticks
-from .record_cache import cached_per_record
 from .replay import control_along, law_along, law_memory, slopes_along, state_at_rest, states_along
 
 _STEP = 1e-6  # of the reference's range, for the slope
@@ -88,7 +88,7 @@ def shifted_start(
     return replace(start, memory=start.memory + change.full().ravel())
 
 
-@cached_per_record
+@cached_while_alive
 def _start(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> LoopStart:
     rows = slice(*span)
     if not record.integrated:
@@ -102,7 +102,7 @@ def _start(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> LoopSt
         velocity=velocity,
         memory=first_memory(axis, record, span),
     )
-    return with_drive(axis, record, span, start)
+    return with_drive_memory(axis, record, span, start)
 
 
 def as_read_by_law(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> Record:
@@ -263,7 +263,7 @@ def _solved(
         slopes = slopes_along(axis, ticks, state)[seen]
         if not (np.all(np.isfinite(off)) and np.all(np.isfinite(slopes))):
             break
-        step, shown = least_step(slopes, off, MIN_MEMORY_EFFECT)
+        step, shown = least_squares_step(slopes, off, MIN_MEMORY_EFFECT)
         state, expected = state + step, off - slopes @ step
         off = (wanted - control_along(axis, ticks, state))[seen]
         if np.linalg.norm(off - expected) <= _LINEAR * np.linalg.norm(wanted):
@@ -271,7 +271,7 @@ def _solved(
     return state, off, shown
 
 
-def with_drive(
+def with_drive_memory(
     axis: GeneratedAxis, record: Record, span: tuple[int, int], start: LoopStart
 ) -> LoopStart:
     """A start of a segment's loop with what the drive remembers there, of its first controls.
@@ -316,7 +316,7 @@ def with_drive(
     return replace(start, memory=np.concatenate([memory, [last] * path.is_limited, pending]))
 
 
-def least_step(columns: Array, off: Array, least: float) -> tuple[Array, int]:
+def least_squares_step(columns: Array, off: Array, least: float) -> tuple[Array, int]:
     """Least squares by unit columns, and in how many directions they show.
 
     Parameters

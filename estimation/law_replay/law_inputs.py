@@ -17,11 +17,10 @@ from axisid.estimation.signals import (
 from axisid.estimation.simulation import LoopInputs, TwoClocks, law_of
 from axisid.estimation.thresholds import COMPARISON_CUTOFF, MIN_PHASE_AGREEMENT
 from axisid.support.arrays import Array
+from axisid.support.caching import cached_while_alive
 
-from .record_cache import cached_per_record
 
-
-@cached_per_record
+@cached_while_alive
 def two_clocks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> TwoClocks | None:
     """When the law is evaluated along a segment of a record; None at each of its samples.
 

@@ -23,8 +23,7 @@ from axisid.support.files import digest_of, unchanged
 from axisid.support.libraries import library, refusing
 from axisid.support.memory import SHORTER_FILES, Room, room_for
 
-from .dataframe import read_frame
-from .json_npz_parquet import read_json, read_npz, read_parquet
+from .json_npz_parquet_dataframe import read_frame, read_json, read_npz, read_parquet
 from .matlab import read_matlab
 from .mdf_tdms_rosbag import bag_of, is_bag, read_bag, read_mdf, read_tdms
 

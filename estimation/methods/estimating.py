@@ -41,7 +41,7 @@ from axisid.estimation.regression import (
     delta_method,
     recorded_loops,
 )
-from axisid.estimation.signals import FilteredRecord, Prefilter, rests_first
+from axisid.estimation.signals import FilteredRecord, Prefilter, advice_on_rests
 from axisid.estimation.simulation import Simulation
 from axisid.estimation.thresholds import NO_RELATION
 from axisid.modeling.declaration import Axis
@@ -310,7 +310,7 @@ def _remarks(problem: Problem, fit: Fit, loss: str) -> Iterator[str]:
     every = (data.sampling.filter.remarks() for data in problem.data)
     yield from dict.fromkeys(remark for of_one in every for remark in of_one)
     if math.inf > fit.simulation_error_percent > NO_RELATION.value:
-        cause = rests_first(problem.rest) or (
+        cause = advice_on_rests(problem.rest) or (
             "check the control law, the reference and the signs and units of the columns"
         )
         yield f"the simulated loop does not follow the record; {cause}"

@@ -36,7 +36,7 @@ from axisid.estimation.regression import (
     Solution,
     instrumental_variables,
     least_squares,
-    least_squares_point,
+    separable_least_squares,
 )
 from axisid.estimation.simulation import Simulation
 from axisid.estimation.thresholds import (
@@ -271,7 +271,7 @@ class LeastSquares(Method):
 
     def fit(self, problem: Problem) -> Fit:
         """See `Method.fit`."""
-        form = least_squares_point(problem.form(self.form), problem.rows)
+        form = separable_least_squares(problem.form(self.form), problem.rows)
         measured = problem.rows(form)
         check_loss(self.loss, form)
         regressor = problem.factored(form, measured)

@@ -18,13 +18,13 @@ from typing import Any
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels, first_case
+from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.records import Record
 from axisid.estimation.records.columns import expected_units
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
-from axisid.support.errors import CandidateError, Missing, quoted, unless_missing
+from axisid.support.errors import CandidateError, Missing, first_case, quoted, unless_missing
 
 from .scores import RecordScores, scores_of
 from .terms import TERMS, Along, Term

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.bootstrap import DEFAULT_COUNT
-from axisid.estimation.choices import OPEN_LOOP, check_among, is_output_error
+from axisid.estimation.choices import OPEN_LOOP, is_output_error
 from axisid.estimation.diagnostic_checks import Check, Checked, Levels
 from axisid.estimation.diagnostics import RecordDifference, common_samples, difference_of
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_agreement
@@ -47,6 +47,7 @@ from axisid.support.errors import (
     Missing,
     ModelError,
     UsageError,
+    check_among,
     quoted,
 )
 from axisid.support.presentable import Presentable

@@ -11,12 +11,7 @@ import numpy as np
 from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.batched import RecordLanes, is_served
 from axisid.estimation.bootstrap import Autoregressions, Chain, Draws
-from axisid.estimation.choices import (
-    INSTRUMENT_STARTS,
-    ROW_LOSSES,
-    by_name,
-    fitted_output,
-)
+from axisid.estimation.choices import INSTRUMENT_STARTS, ROW_LOSSES, fitted_output
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
@@ -28,6 +23,7 @@ from axisid.support.errors import (
     EstimationError,
     ModelError,
     UsageError,
+    by_name,
     is_whole,
     quoted,
     refuse,

@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from axisid.estimation.choices import check_among, fitted_output
+from axisid.estimation.choices import fitted_output
 from axisid.estimation.methods import METHODS
 from axisid.estimation.simulation import twin_plan
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.support.arrays import Array, Exact, Uncached
-from axisid.support.errors import UsageError
+from axisid.support.errors import UsageError, check_among
 from axisid.support.files import write_file
 from axisid.support.libraries import library
 from axisid.support.presentable import Presentable

@@ -9,14 +9,7 @@ import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.estimation.bootstrap import DEFAULT_COUNT, check_count
-from axisid.estimation.choices import (
-    FIT_STARTS,
-    LOSSES,
-    OPEN_LOOP,
-    RESTS,
-    SQUARES,
-    check_among,
-)
+from axisid.estimation.choices import FIT_STARTS, LOSSES, OPEN_LOOP, RESTS, SQUARES
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.diagnostics.control_law import LawAgreement, first_failing, law_agreement
 from axisid.estimation.identification import at_time, bound_records, records_of, shared_records
@@ -54,7 +47,15 @@ from axisid.estimation.thresholds import HUBER_TUNING
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array, mask_of
-from axisid.support.errors import AxisidError, EstimationError, UsageError, is_whole, quoted, refuse
+from axisid.support.errors import (
+    AxisidError,
+    EstimationError,
+    UsageError,
+    check_among,
+    is_whole,
+    quoted,
+    refuse,
+)
 from axisid.support.progress import Progress
 
 from .checks_of_fit import judged

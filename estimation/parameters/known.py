@@ -11,10 +11,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
-from axisid.estimation.choices import by_name
 from axisid.estimation.records import is_same_period
 from axisid.estimation.signals import Prefilter, matching_decimation
-from axisid.support.errors import UsageError, is_real, quoted
+from axisid.support.errors import UsageError, by_name, is_real, quoted
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _LIST = re.compile(r"\s*(\w+)\s*=(.*)", re.DOTALL)

@@ -248,7 +248,7 @@ def limit_in_log(axis: GeneratedAxis) -> float:
     return drive.path.end(drive.limit) if drive.logs_what_acts else drive.limit
 
 
-def late_in_log(axis: GeneratedAxis, law: ControlLaw) -> int:
+def control_delay_in_log(axis: GeneratedAxis, law: ControlLaw) -> int:
     """Samples by which the control of a law is later in the log of an axis than it gives it."""
     response, applied = axis.axis.response, axis.axis.drive.logged == "applied"
     return law.delay + (response.late if response is not None and applied else 0)

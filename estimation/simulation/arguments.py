@@ -20,9 +20,9 @@ from axisid.support.errors import (
     real_array,
 )
 
-from .inputs import LoopInputs, law_of
+from .loop_inputs import LoopInputs, law_of
+from .loop_settings import MOST_SUBSTEPS
 from .multirate import clocks_of
-from .step_size import MOST_SUBSTEPS
 
 
 def no_control_law(name: str) -> ModelError:

@@ -28,20 +28,21 @@ from axisid.support.errors import AxisidError, EstimationError, UsageError, quot
 
 from .arguments import check_whole, checked_loop
 from .initial_state import lane_starts, loop_start
-from .inputs import LoopInputs, axis_of
-from .multirate import at_log_samples, lines
-from .refusals import at_rest, checked_rate, failure, place_at, states_refusal, too_stiff
-from .runaway import loop_settings, widened_distance
-from .simulated_signals import Simulation, measured_positions
-from .step_size import (
+from .loop_inputs import LoopInputs, axis_of
+from .loop_settings import (
     MOST_SUBSTEPS,
     StepBudget,
     has_constant_substeps,
+    loop_settings,
     most_substeps,
     steps_by_rate,
     substeps_along,
     visited_signals,
+    widened_distance,
 )
+from .multirate import at_log_samples, lines
+from .refusals import at_rest, checked_rate, failure, place_at, states_refusal, too_stiff
+from .simulated_signals import Simulation, measured_positions
 
 _MOST_THREADS = 1024
 

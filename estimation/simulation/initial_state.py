@@ -11,7 +11,7 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
 from axisid.support.arrays import Array
 
-from .inputs import LoopInputs, axis_of, law_of
+from .loop_inputs import LoopInputs, axis_of, law_of
 from .simulated_signals import measured_positions
 
 _STEPS = 20  # of Newton's method; a law that is linear in its memory takes one

@@ -9,12 +9,11 @@ from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.codegen.lowering import STATUSES, stiffest_term
-from axisid.estimation.diagnostic_checks import first_case
 from axisid.modeling.derivation import forces_at_rest, state_limits
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, UsageError
+from axisid.support.errors import EstimationError, UsageError, first_case
 
-from .step_size import Recorded, most_substeps, rates_at_start
+from .loop_settings import Recorded, most_substeps, rates_at_start
 
 #: Position and velocity, and the recorded signals there.
 Place = tuple[tuple[float, float], tuple[float, ...]]
@@ -121,7 +120,14 @@ def at_rest(
     """
     library = axis.native.evaluator("from_rest")
     if library is None:
-        accelerations = _from_rest(axis, parameters, position, recorded)
+        # For each of the cases, (B, 4).
+        cases, count = len(_PUSHES), len(position)
+        forces, directions = np.repeat(_PUSHES, count), np.repeat(_DIRECTIONS, count)
+        motion = np.tile(position, cases), np.zeros(len(forces)), forces, directions
+        tiled = (np.tile(np.broadcast_to(s, count), cases) for s in recorded)
+        sets = np.tile(parameters, (cases, 1))
+        rows = axis.evaluate("direct_dynamics", *motion, *tiled, sets)[0]
+        accelerations = rows.reshape(cases, count).T
     else:
         lanes = [np.broadcast_to(values, len(position)) for values in recorded]
         signals = np.array(lanes, dtype=float).reshape(-1, len(position)).T
@@ -137,22 +143,6 @@ def at_rest(
         pushed, rounding = push - rest, _ROUNDING * (abs(forward) + abs(backward))
         has_mass = (pushed > 0) & (pushed < np.inf) & np.isfinite(parameters).all(axis=1)
         return has_mass, ~(forward - backward > rounding), rates.max(axis=1)
-
-
-def _from_rest(
-    axis: GeneratedAxis,
-    parameters: Array,
-    position: Array,
-    recorded: Recorded,
-) -> Array:
-    """Accelerations at rest for each of the cases, (B, 4)."""
-    cases, lanes = len(_PUSHES), len(position)
-    forces, directions = np.repeat(_PUSHES, lanes), np.repeat(_DIRECTIONS, lanes)
-    motion = np.tile(position, cases), np.zeros(len(forces)), forces, directions
-    tiled = (np.tile(np.broadcast_to(s, lanes), cases) for s in recorded)
-    sets = np.tile(parameters, (cases, 1))
-    accelerations = axis.evaluate("direct_dynamics", *motion, *tiled, sets)[0]
-    return np.asarray(accelerations.reshape(cases, lanes).T)
 
 
 def checked_rate(

@@ -14,7 +14,7 @@ from axisid.estimation.signals import (
 )
 from axisid.support.arrays import Array
 
-from .inputs import law_of
+from .loop_inputs import law_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

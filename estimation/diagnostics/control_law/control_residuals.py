@@ -17,7 +17,6 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.law_replay import (
     LAW_SETTLING,
     LawInputs,
-    cached_per_record,
     law_along,
     law_ticks,
     position_noise,
@@ -35,6 +34,7 @@ from axisid.estimation.thresholds import (
 )
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
+from axisid.support.caching import cached_while_alive
 
 # residual with a shift, by that without, up to which it is told
 _MAX_EXPLAINED_RESIDUAL = 0.7
@@ -84,7 +84,7 @@ def compared_with_law(
     return control, made, ~maximum_filter1d(spread, settle), limited
 
 
-@cached_per_record
+@cached_while_alive
 def noisy_ticks(axis: GeneratedAxis, record: Record) -> tuple[LawInputs, Array]:
     """What a law measured along a record, with all its noise, and what it remembers first, (m,).
 

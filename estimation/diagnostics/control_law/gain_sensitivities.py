@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from scipy.linalg import qr
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.diagnostic_checks import first_case
 from axisid.estimation.law_replay import LawAlong, LawInputs, position_noise, two_clocks
 from axisid.estimation.records import Record, at_times, quantisation_step
 from axisid.estimation.signals import RowTimes, as_logged
@@ -31,6 +30,7 @@ from axisid.estimation.thresholds import (
 )
 from axisid.modeling.declaration import ControlLaw, gain
 from axisid.support.arrays import Array, relative_error_percent
+from axisid.support.errors import first_case
 
 from .control_residuals import (
     CONSTANT,

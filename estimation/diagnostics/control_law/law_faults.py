@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, build
-from axisid.estimation.diagnostic_checks import first_case
 from axisid.estimation.records import Record
 from axisid.estimation.records.columns import expected_units, scale_remedy
 from axisid.estimation.thresholds import (
@@ -24,7 +23,7 @@ from axisid.estimation.thresholds import (
 )
 from axisid.modeling.declaration import ControlLaw, velocity_variants
 from axisid.support.arrays import Array
-from axisid.support.errors import ModelError
+from axisid.support.errors import ModelError, first_case
 
 from .control_residuals import (
     DRIFT,

@@ -13,10 +13,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from axisid.estimation.choices import listed
 from axisid.estimation.logs import log_endings
 from axisid.estimation.records import log_of
-from axisid.support.errors import DataError, UsageError, quoted, refuse
+from axisid.support.errors import DataError, UsageError, listed, quoted, refuse
 from axisid.support.files import kinds_of, opened_regular, read_regular
 from axisid.support.libraries import library
 
