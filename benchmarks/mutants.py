@@ -198,14 +198,14 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
     ),
     "the kernel is one lag wider": (
         _COVARIANCE,
-        "weights = 1 - np.arange(1, len(products)) / len(products)",
-        "weights = 1 - np.arange(1, len(products)) / (len(products) + 1)",
+        "1 - np.arange(1, lags + 1) / (lags + 1)",
+        "1 - np.arange(1, lags + 1) / (lags + 2)",
         (f"{_SANDWICH}::test_hac_is_that_of_statsmodels",),
     ),
     "scores that were whitened are recoloured once": (
         _COVARIANCE,
-        "bartlett(white) * np.outer(gain, gain)",
-        "bartlett(white) * np.outer(gain, gain**0)",
+        "summed * np.outer(gain, gain)",
+        "summed * np.outer(gain, gain**0)",
         (f"{_SANDWICH}::test_whitened_products_are_those_of_whitened_scores",),
     ),
     "the plug-in rule takes a square root": (
