@@ -37,7 +37,7 @@ _MOVED = f"{_SIM}/test_recorded.py::test_"
 _PLACE = f"{_SIM}/test_position_events.py::test_"
 _SWING = f"{_SIM}/test_states.py::test_a_light_stack_swings_within_a_sample_as_small_leaps_have_it"
 _SANDWICH = f"{_REG}/test_covariance.py"
-_ALONG = "tests/estimation/law_replay/test_start.py"
+_ALONG = "tests/estimation/law_replay/test_initial_state.py"
 
 #: By name: a file, what it has once, what stands there instead, and the tests that ought to fail.
 MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
@@ -198,14 +198,14 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
     ),
     "the kernel is one lag wider": (
         _COVARIANCE,
-        "weights = 1 - np.arange(1, len(products)) / len(products)",
-        "weights = 1 - np.arange(1, len(products)) / (len(products) + 1)",
+        "1 - np.arange(1, lags + 1) / (lags + 1)",
+        "1 - np.arange(1, lags + 1) / (lags + 2)",
         (f"{_SANDWICH}::test_hac_is_that_of_statsmodels",),
     ),
     "scores that were whitened are recoloured once": (
         _COVARIANCE,
-        "bartlett(white) * np.outer(gain, gain)",
-        "bartlett(white) * np.outer(gain, gain**0)",
+        "summed * np.outer(gain, gain)",
+        "summed * np.outer(gain, gain**0)",
         (f"{_SANDWICH}::test_whitened_products_are_those_of_whitened_scores",),
     ),
     "the plug-in rule takes a square root": (
@@ -237,7 +237,7 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         ),
     ),
     "a reversal reaches one sample less": (
-        "estimation/signals/sampling.py",
+        "estimation/signals/sample_selection.py",
         "2 * reach + 1",
         "2 * reach - 1",
         (
@@ -254,19 +254,19 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         ),
     ),
     "the force held before a sample is that after it": (
-        "estimation/simulation/inputs.py",
+        "estimation/simulation/multirate.py",
         'out["held"] = np.where(since > 0, force[last], earlier[last])',
         'out["held"] = np.where(since > 0, force[last], force[last])',
         (f"{_CLOCKS}::test_before_a_sample_the_force_is_that_of_the_evaluation_before_it",),
     ),
     "what is held between samples is that of the next": (
-        "estimation/simulation/inputs.py",
+        "estimation/simulation/multirate.py",
         "row = np.floor(self.times + _COINCIDES).astype(np.intp)",
         "row = np.floor(self.times + 1 - _COINCIDES).astype(np.intp)",
         (f"{_CLOCKS}::test_before_a_sample_the_force_is_that_of_the_evaluation_before_it",),
     ),
     "the last sample of a log has no share in a mean": (
-        "estimation/simulation/inputs.py",
+        "estimation/simulation/multirate.py",
         "inside = np.clip(edges, 0, len(values))",
         "inside = np.clip(edges, 0, len(values) - 1)",
         (
@@ -275,13 +275,13 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
     ),
     # The law along the record.
     "a late law acts at once": (
-        "estimation/law_replay/law_inputs.py",
+        "estimation/law_replay/replay.py",
         "rows[np.maximum(ticks.held - law_of(axis).delay, 0)]",
         "rows[ticks.held]",
         (f"{_ALONG}::test_a_late_law_with_an_integral_is_the_sum_by_hand",),
     ),
     "a law remembers what it measures now": (
-        "estimation/law_replay/law_inputs.py",
+        "estimation/law_replay/replay.py",
         "return np.vstack([start, after[:-1]])",
         "return after",
         (f"{_ALONG}::test_a_late_law_with_an_integral_is_the_sum_by_hand",),

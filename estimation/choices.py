@@ -4,12 +4,9 @@ In: nothing. Out: rows that say where it lives, from which `axisid.estimation.me
 Knows nothing of how anything is computed, so that help and completion load no stage.
 """
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
-
-from axisid.support.errors import UsageError, is_among, quoted
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -308,44 +305,3 @@ LOG_KEYS: Mapping[str, LogKey] = {
         ),
     )
 }
-
-
-def listed(given: object) -> tuple[Any, ...]:
-    """What is given by itself or as several; a text is one, and so is what is no list."""
-    return tuple(given) if isinstance(given, Iterable) and not isinstance(given, str) else (given,)
-
-
-def by_name(given: object, what: str) -> Mapping[str, Any]:
-    """What is given by name; nothing where it is None.
-
-    Raises
-    ------
-    UsageError
-        It is no mapping; `what` says of what.
-    """
-    if given is not None and not isinstance(given, Mapping):
-        raise UsageError(
-            f"the {what} are {quoted(given)}; give each by its name.", code="parameters"
-        )
-    return given or {}
-
-
-def check_among(*rows: tuple[str, object, Collection[str]]) -> None:
-    """Refuse what is none of the choices that there are.
-
-    Parameters
-    ----------
-    *rows : tuple
-        What it is, in words, what was given, and the choices.
-
-    Raises
-    ------
-    UsageError
-        It is none of them.
-    """
-    for what, given, choices in rows:
-        if not is_among(given, choices):
-            raise UsageError(
-                f"there is no {what} {quoted(given)}; choose from {', '.join(choices) or 'none'}.",
-                code="method",
-            )

@@ -20,6 +20,7 @@ from axisid.support.errors import (
     Missing,
     UsageError,
     asks_for_tracebacks,
+    first_case,
     is_real,
     plain_numbers,
     quoted,
@@ -136,11 +137,6 @@ def made(name: str, find: Callable[[], Check | Missing | None]) -> Check | None:
     """A check as a verdict lists it: what is found, why it could not be made, or nothing."""
     found = unless_faulty(find)
     return Check.not_evaluated(name, found) if isinstance(found, Missing) else found
-
-
-def first_case(*cases: tuple[object, Found]) -> Found:
-    """What is said of the first of several cases that holds: a cause before what follows of it."""
-    return next(said for holds, said in cases if holds)
 
 
 def status_of(good: bool, *, matters: bool = True) -> Status:

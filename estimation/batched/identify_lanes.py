@@ -24,9 +24,9 @@ from axisid.estimation.signals import (
     FilteredRecord,
     Prefilter,
     RowTimes,
+    loss_counts_for,
     remaining_information,
     searches_friction,
-    takes_robust_loss,
 )
 from axisid.estimation.thresholds import (
     CONVERGED,
@@ -338,7 +338,7 @@ def _near_reversals(block: LaneBlock, asked: Prefilter) -> BoolArray | None:
         slow = MIN_MOVING_SPEED.value * np.abs(block.motion[1]).max(axis=0)
         pairs = block.library.information(block.motion, block.template.sampling.kept, near, slow)
         moving, left = (each.transpose(2, 0, 1) for each in pairs)
-        counts = takes_robust_loss(axis)
+        counts = loss_counts_for(axis)
         remaining = [
             remaining_information(counts, *lane) for lane in zip(moving, left, strict=True)
         ]

@@ -7,8 +7,8 @@ from functools import partial
 import numpy as np
 
 from axisid.estimation.law_replay import law_residual, two_clocks
-from axisid.estimation.records import Record, quantisation_step
-from axisid.estimation.regression import InverseForm, is_measured_by_law, sensor_steps
+from axisid.estimation.records import Record, quantisation_step, sensor_steps
+from axisid.estimation.regression import InverseForm, is_measured_by_law
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.simulation import Simulation, law_of
 from axisid.estimation.thresholds import MIN_STEP_DIFFERENCES

@@ -16,14 +16,12 @@ from axisid.estimation.diagnostics.control_law import GainRegression, comparison
 from axisid.estimation.law_replay import (
     LawAlong,
     LawInputs,
-    as_logged,
-    hides_command,
-    least_step,
+    least_squares_step,
     measured_velocity,
     unlimited,
 )
 from axisid.estimation.records import Record
-from axisid.estimation.signals import RowTimes, recorded_signals
+from axisid.estimation.signals import RowTimes, as_logged, hides_command, recorded_signals
 from axisid.estimation.thresholds import (
     COMPARISON_CUTOFF,
     LIMIT_TOLERANCE,
@@ -267,7 +265,7 @@ class _AlongRecord:
             if apart:
                 rows = _about_means(rows, np.cumsum(np.diff(np.flatnonzero(used), prepend=-1) > 1))
             control, regressor = rows[:, 0], rows[:, 1:]
-            values, _ = least_step(regressor, control, len(rows) * np.finfo(float).eps)
+            values, _ = least_squares_step(regressor, control, len(rows) * np.finfo(float).eps)
             gains = form.gains(dict(zip(columns, values, strict=True)))
             if extra is not None:
                 gains[form.extra] = extra

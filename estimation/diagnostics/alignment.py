@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.diagnostic_checks import Check, first_case, status_of
+from axisid.estimation.diagnostic_checks import Check, status_of
 from axisid.estimation.diagnostics.control_law import LawAgreement
 from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.methods import METHODS, filtered_record
@@ -30,7 +30,7 @@ from axisid.estimation.thresholds import (
     NO_DELAY,
 )
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import Missing, unless_missing
+from axisid.support.errors import Missing, first_case, unless_missing
 
 _EARLIEST, _LATEST = -1, 3  # samples
 _MOST_DECLARED = 8  # samples of a declared delay that may be told as none

@@ -31,7 +31,8 @@ from axisid.estimation.misspecification import (
     find_misspecification,
     scores_at,
 )
-from axisid.estimation.regression import DirectForm, position_step, recorded_loops
+from axisid.estimation.records import position_step
+from axisid.estimation.regression import DirectForm, recorded_loops
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing

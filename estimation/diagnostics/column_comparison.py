@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import minimum_filter1d, shift
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.diagnostic_checks import Check, first_case, status_of
+from axisid.estimation.diagnostic_checks import Check, status_of
 from axisid.estimation.records import Record, advised_interpolation, advised_shift, samples_apart
 from axisid.estimation.records.columns import scale_remedy
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
@@ -37,7 +37,7 @@ from axisid.estimation.thresholds import (
     MIN_DISTANCE_FROM_NOISE,
 )
 from axisid.support.arrays import Array, MaybeNan, mask_of, relative_error_percent
-from axisid.support.errors import EstimationError, Missing, unless_missing
+from axisid.support.errors import EstimationError, Missing, first_case, unless_missing
 
 # Hz, up to which columns are compared: far below any current loop's bandwidth
 _MAX_CUTOFF = 30.0

@@ -14,7 +14,7 @@ from axisid.estimation.estimates import HausmanTest
 from axisid.estimation.jackknife import JackknifeInterval
 from axisid.estimation.lack_of_fit import LackOfFit
 from axisid.estimation.records import record_labels
-from axisid.estimation.signals import rests_first
+from axisid.estimation.signals import advice_on_rests
 from axisid.support.arrays import Exact
 from axisid.support.errors import Missing
 
@@ -160,7 +160,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(
             name="bounds",
             check=lambda case: within_bounds(
-                case.preferred, rests_first(case.problem.rest), case.problem.held
+                case.preferred, advice_on_rests(case.problem.rest), case.problem.held
             ),
         ),
         Diagnostic(

@@ -6,13 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.estimation.choices import OPEN_LOOP_FIT, instruments_of
-from axisid.estimation.diagnostic_checks import (
-    DEFAULT_LEVELS,
-    WORST_FIRST,
-    Check,
-    Levels,
-    first_case,
-)
+from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, WORST_FIRST, Check, Levels
 from axisid.estimation.estimates import (
     NOTICEABLE_SHIFT,
     Estimate,
@@ -20,7 +14,7 @@ from axisid.estimation.estimates import (
     significant_differences,
 )
 from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION
-from axisid.support.errors import Missing
+from axisid.support.errors import Missing, first_case
 
 #: Of a logged position: fewer are no noise.
 FEWEST_STEPS = 64  # in a motion: 32 moved a stiffness by 22 %, of which as much again told nothing

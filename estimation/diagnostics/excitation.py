@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.diagnostic_checks import first_case
 from axisid.estimation.estimation_problem import Problem, SignalRanges, typical_magnitudes
 from axisid.estimation.regression import Equations, Form, InverseForm
 from axisid.estimation.signals import (
@@ -23,6 +22,7 @@ from axisid.estimation.signals import (
 )
 from axisid.estimation.thresholds import MAX_VARIANCE_INFLATION, MIN_ROWS_PER_PARAMETER
 from axisid.support.arrays import Array, MaybeInfinite
+from axisid.support.errors import first_case
 
 _MIN_REPETITION_WEIGHT = 0.3  # of the largest, from which another column in a repetition is named
 _MIN_ACCELERATION_SHARE = 0.05  # of the force; an axis with less hardly accelerates

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from axisid.estimation.diagnostic_checks import Check, first_case, status_of
+from axisid.estimation.diagnostic_checks import Check, status_of
 from axisid.estimation.estimates import Estimate, Value, physical_parameters
 from axisid.estimation.estimation_problem import ParameterAtBound
 from axisid.estimation.parameters import GAIN
@@ -23,7 +23,7 @@ from axisid.estimation.thresholds import (
 )
 from axisid.modeling.declaration import Drive, known_text
 from axisid.modeling.quantities import Parameter
-from axisid.support.errors import Missing
+from axisid.support.errors import Missing, first_case
 
 from .excitation import Excitation
 

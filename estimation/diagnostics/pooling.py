@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.special import stdtr
 
-from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Levels, first_case
+from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.estimates import Estimate, estimate_of_record
 from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.regression import (
@@ -28,7 +28,7 @@ from axisid.estimation.regression import (
     wald,
 )
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, Missing, unless_missing
+from axisid.support.errors import EstimationError, Missing, first_case, unless_missing
 
 _OWN_PART = 1e-3  # of a column, below which others span it: slopes by differences are as exact
 _FEWEST = 5.0  # degrees of freedom from which scores tell what is chance

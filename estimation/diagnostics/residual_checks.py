@@ -10,7 +10,7 @@ from axisid.estimation.lack_of_fit import LackOfFit
 from axisid.estimation.misspecification import Misspecification, misspecification_text
 from axisid.estimation.records import Record, advised_shift
 from axisid.estimation.records.columns import scale_remedy
-from axisid.estimation.signals import rests_first
+from axisid.estimation.signals import advice_on_rests
 from axisid.estimation.thresholds import (
     MAX_SIMULATION_ERROR,
     MIN_DISTANCE_FROM_NOISE,
@@ -198,7 +198,7 @@ def simulation_error_check(
     units = form.axis.axis.coordinate.unit, form.axis.axis.drive.unit
     noise = "".join(f" ({chain.told(*units)})" for chain in preferred.inference.chains[:1])
     blamed = (
-        rests_first(rest)
+        advice_on_rests(rest)
         or cause
         or f"check the law, signs and units, or see whether the record is noise{noise}, or a "
         "motion that the model does not have"

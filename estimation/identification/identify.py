@@ -7,13 +7,7 @@ import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.estimation.bootstrap import DEFAULT_TWIN_COUNT, check_twin_count
-from axisid.estimation.choices import (
-    INSTRUMENT_STARTS,
-    ROW_LOSSES,
-    check_among,
-    is_output_error,
-    listed,
-)
+from axisid.estimation.choices import INSTRUMENT_STARTS, ROW_LOSSES, is_output_error
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.diagnostics import Case
 from axisid.estimation.estimates import COVARIANCES, Estimate
@@ -24,7 +18,7 @@ from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import LoopDataError
 from axisid.estimation.signals import Prefilter
 from axisid.modeling.declaration import Axis
-from axisid.support.errors import EstimationError, ModelError, UsageError
+from axisid.support.errors import EstimationError, ModelError, UsageError, check_among, listed
 
 from .bounds import bounded_identification
 from .drive_time import identify_with_drive_time

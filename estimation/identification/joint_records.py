@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.choices import ROW_LOSSES, check_among, listed
+from axisid.estimation.choices import ROW_LOSSES
 from axisid.estimation.estimation_problem import Problem, check_time_known
 from axisid.estimation.methods import METHODS, filtered_record, robust_scale
 from axisid.estimation.parameters import (
@@ -29,7 +29,7 @@ from axisid.estimation.signals import (
     show_too_little,
 )
 from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError, DataError, UsageError
+from axisid.support.errors import AxisidError, DataError, UsageError, check_among, listed
 
 _MOST_ROWS_APART = 1000  # samples of the fastest record between rows
 _FARTHER = 1.2  # than was asked for, from which rows are rather nearer than that

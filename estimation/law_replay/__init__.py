@@ -4,35 +4,31 @@ In: `Record`, axis. Out: `LawInputs`, `LoopStart`. Knows nothing of rows and par
 """
 
 from .gain_estimation import LAW_SETTLING as LAW_SETTLING, LawAlong as LawAlong
-from .law_inputs import (
-    LawInputs as LawInputs,
-    as_logged as as_logged,
-    cached_per_record as cached_per_record,
-    control_along as control_along,
-    control_at_ticks as control_at_ticks,
-    hides_command as hides_command,
-    late_in_log as late_in_log,
-    law_along as law_along,
-    law_memory as law_memory,
-    law_terms_along as law_terms_along,
-    law_ticks as law_ticks,
-    least_step as least_step,
-    limit_in_log as limit_in_log,
-    measured_velocity as measured_velocity,
-    recorded_inputs as recorded_inputs,
-    state_at_rest as state_at_rest,
-    two_clocks as two_clocks,
-    with_drive as with_drive,
-)
-from .start import (
+from .initial_state import (
     START_SAMPLES as START_SAMPLES,
     at_rest_misses as at_rest_misses,
     below_limit as below_limit,
-    first_velocity as first_velocity,
     law_residual as law_residual,
+    least_squares_step as least_squares_step,
     loop_starts as loop_starts,
-    position_noise as position_noise,
     shifted_start as shifted_start,
     start_of_law as start_of_law,
     unlimited as unlimited,
+    with_drive_memory as with_drive_memory,
+)
+from .initial_velocity import first_velocity as first_velocity, position_noise as position_noise
+from .law_inputs import (
+    LawInputs as LawInputs,
+    law_ticks as law_ticks,
+    measured_velocity as measured_velocity,
+    recorded_inputs as recorded_inputs,
+    two_clocks as two_clocks,
+)
+from .replay import (
+    control_along as control_along,
+    control_at_ticks as control_at_ticks,
+    law_along as law_along,
+    law_memory as law_memory,
+    law_terms_along as law_terms_along,
+    state_at_rest as state_at_rest,
 )

@@ -14,20 +14,19 @@ import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, law_functions
 from axisid.estimation.records import Record
+from axisid.estimation.signals import (
+    as_logged,
+    commands_as_logged,
+    control_delay_in_log,
+    limit_in_log,
+)
 from axisid.estimation.simulation import law_of
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
 
-from .law_inputs import (
-    LawInputs,
-    as_logged,
-    commands_as_logged,
-    late_in_log,
-    least_step,
-    limit_in_log,
-    run_law,
-)
-from .start import MIN_MEMORY_EFFECT
+from .initial_state import MIN_MEMORY_EFFECT, least_squares_step
+from .law_inputs import LawInputs
+from .replay import run_law
 
 # of the limit: a control that near may have been cut off, as the log has a converter's noise; a
 # right law is the same with more
@@ -93,7 +92,9 @@ class LawAlong:
         hidden = axis.axis.response is not None and axis.axis.drive.logged == "current"
         near = np.abs(control) >= (1 - _NEAR_LIMIT) * limit_in_log(axis)
         limit = np.where(near & (not hidden), axis.axis.drive.limit, np.inf)
-        sample = np.searchsorted(ticks.held, np.arange(len(ticks)) + late_in_log(axis, law))
+        sample = np.searchsorted(
+            ticks.held, np.arange(len(ticks)) + control_delay_in_log(axis, law)
+        )
         functions = law_functions(law, axis.axis.signal_symbols)
         start = functions["law_start"](ticks.reference[0], ticks.position[0])
         return cls(
@@ -201,7 +202,7 @@ class LawAlong:
             columns = np.column_stack([*by_gain, *best.slopes_by_start(compared)])
             before, share = cost, 1.0
             for _ in range(_STEPS):  # by the same slopes as long as they lead on
-                step = least_step(columns, residuals, _CLEAR)[0]
+                step = least_squares_step(columns, residuals, _CLEAR)[0]
                 # As a whole: what is remembered at the start goes with a gain, as an integral does.
                 step *= share * _LARGEST / np.abs(step[: len(chosen)]).max(initial=_LARGEST)
                 gains = best.gains.copy()

@@ -1,59 +1,26 @@
-"""A control law along recorded signals: when it is evaluated, and what a record has of it."""
+"""What a control law reads of a record: its signals, where it is evaluated."""
 
 import math
-import weakref
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from functools import lru_cache, wraps
-from threading import get_ident
-from typing import Any, Concatenate, ParamSpec, TypeVar
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen.generated_axes import GeneratedAxis, law_over_block
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
 from axisid.estimation.records import Record, at_times, law_clock
 from axisid.estimation.signals import (
     Prefilter,
     SampledFilter,
-    drive_force,
-    lagged_force,
     recorded_signals,
-    through_path,
 )
 from axisid.estimation.simulation import LoopInputs, TwoClocks, law_of
 from axisid.estimation.thresholds import COMPARISON_CUTOFF, MIN_PHASE_AGREEMENT
-from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array
-
-P = ParamSpec("P")
-V = TypeVar("V")
+from axisid.support.caching import cached_while_alive
 
 
-def cached_per_record(
-    function: Callable[Concatenate[GeneratedAxis, Record, P], V],
-) -> Callable[Concatenate[GeneratedAxis, Record, P], V]:
-    """A function of an axis and a record that is asked in every iteration, and computed once.
-
-    What it gives is kept as long as the record is alive.
-    """
-    cache = dict[int, dict[tuple[object, ...], V]]()
-
-    @wraps(function)
-    def cached(axis: GeneratedAxis, record: Record, /, *rest: P.args, **named: P.kwargs) -> V:
-        if id(record) not in cache:
-            cache[id(record)] = {}
-            weakref.finalize(record, cache.pop, id(record), None)
-        of_record, key = cache[id(record)], (axis, *rest, *sorted(named.items()))
-        if key not in of_record:
-            of_record[key] = function(axis, record, *rest, **named)
-        return of_record[key]
-
-    return cached
-
-
-@cached_per_record
+@cached_while_alive
 def two_clocks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> TwoClocks | None:
     """When the law is evaluated along a segment of a record; None at each of its samples.
 
@@ -221,230 +188,3 @@ def measured_velocity(position: Array, period: float) -> Array:
     """Velocity of recorded positions by a low-pass without a delay, (N,)."""
     low_pass = Prefilter(cutoff=COMPARISON_CUTOFF.value / period)
     return SampledFilter(low_pass, period).motion(position)[1]
-
-
-def as_logged(axis: GeneratedAxis, values: Array) -> Array:
-    """What a law gives, or its terms, where the records of its axis have the control.
-
-    Parameters
-    ----------
-    axis : GeneratedAxis
-    values : (N,) or (N, k) array
-        Sample by sample, of one stretch.
-    """
-    drive, response = axis.axis.drive, axis.axis.response
-    if response is None or not drive.logs_what_acts:
-        return values
-    if drive.logged == "current":
-        columns = values.reshape(len(values), -1).T
-        seen = [lagged_force(column, response).at_samples for column in columns]
-        return np.stack(seen, axis=1).reshape(values.shape) if seen else values
-    return values[np.maximum(np.arange(len(values)) - response.late, 0)]
-
-
-def commands_as_logged(axis: GeneratedAxis, commands: Array, *, steps: bool = True) -> Array:
-    """The same of commands, (N,), also behind the drive's limit and path where the log has that.
-
-    Without `steps` they are not rounded to those of the drive, which have no slope.
-    """
-    if hides_command(axis):
-        limit, path = axis.axis.drive.limit, axis.axis.drive.path
-        path = path if steps else replace(path, quantisation=0.0)
-        commands = through_path(path, np.clip(commands, -limit, limit), law_of(axis).period)
-    return as_logged(axis, commands)
-
-
-def hides_command(axis: GeneratedAxis) -> bool:
-    """Whether different commands may be one in the log: it has what the drive makes of them."""
-    return axis.axis.drive.logs_what_acts and not axis.axis.drive.path.is_plain
-
-
-def limit_in_log(axis: GeneratedAxis) -> float:
-    """What the record has of a command at the drive's limit, but for what a rate leaves of it."""
-    drive = axis.axis.drive
-    return drive.path.end(drive.limit) if drive.logs_what_acts else drive.limit
-
-
-def late_in_log(axis: GeneratedAxis, law: ControlLaw) -> int:
-    """Samples by which the control of a law is later in the log of an axis than it gives it."""
-    response, applied = axis.axis.response, axis.axis.drive.logged == "applied"
-    return law.delay + (response.late if response is not None and applied else 0)
-
-
-def with_drive(
-    axis: GeneratedAxis, record: Record, span: tuple[int, int], start: LoopStart
-) -> LoopStart:
-    """A start of a segment's loop with what the drive remembers there, of its first controls.
-
-    Before the record it is taken to have got the first of them.
-
-    Parameters
-    ----------
-    axis : GeneratedAxis
-    record : Record
-    span : tuple of int
-        The segment: first row and the one after the last.
-    start : LoopStart
-        With what the law remembers; None of it for that of an axis at rest.
-    """
-    response, first = axis.axis.response, span[0]
-    if response is None:
-        return start
-    signals, memory = recorded_signals(axis, record.provenance.source, record.signals), start.memory
-    if memory is None:
-        reference = start.position if record.commanded is None else record.commanded[first]
-        read = reference, start.position, *(values[first] for values in signals)
-        memory = axis.functions["control_start"](*read).full().ravel()
-        if record.control is None:
-            return replace(start, memory=memory)
-        memory = memory[: -len(response.remembered)]
-    late = response.late if axis.axis.drive.logged == "applied" else 0
-    # The newest first; those that act before the record are taken for the first that does in it,
-    # as is the force that is there.
-    ahead = np.maximum(late - 1 - np.arange(len(response.forces)), 0)
-    ahead[len(ahead) - response.keeps_force :] = 0
-    rows = np.minimum(first + ahead, span[1] - 1)
-    controls, path = np.asarray(record.control)[rows], axis.axis.drive.path
-    last = float(np.asarray(record.control)[first])
-    if axis.axis.drive.logs_what_acts:
-        last = path.command(last)
-    else:
-        controls = np.array([path.end(float(each)) for each in controls])
-    motion = np.full(len(rows), start.position), np.full(len(rows), start.velocity)
-    forces = drive_force(axis, controls, *motion, tuple(values[rows] for values in signals))
-    pending = np.append(controls[:-1], forces[-1]) if response.holds_control else forces
-    return replace(start, memory=np.concatenate([memory, [last] * path.is_limited, pending]))
-
-
-def state_at_rest(axis: GeneratedAxis, ticks: LawInputs) -> Array:
-    """What the drive remembers of an axis at rest at the first evaluation, (m,)."""
-    read = ticks.reference[0], ticks.position[0], *(values[0] for values in ticks.recorded)
-    return np.asarray(axis.functions["control_start"](*read).full().ravel()[: law_memory(axis)])
-
-
-def law_memory(axis: GeneratedAxis) -> int:
-    """How many numbers the law remembers, and its delay line; the drive's come after them."""
-    return int(axis.functions["control_law"].size1_in("state"))
-
-
-def law_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
-    """What the control law gives along recorded signals, as the log has it, (N,).
-
-    Before the drive's limit, but of a log that hides the commands.
-
-    Parameters
-    ----------
-    axis : GeneratedAxis
-        With a control law.
-    ticks : LawInputs
-        What the law measured.
-    start : (m,) array
-        What it remembered at the first evaluation.
-    """
-    return commands_as_logged(axis, law_terms_along(axis, ticks, start).sum(axis=1))
-
-
-def law_terms_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
-    """The terms of the law as it gives them, before the drive, (N, terms)."""
-    (rows,) = axis.evaluate("control_terms", *ticks.signals, states_along(axis, ticks, start))
-    # What was computed before the first evaluation is taken for that of the first.
-    return np.asarray(rows[np.maximum(ticks.held - law_of(axis).delay, 0)])
-
-
-def control_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
-    """The control that the law gives within the drive's limit, (N,)."""
-    return commands_as_logged(axis, np.asarray(control_at_ticks(axis, ticks, start)[ticks.held]))
-
-
-def control_at_ticks(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
-    """The same at each evaluation, (M,)."""
-    return run_law(axis.functions["control_law"], start, ticks.signals)[1]
-
-
-def slopes_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
-    """How that control changes with what is remembered at the start, (N, m)."""
-    law, size = axis.functions["control_law"], len(start)
-    slopes = law.factory("slopes", law.name_in(), ["jac:control:state", "jac:next_state:state"])
-    # Side by side as matrices, one for each evaluation.
-    read = (values[None, :] for values in ticks.signals)
-    by_state, onward = slopes.call([*read, states_along(axis, ticks, start).T])
-    rows = by_state.full().reshape(len(ticks), size)
-    steps = onward.full().reshape(size, len(ticks), size)
-    change = np.eye(size)
-    for k in range(len(ticks)):
-        rows[k] = rows[k] @ change
-        change = steps[:, k] @ change
-    return as_logged(axis, np.asarray(rows[ticks.held]))
-
-
-def states_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
-    """What the drive remembers at each evaluation, (M, m)."""
-    after, _ = run_law(axis.functions["control_law"], start, ticks.signals)
-    return np.vstack([start, after[:-1]])
-
-
-_BLOCK = 400  # evaluations that are one function: to call one takes longer than to evaluate it
-
-
-def run_law(step: Any, start: Array, read: Sequence[Array]) -> tuple[Array, Array]:
-    """What a law remembers after each evaluation, (M, m), and its output there, (M,).
-
-    Parameters
-    ----------
-    step : casadi.Function
-        From what is read at an evaluation, the gains if any, and the memory.
-    start : (m,) array
-        What it remembers at the first.
-    read : sequence of (M,) array
-        The gains, which stay, are (1, g).
-    """
-    count = len(read[0])
-    columns = [np.reshape(values, (len(values), -1)) for values in read]
-    states, output = np.empty((count, len(start))), np.empty((count, 1))
-    (memory, *places), (after, given), run, _ = _block_of(step, get_ident())
-    memory[:] = start
-    for first in range(0, count, _BLOCK):
-        part = slice(first, first + _BLOCK)
-        for place, values in zip(places, columns, strict=True):
-            place[: len(values[part])] = values[part]
-        run()
-        states[part], output[part] = (found[: count - first] for found in (after, given))
-        memory[:] = after[-1]
-    return states, output[:, 0]
-
-
-# One law runs along many records many times; to make such a function takes as long as some runs,
-# and one of a whole record as long as many.
-@lru_cache(maxsize=64)
-def _block_of(step: Any, _thread: int) -> tuple[list[Array], list[Array], Callable[[], None], Any]:
-    """Places of arguments and of results, what runs a law over a block of evaluations, its buffer.
-
-    One for each thread, by its number: what is in the places is of one run.
-    """
-    block = law_over_block(step, _BLOCK)
-    # To make CasADi's matrices of arrays takes much longer than a run, to set a place as long.
-    buffer, run = block.buffer()
-    arguments = [np.zeros(block.size_in(i)[::-1]) for i in range(block.n_in())]
-    results = [np.zeros(block.size_out(i)[::-1]) for i in range(block.n_out())]
-    for i, place in enumerate(arguments):
-        buffer.set_arg(i, place.data)
-    for i, place in enumerate(results):
-        buffer.set_res(i, place.data)
-    return arguments, results, run, buffer
-
-
-def least_step(columns: Array, off: Array, least: float) -> tuple[Array, int]:
-    """Least squares by unit columns, and in how many directions they show.
-
-    Parameters
-    ----------
-    columns : (n, k) array
-    off : (n,) array
-    least : float
-        Of the largest singular value; what the record shows by less is left alone.
-    """
-    columns = np.where(np.isfinite(columns).all(axis=0), columns, 0.0)
-    sizes = np.linalg.norm(columns, axis=0)
-    scale = np.where(sizes > 0, sizes, 1.0)
-    step, _, shown, _ = np.linalg.lstsq(columns / scale, off, rcond=least)
-    return step / scale, int(shown)

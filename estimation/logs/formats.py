@@ -17,18 +17,15 @@ from pathlib import Path
 from typing import Any
 
 from axisid.estimation.logs.text import read_text
-from axisid.estimation.raw_tables import Repair, Table, library, refusing
+from axisid.estimation.raw_tables import Repair, Table
 from axisid.support.errors import DataError
 from axisid.support.files import digest_of, unchanged
+from axisid.support.libraries import library, refusing
 from axisid.support.memory import SHORTER_FILES, Room, room_for
 
-from .columnar import read_frame, read_json, read_npz, read_parquet
+from .json_npz_parquet_dataframe import read_frame, read_json, read_npz, read_parquet
 from .matlab import read_matlab
-from .measurement import bag_of, is_bag, read_bag, read_mdf, read_tdms
-
-
-def _gzip(_: Path, content: Any) -> Any:
-    return gzip.GzipFile(fileobj=content)
+from .mdf_tdms_rosbag import bag_of, is_bag, read_bag, read_mdf, read_tdms
 
 
 def _zstd(file: Path, content: Any) -> Any:
@@ -152,7 +149,7 @@ FORMATS = (
         endings=(".gz",),
         signatures={b"\x1f\x8b": "compressed by gzip"},
         provided=", as in .csv.gz",
-        opened=_gzip,
+        opened=lambda _, content: gzip.GzipFile(fileobj=content),
     ),
     Format(
         name="zstd",

@@ -9,7 +9,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from axisid.estimation.raw_tables import Table, TableBuilder, library, refusing
+from axisid.estimation.raw_tables import Table, TableBuilder
+from axisid.support.libraries import library, refusing
 from axisid.support.memory import Room
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"

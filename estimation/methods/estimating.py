@@ -29,7 +29,7 @@ from axisid.estimation.regression import (
     condition_number,
     delta_method,
 )
-from axisid.estimation.signals import rests_first
+from axisid.estimation.signals import advice_on_rests
 from axisid.estimation.thresholds import NO_RELATION
 from axisid.support.arrays import Array, Deferred, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError
@@ -158,7 +158,7 @@ def _remarks(problem: Problem, fit: Fit, loss: str) -> Iterator[str]:
     every = (data.sampling.filter.remarks() for data in problem.data)
     yield from dict.fromkeys(remark for of_one in every for remark in of_one)
     if np.inf > fit.simulation_error_percent > NO_RELATION.value:
-        cause = rests_first(problem.rest) or (
+        cause = advice_on_rests(problem.rest) or (
             "check the control law, the reference and the signs and units of the columns"
         )
         yield f"the simulated loop does not follow the record; {cause}"

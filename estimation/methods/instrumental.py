@@ -28,11 +28,11 @@ from axisid.estimation.regression import (
     damped_step,
     delta_method,
     factor,
-    least_squares_point,
     loop_reference,
     search_bounds,
+    separable_least_squares,
 )
-from axisid.estimation.signals import rests_first
+from axisid.estimation.signals import advice_on_rests
 from axisid.estimation.simulation import Simulation, StepBudget
 from axisid.estimation.thresholds import CONVERGED
 from axisid.support.arrays import Array, relative_error_percent
@@ -216,7 +216,7 @@ class Iteration:
             )
 
     def _moving(self, physical: Array) -> EstimationError:
-        rests, other = rests_first(self._on.rest), "better nominal values."
+        rests, other = advice_on_rests(self._on.rest), "better nominal values."
         if self._start.named != NOMINAL_START:
             other = f'the nominal values: start="{NOMINAL_START}" in Python.'
         law = f"Check the control law against the record, and start from {other}"
@@ -360,7 +360,7 @@ def _start_of(problem: Problem, form: Form, asked: str) -> tuple[Form, Start]:
         A model that is not linear has no least squares.
     """
     if not form.is_linear:
-        form = least_squares_point(form, problem.rows)
+        form = separable_least_squares(form, problem.rows)
         return form, Start(form.start, LEAST_SQUARES_START)
     if asked == NOMINAL_START:
         return form, _nominal_start(form)

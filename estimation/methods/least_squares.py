@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from axisid.estimation.estimates import NotSimulated
 from axisid.estimation.estimation_problem import Problem, Solver
-from axisid.estimation.regression import least_squares, least_squares_point
+from axisid.estimation.regression import least_squares, separable_least_squares
 from axisid.support.errors import DataError, EstimationError, ModelError
 
 from .m_estimation import check_loss, robust_solution
@@ -16,7 +16,7 @@ class LeastSquares(Method):
 
     def fit(self, problem: Problem) -> Fit:
         """See `Method.fit`."""
-        form = least_squares_point(problem.form(self.form), problem.rows)
+        form = separable_least_squares(problem.form(self.form), problem.rows)
         measured = problem.rows(form)
         check_loss(self.loss, form)
         regressor = problem.factored(form, measured)

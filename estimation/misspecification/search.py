@@ -12,10 +12,10 @@ from itertools import takewhile
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels, first_case
+from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.records import Record
 from axisid.support.arrays import Array
-from axisid.support.errors import unless_missing
+from axisid.support.errors import first_case, unless_missing
 
 from .hypotheses import GAIN, Hypothesis, drifts, hypotheses_of, outliers_of
 from .scores import RecordScores

@@ -11,12 +11,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
-from axisid.estimation.choices import (
-    INSTRUMENT_STARTS,
-    check_among,
-    comparison_methods,
-    is_output_error,
-)
+from axisid.estimation.choices import INSTRUMENT_STARTS, comparison_methods, is_output_error
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.estimation.diagnostics.control_law import LawAgreement, first_failing
 from axisid.estimation.estimates import Estimate
@@ -38,6 +33,7 @@ from axisid.support.errors import (
     Missing,
     ModelError,
     UsageError,
+    check_among,
     is_among,
     quoted,
     refuse,

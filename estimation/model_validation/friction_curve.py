@@ -5,13 +5,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.diagnostic_checks import first_case
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.signals import Signals
 from axisid.support.arrays import Array
-from axisid.support.errors import Missing
+from axisid.support.errors import Missing, first_case
 
 _MAX_WEIGHT_DEVIATION = 0.02  # of a row's weight from 1; with less it is a point of the curve
 # of the friction depends on more than the velocity, and there is a curve

@@ -15,7 +15,7 @@ import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.bootstrap import DEFAULT_TWIN_COUNT
-from axisid.estimation.choices import OPEN_LOOP, check_among, is_output_error
+from axisid.estimation.choices import OPEN_LOOP, is_output_error
 from axisid.estimation.diagnostic_checks import Check, Levels
 from axisid.estimation.diagnostics import RecordDifference, common_samples, difference_of
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_agreement
@@ -46,6 +46,7 @@ from axisid.support.errors import (
     Missing,
     ModelError,
     UsageError,
+    check_among,
     quoted,
 )
 

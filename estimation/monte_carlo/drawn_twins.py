@@ -11,12 +11,19 @@ import numpy as np
 from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.batched import RecordLanes, is_served
 from axisid.estimation.bootstrap import AntitheticDraws, Autoregressions, Chain
-from axisid.estimation.choices import INSTRUMENT_STARTS, ROW_LOSSES, by_name
+from axisid.estimation.choices import INSTRUMENT_STARTS, ROW_LOSSES
 from axisid.estimation.records import Record
 from axisid.estimation.simulation import TwinPlan, simulate_batch, twin_plan
 from axisid.modeling.declaration import Experiment
 from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError, EstimationError, ModelError, UsageError, quoted
+from axisid.support.errors import (
+    AxisidError,
+    EstimationError,
+    ModelError,
+    UsageError,
+    by_name,
+    quoted,
+)
 
 from .plan import MonteCarloPlan
 

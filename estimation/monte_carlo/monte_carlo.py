@@ -20,10 +20,8 @@ from axisid.estimation.bootstrap import DEFAULT_TWIN_COUNT, Chain, check_twin_co
 from axisid.estimation.choices import (
     INSTRUMENT_STARTS,
     ROW_LOSSES,
-    check_among,
     fit_names,
     fitted_output,
-    listed,
     method_names,
 )
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels
@@ -32,7 +30,15 @@ from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_plan
 from axisid.modeling.declaration import Axis, Move
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, UsageError, is_whole, quoted, refuse
+from axisid.support.errors import (
+    EstimationError,
+    UsageError,
+    check_among,
+    is_whole,
+    listed,
+    quoted,
+    refuse,
+)
 from axisid.support.jobs import Failure, pace, run_jobs
 from axisid.support.progress import Progress
 

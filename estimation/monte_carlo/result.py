@@ -7,11 +7,12 @@ from functools import cached_property
 import numpy as np
 from scipy.special import ndtri
 
-from axisid.estimation.choices import check_among, fitted_output
+from axisid.estimation.choices import fitted_output
 from axisid.estimation.methods import METHODS
 from axisid.estimation.simulation import twin_plan
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.support.arrays import Array, Exact, Uncached
+from axisid.support.errors import check_among
 from axisid.support.presentable import Presentable
 
 from .plan import MonteCarloPlan, interval_covariance

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.raw_tables import library, npz_bytes, parquet_bytes
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 from axisid.support.files import write_file
+from axisid.support.libraries import library
+from axisid.support.table_bytes import npz_bytes, parquet_bytes
 from axisid.support.version import __version__
 
 from .drawn_twins import declared_figures

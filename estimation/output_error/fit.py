@@ -9,7 +9,7 @@ import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.estimation.bootstrap import DEFAULT_TWIN_COUNT, check_twin_count
-from axisid.estimation.choices import FIT_STARTS, LOSSES, OPEN_LOOP, RESTS, SQUARES, check_among
+from axisid.estimation.choices import FIT_STARTS, LOSSES, OPEN_LOOP, RESTS, SQUARES
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.identification import joint_records, records_of, with_drive_time
 from axisid.estimation.nonlinear_least_squares import best_of
@@ -32,7 +32,7 @@ from axisid.estimation.simulation_errors import (
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, UsageError, is_whole, quoted, refuse
+from axisid.support.errors import EstimationError, UsageError, check_among, is_whole, quoted, refuse
 from axisid.support.progress import Progress
 
 from .checks_of_fit import judged

@@ -15,9 +15,6 @@ from axisid.estimation.choices import (
     OPEN_LOOP,
     OPEN_LOOP_FIT,
     OUTPUTS,
-    by_name,
-    check_among,
-    listed,
 )
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import JointRecords, check_drive_time, identify
@@ -36,7 +33,17 @@ from axisid.estimation.simulation_errors import FEWEST_IN_WINDOW
 from axisid.modeling.declaration import HIDDEN_FROM
 from axisid.modeling.quantities import Parameter, State
 from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError, UsageError, is_among, is_real, quoted, refuse
+from axisid.support.errors import (
+    AxisidError,
+    UsageError,
+    by_name,
+    check_among,
+    is_among,
+    is_real,
+    listed,
+    quoted,
+    refuse,
+)
 
 _PART_OF_FORCE = 1e-3  # that a parameter of its least size makes
 _GAIN = "gain"  # as it is asked for, beside its own name

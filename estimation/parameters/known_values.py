@@ -7,8 +7,7 @@ standard deviation, for each record in their order.
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
-from axisid.estimation.choices import by_name
-from axisid.support.errors import UsageError, is_real, quoted
+from axisid.support.errors import UsageError, by_name, is_real, quoted
 
 #: A value, or a value with its standard deviation.
 KnownValue = float | tuple[float, float]

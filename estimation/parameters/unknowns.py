@@ -7,10 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.generated_axes import Quantity
-from axisid.estimation.choices import by_name
 from axisid.estimation.thresholds import LARGEST_VALUE
 from axisid.support.arrays import Array, BoolArray, IntArray, column_sizes
-from axisid.support.errors import DataError, ModelError, UsageError, is_real, quoted
+from axisid.support.errors import DataError, ModelError, UsageError, by_name, is_real, quoted
 
 from .nuisance_parameters import ExtendedForm
 

@@ -4,21 +4,9 @@ In: names and arrays. Out: `Table`, `Provenance`.
 Knows nothing of file formats, axes and roles.
 """
 
-from .table import (
-    PeriodSource as PeriodSource,
-    Provenance as Provenance,
-    RawColumn as RawColumn,
-    Repair as Repair,
-    Samples as Samples,
-    Table as Table,
-    TableBuilder as TableBuilder,
-    library as library,
-    npz_bytes as npz_bytes,
-    numbered as numbered,
-    one_line as one_line,
-    parquet_bytes as parquet_bytes,
-    refusing as refusing,
-)
+from .provenance import PeriodSource as PeriodSource, Provenance as Provenance, Repair as Repair
+from .table import RawColumn as RawColumn, Samples as Samples, Table as Table, numbered as numbered
+from .table_builder import TableBuilder as TableBuilder
 from .unit_labels import (
     COUNTS as COUNTS,
     LABEL_WITH_UNIT as LABEL_WITH_UNIT,

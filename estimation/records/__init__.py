@@ -3,11 +3,15 @@
 In: `Table`, `Axis`. Out: `Record`. Knows nothing of filters.
 """
 
-from .clipping import quantisation_step as quantisation_step
 from .clocks import check_sample_period as check_sample_period
 from .law_period import (
     is_same_period as is_same_period,
     law_clock as law_clock,
+)
+from .quantisation import (
+    position_step as position_step,
+    quantisation_step as quantisation_step,
+    sensor_steps as sensor_steps,
 )
 from .reading import read_record as read_record
 from .record import (
@@ -22,7 +26,7 @@ from .run_toml import (
     started_run as started_run,
 )
 from .segments import windows_text as windows_text
-from .shifts import (
+from .shifts_and_interpolation import (
     Interpolation as Interpolation,
     advised_interpolation as advised_interpolation,
     advised_shift as advised_shift,

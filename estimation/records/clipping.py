@@ -17,6 +17,8 @@ from axisid.estimation.thresholds import LIMIT_TOLERANCE, MAX_SMOOTH_STEP
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, runs
 
+from .quantisation import quantisation_step, rounding
+
 # equal samples at an extreme, from which a signal may have been cut off there
 _MIN_FLAT_SAMPLES = 3
 
@@ -94,7 +96,7 @@ class _Signal:
 
     def __init__(self, values: Array) -> None:
         self.values, self.kept_for = values, _samples_kept(values)
-        self.quantum = quantisation_step(values) or _rounding(values)
+        self.quantum = quantisation_step(values) or rounding(values)
         self.least, self.most = float(values.min()), float(values.max())
         # Samples between steps of other signs.
         self.turns = np.flatnonzero(np.diff(np.sign(np.diff(values)))) + 1
@@ -130,25 +132,6 @@ class _Signal:
         return float(np.abs(off).max()) <= MAX_SMOOTH_STEP.value * self.quantum
 
 
-def _rounding(values: Array) -> float:
-    """What the values are rounded to as floating point numbers."""
-    return 8 * float(np.finfo(float).eps * np.abs(values).max(initial=0.0))
-
-
-def quantisation_step(values: Array, fewest: int = 1) -> float:
-    """What the values are rounded to: the least difference of two, if others are multiples of it.
-
-    Else 0, as where fewer than so many differences tell it.
-    """
-    differences = np.diff(np.unique(values))
-    differences = differences[differences > _rounding(values)]
-    least = float(differences.min(initial=np.inf))
-    few = differences[differences < 5 * least] / least  # larger ones do not tell
-    whole = np.abs(few - np.round(few)) < 0.15  # as decimals leave them
-    enough = np.isfinite(least) and len(few) >= fewest
-    return least if enough and np.mean(whole) > 0.9 else 0.0
-
-
 def _samples_kept(values: Array) -> int:
     """Samples for which each value is kept, between the extremes; one of a control of every row."""
     edges = np.flatnonzero(np.diff(values)) + 1
@@ -162,5 +145,5 @@ def _rests(position: Array | None, start: int, stop: int) -> bool:
     """Whether the axis does not move during a run of samples."""
     if position is None or stop - start < 20:
         return False
-    quantum = quantisation_step(position) or _rounding(position)
+    quantum = quantisation_step(position) or rounding(position)
     return float(np.ptp(position[start:stop])) <= MAX_SMOOTH_STEP.value * quantum

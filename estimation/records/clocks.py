@@ -16,7 +16,7 @@ from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_MEAN_STEP_DEVIATION
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError, is_real, quoted, refuse
 
-from .shifts import SELDOM_ROLES, advised_interpolation
+from .shifts_and_interpolation import SELDOM_ROLES, advised_interpolation
 
 _EVENLY = 'resample="auto"'
 _SPLIT = 'gaps="split"'

@@ -31,7 +31,7 @@ from .record import Record
 from .resampling import resample
 from .run_toml import Repairs, is_run_file, read_run
 from .segments import Window, as_sampled, checked_windows, edges, within
-from .shifts import drawn_between, seldom_notes, shifted
+from .shifts_and_interpolation import drawn_between, seldom_notes, shifted
 from .wrapping import unwound
 
 

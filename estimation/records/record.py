@@ -35,7 +35,7 @@ from .segments import (
     window_repair,
     windows_text,
 )
-from .shifts import Rows, check_movable, checked_shifts, shifted_rows
+from .shifts_and_interpolation import Rows, check_movable, checked_shifts, shifted_rows
 
 #: What a file that a record was written to says it is.
 MARK = "axisid.record/1"

@@ -15,7 +15,7 @@ from axisid.support.errors import DataError, UsageError, refuse
 
 from .clocks import check_increases, check_stated, long_steps
 from .segments import adjoining, gaps_repair
-from .shifts import Interpolation, at_times
+from .shifts_and_interpolation import Interpolation, at_times
 
 _FEWEST = 4  # samples, for a spline
 
@@ -64,12 +64,28 @@ def resample(
             )
         check_increases(source, f"the time of the {role}", s.times)
     clocks = {role: s.times for role, s in samples.items()}
-    period, uncertainty = own_period(clocks[motion_role(samples)])
+    moving = motion_role(samples)
+    period, uncertainty = own_period(clocks[moving])
     if stated is not None:
         check_stated(source, period, stated, uncertainty)
         period, uncertainty = stated, 0.0
     chosen = 1 / period if rate == "auto" else rate
-    _check_rate(source, chosen, 1 / period, clocks)
+    recorded, rows = 1 / period, chosen * max(float(c[-1] - c[0]) for c in clocks.values())
+    refuse(
+        UsageError,
+        (
+            chosen < 0.9 * recorded,
+            f"the {moving} is sampled at {recorded:.6g} Hz; resampled at {chosen:g} Hz its noise "
+            f"would fold. Resample at {recorded:.6g} Hz or more; decimate keeps fewer rows",
+        ),
+        (
+            rows > 1e8,
+            f"resampled at {chosen:g} Hz it would have {rows:.2g} rows; give a lower rate (the "
+            f"{moving} is sampled at {recorded:.6g} Hz)",
+        ),
+        before=f"{source}: ",
+        code="resampling",
+    )
     covered = _common([_pieces(clock, edges) for clock in clocks.values()])
     step = 1 / chosen
     counts = [np.floor((b - a) / step * (1 + 1e-12) + 1e-6) + 1 for a, b in covered]
@@ -125,27 +141,6 @@ def resample(
             uncertainty=uncertainty,
             stated=stated is not None,
         ),
-    )
-
-
-def _check_rate(source: str, chosen: float, recorded: float, clocks: Mapping[str, Array]) -> None:
-    """Refuse a rate, Hz, that folds the motion's noise, or makes too much of the log."""
-    moving = motion_role(clocks)
-    rows = chosen * max(float(clock[-1] - clock[0]) for clock in clocks.values())
-    refuse(
-        UsageError,
-        (
-            chosen < 0.9 * recorded,
-            f"the {moving} is sampled at {recorded:.6g} Hz; resampled at {chosen:g} Hz its noise "
-            f"would fold. Resample at {recorded:.6g} Hz or more; decimate keeps fewer rows",
-        ),
-        (
-            rows > 1e8,
-            f"resampled at {chosen:g} Hz it would have {rows:.2g} rows; give a lower rate (the "
-            f"{moving} is sampled at {recorded:.6g} Hz)",
-        ),
-        before=f"{source}: ",
-        code="resampling",
     )
 
 

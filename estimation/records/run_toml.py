@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from axisid.estimation.choices import LOG_KEYS, check_among
+from axisid.estimation.choices import LOG_KEYS
 from axisid.estimation.logs import read_table
 from axisid.estimation.raw_tables import Table
 from axisid.estimation.records.columns import expected_units, to_si
@@ -23,14 +23,22 @@ from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
 from axisid.modeling.parsing import TomlTable, nearest, read_columns, read_toml, toml_document
 from axisid.modeling.quantities import settle
 from axisid.support.arrays import Array
-from axisid.support.errors import DataError, RunFileError, UsageError, is_real, quoted, refuse
+from axisid.support.errors import (
+    DataError,
+    RunFileError,
+    UsageError,
+    check_among,
+    is_real,
+    quoted,
+    refuse,
+)
 from axisid.support.files import toml_text
 from axisid.support.mappings import FrozenMapping
 from axisid.support.memory import room_for
 
 from .clocks import check_sample_period
 from .segments import checked_windows
-from .shifts import Interpolation, checked_between, checked_shifts
+from .shifts_and_interpolation import Interpolation, checked_between, checked_shifts
 from .wrapping import Modulus
 
 

@@ -17,7 +17,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import DataError, refuse
 
 from .clocks import long_steps
-from .shifts import Rows
+from .shifts_and_interpolation import Rows
 
 _MAX_WRAPPED_SPAN = 1.001  # moduli that a wrapped position spans, with noise
 

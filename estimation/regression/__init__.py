@@ -21,17 +21,12 @@ from .covariance import (
     Robust as Robust,
     correlation as correlation,
     delta_method as delta_method,
-    hotelling_p_value as hotelling_p_value,
-    wald as wald,
 )
 from .inverse_and_direct import (
     DirectForm as DirectForm,
     Equations as Equations,
     Form as Form,
     InverseForm as InverseForm,
-    damped_step as damped_step,
-    least_squares_point as least_squares_point,
-    search_bounds as search_bounds,
 )
 from .linear import (
     Columns as Columns,
@@ -44,6 +39,16 @@ from .linear import (
     factor as factor,
     instrumental_variables as instrumental_variables,
     least_squares as least_squares,
+)
+from .loops_without_reference import (
+    is_measured_by_law as is_measured_by_law,
+    loop_carries_noise as loop_carries_noise,
+    recorded_loops as recorded_loops,
+)
+from .nonlinear_parameters import (
+    damped_step as damped_step,
+    search_bounds as search_bounds,
+    separable_least_squares as separable_least_squares,
 )
 from .propagation import (
     Drawn as Drawn,
@@ -61,15 +66,11 @@ from .residual_tests import (
 )
 from .simulated_instruments import (
     LoopDataError as LoopDataError,
-    is_measured_by_law as is_measured_by_law,
     lacking_law as lacking_law,
     lacking_loop as lacking_loop,
-    loop_carries_noise as loop_carries_noise,
     loop_reference as loop_reference,
-    position_step as position_step,
-    recorded_loops as recorded_loops,
-    sensor_steps as sensor_steps,
     simulated_loops as simulated_loops,
     simulated_position as simulated_position,
     simulated_rows as simulated_rows,
 )
+from .wald_test import hotelling_p_value as hotelling_p_value, wald as wald

@@ -320,18 +320,11 @@ def score_autocovariances(scores: Array, neighbours: RowTimes, lags: int) -> Arr
     placed = neighbours.on_grid(scores, lags + 1)
     rows = len(placed)
     if lags >= _MANY_LAGS and (lags + 1) * rows >= _MANY_PRODUCTS:
-        return _products_by_transform(placed, lags)
+        # By Fourier transforms, whose cost does not grow with the lags, which grow with the rows.
+        length = next_fast_len(rows + lags, real=True)
+        spectra, k = rfft(placed, length, axis=0), placed.shape[1]
+        products = np.empty((lags + 1, k, k))
+        for i, j in np.ndindex(k, k):
+            products[:, i, j] = irfft(spectra[:, i] * spectra[:, j].conj(), length)[: lags + 1]
+        return products
     return np.array([placed[lag:].T @ placed[: max(rows - lag, 0)] for lag in range(lags + 1)])
-
-
-def _products_by_transform(scores: Array, lags: int) -> Array:
-    """`score_autocovariances` of rows without gaps, by Fourier transforms.
-
-    Their cost does not grow with the lags, which grow with the rows.
-    """
-    rows, k = scores.shape
-    length = next_fast_len(rows + lags, real=True)
-    spectra, products = rfft(scores, length, axis=0), np.empty((lags + 1, k, k))
-    for i, j in np.ndindex(k, k):
-        products[:, i, j] = irfft(spectra[:, i] * spectra[:, j].conj(), length)[: lags + 1]
-    return products

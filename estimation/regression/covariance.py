@@ -1,4 +1,4 @@
-"""Covariance of an estimate, and its way through a nonlinear map.
+"""Estimators of the covariance of an estimate, and its way through a nonlinear map.
 
 An estimate is linear in the residuals to first order: ``theta_hat - theta = A' e``, with the
 influence A, ``X (X'X)^-1`` for least squares and ``Z (X'Z)^-1`` for instruments. The estimators
@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
-from scipy.special import fdtrc
 
 from axisid.estimation.signals import RowTimes
 from axisid.estimation.thresholds import (
@@ -25,9 +24,6 @@ from axisid.support.errors import UsageError
 
 from .coloured_errors import score_autocovariances, widened
 from .linear import CovarianceEstimate, Solution
-
-_CERTAIN = 1e9  # degrees of freedom, from which F is chi-squared to rounding
-_SAME = 1e-9  # of the eigenvalues of a correlation matrix
 
 
 class Covariance(ABC):
@@ -175,15 +171,18 @@ class Hac(Covariance):
         """
         white, colour = self.whitened(scores, neighbours)
         rows, lags = len(scores), len(white) - 1
-        gain = 1 / (1 - colour)
-        kernel = 1 + 2 * float(np.sum((1 - np.arange(1, lags + 1) / (lags + 1)) ** 2))
+        gain, weights = 1 / (1 - colour), 1 - np.arange(1, lags + 1) / (lags + 1)  # Bartlett's
+        kernel = 1 + 2 * float(np.sum(weights**2))
         whitens = self.lags is None
         coloured = 2 * (1 + colour) / (1 - colour) if whitens else 0.0
         capped = lags == most_lags(rows)
         rule = f"plug-in rule{', capped' * capped}" if whitens else "as given"
         whitening = "scores prewhitened by AR(1), " * whitens
+        ahead = white[1:]
+        both = weights[:, None, None] * (ahead + ahead.transpose(0, 2, 1))
+        summed = np.concatenate([white[:1], both]).sum(axis=0)
         return CovarianceEstimate(
-            matrix=np.asarray(bartlett(white) * np.outer(gain, gain), dtype=float),
+            matrix=np.asarray(summed * np.outer(gain, gain), dtype=float),
             freedom=np.asarray(rows / (kernel + coloured) * np.ones_like(colour), dtype=float),
             description=f"HAC, {whitening}Bartlett kernel, {lags} lags ({rule})",
         )
@@ -205,7 +204,11 @@ class Hac(Covariance):
         # The plug-in rule looks at so many lags.
         looked_at = int(min(np.ceil(4 * (rows / 100) ** (2 / 9)), rows - 1))
         raw = score_autocovariances(scores, neighbours, looked_at + 1)
-        colour = _autoregression(raw)
+        # Of first order, of each parameter's scores, kept from a root of one.
+        power, next_to = (np.diagonal(raw[lag]) for lag in (0, 1))
+        slope = np.divide(next_to, power, out=np.zeros_like(power), where=power > 0)
+        most = MAX_AUTOREGRESSION.value
+        colour = np.clip(np.where(np.isfinite(slope), slope, 0.0), -most, most)
         white = _whitened(raw, colour)
         # Each parameter's scores by themselves, so that neither units nor signs enter.
         sums = np.diagonal(white, axis1=1, axis2=2) / rows
@@ -213,15 +216,6 @@ class Hac(Covariance):
         if lags > looked_at:
             white = _whitened(score_autocovariances(scores, neighbours, lags + 1), colour)
         return white[: lags + 1], colour
-
-
-def _autoregression(products: Array) -> Array:
-    """Of first order, of each parameter's scores, (k,), kept from a root of one."""
-    power, next_to = (np.diagonal(products[lag]) for lag in (0, 1))
-    there = power > 0
-    slope = np.divide(next_to, power, out=np.zeros_like(power), where=there)
-    most = MAX_AUTOREGRESSION.value
-    return np.clip(np.where(np.isfinite(slope), slope, 0.0), -most, most)
 
 
 def _whitened(products: Array, colour: Array) -> Array:
@@ -233,14 +227,6 @@ def _whitened(products: Array, colour: Array) -> Array:
     before = np.concatenate([products[1].T[None], products[:-2]])
     here, after = products[:-1], products[1:]
     return np.asarray(here + left * here * right - left * before - after * right, dtype=float)
-
-
-def bartlett(products: Array) -> Array:
-    """Long-run covariance of scores from their products ``sum s_t s_(t-lag)'``, lag 0 first."""
-    ahead = products[1:]
-    weights = 1 - np.arange(1, len(products)) / len(products)
-    both = weights[:, None, None] * (ahead + ahead.transpose(0, 2, 1))
-    return np.asarray(np.concatenate([products[:1], both]).sum(axis=0), dtype=float)
 
 
 def most_lags(n: int) -> int:
@@ -267,57 +253,6 @@ def correlation(covariance: Array) -> Array:
     """Correlation matrix of a covariance, (k, k)."""
     deviations = np.sqrt(np.diag(covariance))
     return np.asarray(covariance / np.outer(deviations, deviations), dtype=float)
-
-
-def wald(difference: Array, covariance: Array) -> tuple[float, int]:
-    """``d' V^-1 d`` of a difference (k,), and in how many directions it is told.
-
-    What has no deviation, or an infinite one, is left out, and so are directions in which rounding
-    alone differs.
-    """
-    variances = np.diag(covariance)
-    there = (variances > 0) & np.isfinite(variances)
-    if not there.any():
-        return 0.0, 0
-    sizes, directions = np.linalg.eigh(correlation(covariance[np.ix_(there, there)]))
-    kept = sizes > _SAME * sizes[-1]
-    along = directions[:, kept].T @ (difference[there] / np.sqrt(variances[there]))
-    return float(np.sum(along**2 / sizes[kept])), int(kept.sum())
-
-
-def hotelling_p_value(
-    square: float, restrictions: int, freedom: float, *, one_variance: bool = False
-) -> float:
-    """P-value of ``d' V^-1 d``, Hotelling's T squared.
-
-    A covariance matrix of ``nu`` degrees of freedom makes ``(nu - q + 1)/(nu q)`` times it F
-    distributed with q and ``nu - q + 1``. Where the shape of the matrix is known, and one variance
-    alone is estimated, ``1/q`` times it is F with q and ``nu``.
-
-    Parameters
-    ----------
-    square : float
-    restrictions : int
-        q.
-    freedom : float
-        Of the covariance, the effective degrees where scores are alike.
-    one_variance : bool
-        Whether the covariance is one variance times a matrix without chance in it.
-
-    References
-    ----------
-    [Hotelling1931]_; for covariances that allow for autocorrelation, [Sun2013]_.
-    """
-    if one_variance:
-        return float(fdtrc(restrictions, freedom, square / restrictions))
-    dof = min(max(freedom - restrictions + 1, 1.0), _CERTAIN)
-    return float(
-        fdtrc(
-            restrictions,
-            dof,
-            square * dof / ((dof + restrictions - 1) * restrictions),
-        )
-    )
 
 
 def _scores(solution: Solution) -> Array:

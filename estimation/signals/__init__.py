@@ -7,8 +7,23 @@ Knows nothing of methods.
 from .drive_response import (
     DriveAlong as DriveAlong,
     acting_control as acting_control,
+    as_logged as as_logged,
+    commands_as_logged as commands_as_logged,
+    control_delay_in_log as control_delay_in_log,
+    hides_command as hides_command,
     lagged_force as lagged_force,
+    limit_in_log as limit_in_log,
     through_path as through_path,
+)
+from .excitation import (
+    advice_on_rests as advice_on_rests,
+    columns_by_signal as columns_by_signal,
+    loss_counts_for as loss_counts_for,
+    motion_lacks as motion_lacks,
+    one_direction as one_direction,
+    one_speed as one_speed,
+    remaining_information as remaining_information,
+    searches_friction as searches_friction,
 )
 from .filtered_record import FilteredRecord as FilteredRecord, show_too_little as show_too_little
 from .prefilter import (
@@ -17,19 +32,11 @@ from .prefilter import (
     Span as Span,
     matching_decimation as matching_decimation,
 )
-from .sampling import RowTimes as RowTimes, Sampling as Sampling
+from .sample_selection import RowTimes as RowTimes, Sampling as Sampling
 from .signals import (
     Motion as Motion,
     Signals as Signals,
-    columns_by_signal as columns_by_signal,
     drive_force as drive_force,
     hold_mean as hold_mean,
-    motion_lacks as motion_lacks,
-    one_direction as one_direction,
-    one_speed as one_speed,
     recorded_signals as recorded_signals,
-    remaining_information as remaining_information,
-    rests_first as rests_first,
-    searches_friction as searches_friction,
-    takes_robust_loss as takes_robust_loss,
 )

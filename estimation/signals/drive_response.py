@@ -1,4 +1,4 @@
-"""What a drive makes of commands that were recorded, before they act and after, sample by sample.
+"""What a drive makes of commands, before they act and after, and what of that its log has.
 
 What acts of a command is told by the drive's `CommandPath`. Commands are held, so that with a lag
 the force between two samples is known exactly: it goes to that of a command by an exponential, and
@@ -7,7 +7,7 @@ a delay that is no whole samples changes the command in between.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import accumulate
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.modeling.declaration import CommandPath, Response
+from axisid.modeling.declaration import CommandPath, ControlLaw, Response
 from axisid.support.arrays import Array
 
 from .signals import Motion, drive_force
@@ -203,3 +203,52 @@ def _running_along(forces: Array, response: Response, logged: str) -> Array:
     later = np.append(x[1:], x[-1])
     added = later - late - stays * (x - late)
     return _recursion(stays, added, float(x[0]))
+
+
+def as_logged(axis: GeneratedAxis, values: Array) -> Array:
+    """What a law gives, or its terms, where the records of its axis have the control.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    values : (N,) or (N, k) array
+        Sample by sample, of one stretch.
+    """
+    drive, response = axis.axis.drive, axis.axis.response
+    if response is None or not drive.logs_what_acts:
+        return values
+    if drive.logged == "current":
+        columns = values.reshape(len(values), -1).T
+        seen = [lagged_force(column, response).at_samples for column in columns]
+        return np.stack(seen, axis=1).reshape(values.shape) if seen else values
+    return values[np.maximum(np.arange(len(values)) - response.late, 0)]
+
+
+def commands_as_logged(axis: GeneratedAxis, commands: Array, *, steps: bool = True) -> Array:
+    """The same of commands, (N,), also behind the drive's limit and path where the log has that.
+
+    Without `steps` they are not rounded to those of the drive, which have no slope.
+    """
+    law = axis.axis.control
+    if law is not None and hides_command(axis):
+        limit, path = axis.axis.drive.limit, axis.axis.drive.path
+        path = path if steps else replace(path, quantisation=0.0)
+        commands = through_path(path, np.clip(commands, -limit, limit), law.period)
+    return as_logged(axis, commands)
+
+
+def hides_command(axis: GeneratedAxis) -> bool:
+    """Whether different commands may be one in the log: it has what the drive makes of them."""
+    return axis.axis.drive.logs_what_acts and not axis.axis.drive.path.is_plain
+
+
+def limit_in_log(axis: GeneratedAxis) -> float:
+    """What the record has of a command at the drive's limit, but for what a rate leaves of it."""
+    drive = axis.axis.drive
+    return drive.path.end(drive.limit) if drive.logs_what_acts else drive.limit
+
+
+def control_delay_in_log(axis: GeneratedAxis, law: ControlLaw) -> int:
+    """Samples by which the control of a law is later in the log of an axis than it gives it."""
+    response, applied = axis.axis.response, axis.axis.drive.logged == "applied"
+    return law.delay + (response.late if response is not None and applied else 0)

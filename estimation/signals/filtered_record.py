@@ -15,20 +15,17 @@ from axisid.support.arrays import Array, Exact, Uncached, mask_of
 from axisid.support.errors import DataError
 
 from .drive_response import DriveAlong, acting_control
-from .prefilter import Prefilter, SampledFilter, Span
-from .sampling import Sampling
-from .signals import (
-    Motion,
-    Signals,
-    check_position,
+from .excitation import (
+    columns_by_signal,
     columns_of,
-    hold_mean,
-    recorded_signals,
+    loss_counts_for,
     remaining_information,
     resting,
     searches_friction,
-    takes_robust_loss,
 )
+from .prefilter import Prefilter, SampledFilter, Span
+from .sample_selection import Sampling
+from .signals import Motion, Signals, hold_mean, recorded_signals
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -303,7 +300,7 @@ def show_too_little(records: Sequence[FilteredRecord], into: Sequence[Array] = (
     into = into or [np.eye(len(each.axis.parameters)) for each in records]
     pairs = [*zip(records, into, strict=True)]
     fastest = max(max(float(np.abs(each.motion[1]).max()), each.fastest) for each in records)
-    counts = np.any([takes_robust_loss(d.axis) @ np.abs(m) > 0 for d, m in pairs], axis=0)
+    counts = np.any([loss_counts_for(d.axis) @ np.abs(m) > 0 for d, m in pairs], axis=0)
     information = []
     for each, transform in pairs:
         signals = each.beside(np.zeros(len(each)))  # the regressor is of the motion alone
@@ -313,3 +310,36 @@ def show_too_little(records: Sequence[FilteredRecord], into: Sequence[Array] = (
         information.append([part.T @ part for part in parts])
     moving, used = np.sum(information, axis=0)
     return remaining_information(counts, moving, used) < MIN_INFORMATION_LEFT.value
+
+
+#: What may depend on the position: function, its output, the position's place among its inputs.
+_TAKING_POSITION = (
+    ("the known terms", "idm_regressor", 1, 0),
+    ("the force of the drive", "drive_force", 0, 1),
+)
+
+
+def check_position(axis: GeneratedAxis, record: Record) -> None:
+    """Refuse a record of velocity alone for an axis whose model needs the position.
+
+    Raises
+    ------
+    DataError
+        It does; what depends on the position is named.
+    """
+    if not record.integrated:
+        return
+    columns = columns_by_signal(axis)["position"]
+    needing = [name for name, needs in zip(axis.names, columns, strict=True) if needs]
+    needing += [
+        what
+        for what, function, output, place in _TAKING_POSITION
+        if np.any(axis.functions[function].jac_sparsity(output, place).nnz())
+    ]
+    if needing:
+        raise DataError(
+            f"{record.provenance.source} has no position, on which {' and '.join(needing)} of "
+            f"axis {axis.axis.name!r} depend{'s' * (len(needing) == 1)}; the integral of a "
+            "measured velocity drifts. Name it with columns position=NAME.",
+            code="missing-column",
+        )

@@ -19,10 +19,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.runtime import column_filter
-from axisid.estimation.choices import check_among
 from axisid.estimation.records import check_sample_period
 from axisid.support.arrays import Array, frozen
-from axisid.support.errors import DataError, UsageError, is_real, is_whole, quoted, refuse
+from axisid.support.errors import (
+    DataError,
+    UsageError,
+    check_among,
+    is_real,
+    is_whole,
+    quoted,
+    refuse,
+)
 
 # ratio of two cut-offs that are one, or of two periods for which counts of samples stay
 SAME_FILTER_FREQUENCY = 1.01

@@ -16,20 +16,14 @@ from .closed_loop import (
     simulate_lanes as simulate_lanes,
     simulate_loop as simulate_loop,
 )
-from .inputs import (
-    LoopInputs as LoopInputs,
-    TwoClocks as TwoClocks,
-    law_of as law_of,
-)
-from .simulated import (
+from .loop_inputs import LoopInputs as LoopInputs, law_of as law_of
+from .loop_settings import StepBudget as StepBudget, most_substeps as most_substeps
+from .multirate import TwoClocks as TwoClocks
+from .refusals import at_rest as at_rest
+from .simulated_signals import (
     Simulation as Simulation,
     logged_control as logged_control,
     measured_positions as measured_positions,
     signals_about as signals_about,
-)
-from .steps import (
-    StepBudget as StepBudget,
-    at_rest as at_rest,
-    most_substeps as most_substeps,
 )
 from .twin import TwinPlan as TwinPlan, twin_plan as twin_plan, twin_record as twin_record

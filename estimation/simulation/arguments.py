@@ -20,8 +20,9 @@ from axisid.support.errors import (
     real_array,
 )
 
-from .inputs import LoopInputs, clocks_of, law_of
-from .steps import MOST_SUBSTEPS
+from .loop_inputs import LoopInputs, law_of
+from .loop_settings import MOST_SUBSTEPS
+from .multirate import clocks_of
 
 
 def no_control_law(name: str) -> ModelError:

@@ -27,23 +27,22 @@ from axisid.support.arrays import Array, Exact
 from axisid.support.errors import AxisidError, EstimationError, UsageError, quoted
 
 from .arguments import check_whole, checked_loop
-from .inputs import LoopInputs, at_log_samples, axis_of, lines, widened_distance
-from .simulated import Simulation, lane_starts, loop_start, measured_positions
-from .steps import (
+from .initial_state import lane_starts, loop_start
+from .loop_inputs import LoopInputs, axis_of
+from .loop_settings import (
     MOST_SUBSTEPS,
     StepBudget,
-    at_rest,
-    checked_rate,
-    failure,
     has_constant_substeps,
+    loop_settings,
     most_substeps,
-    place_at,
-    states_refusal,
     steps_by_rate,
     substeps_along,
-    too_stiff,
     visited_signals,
+    widened_distance,
 )
+from .multirate import at_log_samples, lines
+from .refusals import at_rest, checked_rate, failure, place_at, states_refusal, too_stiff
+from .simulated_signals import Simulation, measured_positions
 
 _MOST_THREADS = 1024
 
@@ -181,7 +180,8 @@ def simulate_loop(
     )
     if failed:
         raise EstimationError(failed, code="simulation")
-    out = at_log_samples(axis, parameters, out, inputs, steps)
+    if clocks is not None:
+        out = at_log_samples(axis, parameters, out, clocks, inputs.signals, steps)
     return Simulation(
         time=logged.period * np.arange(float(len(out["position"]))),
         measured_position=measured_positions(out["position"], logged.noise, inputs.resolution),
@@ -227,7 +227,7 @@ def settled_loop(
     if substeps is None and steps > most_substeps(samples, budget.left):
         still = (float(inputs.start.position), 0.0), first
         raise too_stiff(axis, theta, still, period, samples, budget.left)
-    settings = inputs.settings(steps)
+    settings = loop_settings(inputs, steps)
     while True:
         steps_left = budget.left
         budget.left -= samples * settings.substeps
@@ -467,7 +467,12 @@ def simulate_lanes(
     if inputs.clocks is not None:
         sampled = [
             at_log_samples(
-                axis, theta[lane], _of_lane(out, lane), inputs.lanes(lane), int(counts[lane])
+                axis,
+                theta[lane],
+                _of_lane(out, lane),
+                inputs.clocks,
+                inputs.lanes(lane).signals,
+                int(counts[lane]),
             )
             for lane in range(len(theta))
         ]
@@ -517,7 +522,7 @@ def _run_into(
         inputs.injected,
         theta if inputs.gains is None else np.hstack([theta, inputs.gains]),
         inputs.start,
-        inputs.settings(substeps),
+        loop_settings(inputs, substeps),
         [*out],
         threads or processors,
         lines(axis, inputs.signals, inputs.period),

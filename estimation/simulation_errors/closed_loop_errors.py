@@ -14,8 +14,8 @@ from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.choices import CONTROL, FORCE
 from axisid.estimation.law_replay import loop_starts, recorded_inputs
 from axisid.estimation.parameters import gains_in, started_at
-from axisid.estimation.records import Record
-from axisid.estimation.regression import Form, loop_reference, sensor_steps
+from axisid.estimation.records import Record, sensor_steps
+from axisid.estimation.regression import Form, loop_reference
 from axisid.estimation.simulation import most_substeps, settled_substeps
 from axisid.support.arrays import Array, mask_of
 from axisid.support.errors import DataError, EstimationError

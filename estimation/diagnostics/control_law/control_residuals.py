@@ -17,17 +17,14 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.law_replay import (
     LAW_SETTLING,
     LawInputs,
-    as_logged,
-    cached_per_record,
     law_along,
     law_ticks,
-    limit_in_log,
     position_noise,
     start_of_law,
 )
 from axisid.estimation.records import Record, at_times
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
-from axisid.estimation.signals import Prefilter, RowTimes, SampledFilter
+from axisid.estimation.signals import Prefilter, RowTimes, SampledFilter, as_logged, limit_in_log
 from axisid.estimation.simulation import law_of
 from axisid.estimation.thresholds import (
     COMPARISON_CUTOFF,
@@ -37,6 +34,7 @@ from axisid.estimation.thresholds import (
 )
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
+from axisid.support.caching import cached_while_alive
 
 # of a factor of a law that does not fit from a round one; beyond, it is off
 MAX_FACTOR_ERROR = 0.05
@@ -88,7 +86,7 @@ def compared_with_law(
     return control, made, ~maximum_filter1d(spread, settle), limited
 
 
-@cached_per_record
+@cached_while_alive
 def noisy_ticks(axis: GeneratedAxis, record: Record) -> tuple[LawInputs, Array]:
     """What a law measured along a record, with all its noise, and what it remembers first, (m,).
 

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from scipy.linalg import qr
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.law_replay import LawAlong, LawInputs, as_logged, position_noise, two_clocks
+from axisid.estimation.law_replay import LawAlong, LawInputs, position_noise, two_clocks
 from axisid.estimation.records import Record, at_times, quantisation_step
-from axisid.estimation.signals import RowTimes
+from axisid.estimation.signals import RowTimes, as_logged
 from axisid.estimation.thresholds import (
     MAX_LAW_RESIDUAL,
     MAX_ROUNDED_SHARE,

@@ -20,10 +20,10 @@ import numpy as np
 from scipy.special import ndtri
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.diagnostic_checks import Check, first_case, status_of
-from axisid.estimation.law_replay import hides_command
+from axisid.estimation.diagnostic_checks import Check, status_of
 from axisid.estimation.records import Record, law_clock
 from axisid.estimation.regression import hotelling_p_value, lacking_law, lacking_loop, wald
+from axisid.estimation.signals import hides_command
 from axisid.estimation.thresholds import (
     COMPARISON_CUTOFF,
     MAX_LAW_RESIDUAL,
@@ -33,7 +33,7 @@ from axisid.estimation.thresholds import (
 )
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
-from axisid.support.errors import Missing, unless_missing
+from axisid.support.errors import Missing, first_case, unless_missing
 
 from .control_residuals import (
     CONSTANT,

@@ -14,13 +14,12 @@ from typing import Any
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, build
-from axisid.estimation.diagnostic_checks import first_case
 from axisid.estimation.records import Record
 from axisid.estimation.records.columns import expected_units, scale_remedy
 from axisid.estimation.thresholds import MAX_LAW_RESIDUAL, MAX_SCALE_ERROR, MIN_SAMPLES_PER_FACTOR
 from axisid.modeling.declaration import ControlLaw, velocity_variants
 from axisid.support.arrays import Array
-from axisid.support.errors import ModelError
+from axisid.support.errors import ModelError, first_case
 
 from .control_residuals import (
     DRIFT,

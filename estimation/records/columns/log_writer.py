@@ -8,17 +8,11 @@ from typing import Any
 import numpy as np
 
 from axisid.estimation.logs.text import is_number
-from axisid.estimation.raw_tables import (
-    UNITS_ENTRY,
-    TableBuilder,
-    is_unit,
-    npz_bytes,
-    parquet_bytes,
-    split_labels,
-)
+from axisid.estimation.raw_tables import UNITS_ENTRY, TableBuilder, is_unit, split_labels
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, ModelError, UsageError
+from axisid.support.table_bytes import npz_bytes, parquet_bytes
 
 from .roles import role_columns
 from .units import expected_units, is_scaling

@@ -12,7 +12,6 @@ from typing import Any
 import msgspec
 
 from axisid.codegen.generated_axes import as_declared
-from axisid.estimation.choices import by_name, listed
 from axisid.estimation.identification import identify, requested_methods
 from axisid.estimation.records import read_record
 from axisid.estimation.signals import Prefilter
@@ -22,8 +21,10 @@ from axisid.support.errors import (
     DataError,
     ModelError,
     UsageError,
+    by_name,
     is_real,
     is_whole,
+    listed,
     quoted,
     refuse,
 )

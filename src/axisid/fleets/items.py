@@ -13,12 +13,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from axisid.estimation.choices import listed
 from axisid.estimation.logs import log_endings
-from axisid.estimation.raw_tables import library
 from axisid.estimation.records import log_of
-from axisid.support.errors import DataError, UsageError, quoted, refuse
+from axisid.support.errors import DataError, UsageError, listed, quoted, refuse
 from axisid.support.files import kinds_of, opened_regular, read_regular
+from axisid.support.libraries import library
 
 Condition = str | float
 _LOG, _OWN = "log", ("log", "axis", "serial", "columns")

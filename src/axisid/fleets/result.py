@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from axisid.estimation.diagnostic_checks import Belief, Check, Checked
-from axisid.estimation.raw_tables import UNITS_ENTRY, npz_bytes, parquet_bytes, split_labels
+from axisid.estimation.raw_tables import UNITS_ENTRY, split_labels
 from axisid.estimation.thresholds import FLEET_LEVEL
 from axisid.presentation.documents import (
     Block,
@@ -31,6 +31,7 @@ from axisid.support.errors import Missing, UsageError, first_of, is_among, quote
 from axisid.support.files import csv_text, write_by_ending
 from axisid.support.mappings import grouped
 from axisid.support.presentable import Shown
+from axisid.support.table_bytes import npz_bytes, parquet_bytes
 
 from .ledger import FleetRow, FleetValue
 from .robust_statistics import RandomEffects, detect_outliers, spread_of

@@ -13,7 +13,6 @@ import numpy as np
 
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.model_validation import Sweep
-from axisid.estimation.raw_tables import one_line
 from axisid.presentation.plots import (
     SHADED,
     Panel,
@@ -26,6 +25,7 @@ from axisid.presentation.plots import (
 )
 from axisid.support.errors import Missing, UsageError
 from axisid.support.files import replace_file
+from axisid.support.libraries import one_line
 
 try:
     from matplotlib import rc_context

@@ -1,4 +1,4 @@
-"""Errors with their codes and exit codes, what cannot be told, and how values stand in messages.
+"""Errors with their codes, what cannot be told, checks of what is given, and values in messages.
 
 Every message says what was given, what was expected and what to do. An exception that is not an
 `AxisidError` is a fault of the program, not of its user. This is imported without NumPy.
@@ -8,10 +8,19 @@ import math
 import os
 import re
 import sys
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Collection, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, is_dataclass
 from functools import wraps
-from typing import TYPE_CHECKING, ClassVar, Concatenate, ParamSpec, TypeAlias, TypeGuard, TypeVar
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    ClassVar,
+    Concatenate,
+    ParamSpec,
+    TypeAlias,
+    TypeGuard,
+    TypeVar,
+)
 
 #: Of a thousand and more to few digits; what is part of a word, a name or a formula stays.
 _RAISED = re.compile(r"""(?<![\w.^*/)'"+-])([+-]?)(\d(?:\.\d+)?)e\+0([1-5])(?![\w^*/'"]|\.\w)""")
@@ -312,3 +321,49 @@ def real_array(values: "ArrayLike", what: str, error: type[AxisidError] = UsageE
         kind = _KINDS.get(array.dtype.kind, f"of the type {array.dtype}")
         raise error(f"{what}: the values are {kind}; give real numbers.", code="record")
     return np.asarray(array, dtype=float)
+
+
+def listed(given: object) -> tuple[Any, ...]:
+    """What is given by itself or as several; a text is one, and so is what is no list."""
+    return tuple(given) if isinstance(given, Iterable) and not isinstance(given, str) else (given,)
+
+
+def by_name(given: object, what: str) -> Mapping[str, Any]:
+    """What is given by name; nothing where it is None.
+
+    Raises
+    ------
+    UsageError
+        It is no mapping; `what` says of what.
+    """
+    if given is not None and not isinstance(given, Mapping):
+        raise UsageError(
+            f"the {what} are {quoted(given)}; give each by its name.", code="parameters"
+        )
+    return given or {}
+
+
+def check_among(*rows: tuple[str, object, Collection[str]]) -> None:
+    """Refuse what is none of the choices that there are.
+
+    Parameters
+    ----------
+    *rows : tuple
+        What it is, in words, what was given, and the choices.
+
+    Raises
+    ------
+    UsageError
+        It is none of them.
+    """
+    for what, given, choices in rows:
+        if not is_among(given, choices):
+            raise UsageError(
+                f"there is no {what} {quoted(given)}; choose from {', '.join(choices) or 'none'}.",
+                code="method",
+            )
+
+
+def first_case(*cases: tuple[object, Found]) -> Found:
+    """What is said of the first of several cases that holds: a cause before what follows of it."""
+    return next(said for holds, said in cases if holds)

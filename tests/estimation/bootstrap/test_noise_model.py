@@ -28,7 +28,8 @@ from axisid.estimation.bootstrap.noise_model import (
 from axisid.estimation.bootstrap.twins import twin_of, twins_of
 from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.methods import METHODS
-from axisid.estimation.regression import InverseForm, sensor_steps
+from axisid.estimation.records import sensor_steps
+from axisid.estimation.regression import InverseForm
 from axisid.estimation.regression.simulated_instruments import loop_equations
 from axisid.estimation.signals import FilteredRecord
 from benchmarks.machines import Machine, autoregressive, white

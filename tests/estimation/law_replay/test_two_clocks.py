@@ -18,7 +18,7 @@ from benchmarks.motor_joint import joint, on_voltage
 from tests.axes.lagging import lagging
 from tests.axes.remembering import dahl_axis
 from tests.estimation.simulation.agreement import LANES, agree
-from tests.estimation.simulation.test_loop_start import THETA, by_events, p_pi, stage
+from tests.estimation.simulation.test_initial_state import THETA, by_events, p_pi, stage
 from tests.refusals import refuses
 
 MOVES = back_and_forth(speeds=(0.04, 0.08, 0.12), acceleration=0.8, seconds=1.0, repeat=2)

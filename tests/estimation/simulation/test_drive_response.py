@@ -11,7 +11,7 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.elements import CONTROL, DRIVE_GAIN, VELOCITY, Drive, current_drive, formula_drive
 from axisid.estimation import simulate_batch
 from axisid.estimation.signals import through_path
-from axisid.estimation.simulation.simulated import forces_about, signals_about
+from axisid.estimation.simulation.simulated_signals import forces_about, signals_about
 from benchmarks.motor_joint import (
     MOTOR,
     OHMS,

@@ -32,8 +32,8 @@ from axisid.modeling.declaration.ready_laws import CASCADES
 from axisid.support.errors import Missing
 from tests.axes.cascaded import cascaded
 from tests.axes.ready_laws import LAWS, with_law
-from tests.estimation.law_replay.test_start import carried
-from tests.estimation.simulation.test_loop_start import vertical
+from tests.estimation.law_replay.test_initial_state import carried
+from tests.estimation.simulation.test_initial_state import vertical
 
 
 def test_emps_law_reproduces_the_record_to_a_quarter_percent(

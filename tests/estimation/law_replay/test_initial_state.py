@@ -14,24 +14,20 @@ from axisid.estimation.law_replay import (
     LawAlong,
     LawInputs,
     control_along,
-    law_inputs,
+    law_along,
     law_ticks,
     start_of_law,
     state_at_rest,
 )
-from axisid.estimation.law_replay.start import (
-    START_SAMPLES,
-    first_memory,
-    first_velocity,
-    loop_starts,
-)
+from axisid.estimation.law_replay.initial_state import START_SAMPLES, first_memory, loop_starts
+from axisid.estimation.law_replay.initial_velocity import first_velocity
 from axisid.estimation.regression.simulated_instruments import simulated_loops
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import LIBRARY
 from axisid.modeling.declaration.experiment import back_and_forth
 from tests.axes.ready_laws import LAWS, with_law
 from tests.axes.simulated import AXES
-from tests.estimation.simulation.test_loop_start import THETA, T, vertical
+from tests.estimation.simulation.test_initial_state import THETA, T, vertical
 
 REFERENCE = trajectory(
     back_and_forth(speeds=(0.05, 0.1), acceleration=0.8, seconds=1.0, repeat=2), T
@@ -145,7 +141,7 @@ def test_a_late_law_with_an_integral_is_the_sum_by_hand(rng: np.random.Generator
     total = np.cumsum(error) - error  # before each evaluation
     made = 150.0 * (60.0 * error + 1e-5 * total / 1e-3 - velocity)
     late = np.concatenate([made[:1], made[:1], made[:-2]])
-    along = law_inputs.law_along(axis, ticks, state_at_rest(axis, ticks))
+    along = law_along(axis, ticks, state_at_rest(axis, ticks))
     np.testing.assert_allclose(along, late, rtol=1e-12, atol=1e-12)
 
 

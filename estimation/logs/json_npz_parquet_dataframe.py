@@ -22,16 +22,9 @@ import msgspec
 import numpy as np
 
 from axisid.estimation.logs.text import TimeStampError, is_stamp, stamp_seconds
-from axisid.estimation.raw_tables import (
-    UNITS_ENTRY,
-    Table,
-    TableBuilder,
-    library,
-    one_line,
-    refusing,
-    split_labels,
-)
+from axisid.estimation.raw_tables import UNITS_ENTRY, Table, TableBuilder, split_labels
 from axisid.support.errors import DataError, UsageError
+from axisid.support.libraries import library, one_line, refusing
 from axisid.support.memory import Room
 
 #: Cells and unit of a column.
@@ -114,70 +107,6 @@ def read_parquet(file: Path, content: bytes, room: Room) -> Table:
             name, values.to_numpy(), unit=unit_text.decode(errors="replace"), label=field.name
         )
     return builder.table(str(file))
-
-
-def read_frame(frame: object) -> Table:
-    """Columns of a mapping of arrays, or of any dataframe that narwhals knows.
-
-    Raises
-    ------
-    UsageError
-        It is neither.
-    DataError
-        Names occur twice.
-    """
-    if isinstance(frame, Mapping):
-        arrays = [(str(name), _array(str(name), values)) for name, values in frame.items()]
-    else:
-        arrays = _frame_arrays(frame)
-    builder = TableBuilder()
-    split = split_labels([label for label, _ in arrays])
-    for (name, unit), (label, values) in zip(split, arrays, strict=True):
-        builder.add(name, values, unit=unit, label=label)
-    index = [str(name) for name in getattr(getattr(frame, "index", None), "names", ()) if name]
-    return builder.table(
-        f"a {type(frame).__name__}",
-        missing=f"Its index {', '.join(index)} is no column; give log.reset_index()."
-        if index
-        else "",
-    )
-
-
-def _array(name: str, values: object) -> np.ndarray[Any, Any]:
-    if np.ma.is_masked(values):
-        raise UsageError(
-            f"the column {name!r} is masked; give numbers, with NaN for what lacks.",
-            code="log-file",
-        )
-    try:
-        return np.asarray(values)
-    except ValueError as error:
-        raise UsageError(
-            f"the column {name!r} has values of different lengths; give one for each sample.",
-            code="log-file",
-        ) from error
-
-
-def _frame_arrays(frame: Any) -> list[tuple[str, np.ndarray[Any, Any]]]:
-    import narwhals
-
-    try:
-        table = narwhals.from_native(frame, eager_only=True)
-        return [
-            (".".join(map(str, s.name)) if isinstance(s.name, tuple) else str(s.name), s.to_numpy())
-            for s in table.iter_columns()
-        ]
-    except TypeError as error:
-        raise UsageError(
-            f"the log is a {type(frame).__name__}; give a path, a dataframe (pandas, Polars, "
-            "PyArrow, ...) or a mapping of column names to arrays.",
-            code="log-file",
-        ) from error
-    except narwhals.exceptions.NarwhalsError as error:
-        raise DataError(
-            f"the dataframe cannot be read: {one_line(error)}; rename one.",
-            code="log-file",
-        ) from error
 
 
 #: Bytes that a byte of JSON takes as Python's objects, in arrays and in records of short numbers.
@@ -284,3 +213,67 @@ def _values(cells: Sequence[Any]) -> tuple[np.ndarray[Any, Any], str]:
         with suppress(TimeStampError):
             return stamp_seconds([cell or "" for cell in cells])
     return np.array(["" if cell is None else str(cell) for cell in cells]), ""
+
+
+def read_frame(frame: object) -> Table:
+    """Columns of a mapping of arrays, or of any dataframe that narwhals knows.
+
+    Raises
+    ------
+    UsageError
+        It is neither.
+    DataError
+        Names occur twice.
+    """
+    if isinstance(frame, Mapping):
+        arrays = [(str(name), _array(str(name), values)) for name, values in frame.items()]
+    else:
+        arrays = _frame_arrays(frame)
+    builder = TableBuilder()
+    split = split_labels([label for label, _ in arrays])
+    for (name, unit), (label, values) in zip(split, arrays, strict=True):
+        builder.add(name, values, unit=unit, label=label)
+    index = [str(name) for name in getattr(getattr(frame, "index", None), "names", ()) if name]
+    return builder.table(
+        f"a {type(frame).__name__}",
+        missing=f"Its index {', '.join(index)} is no column; give log.reset_index()."
+        if index
+        else "",
+    )
+
+
+def _array(name: str, values: object) -> np.ndarray[Any, Any]:
+    if np.ma.is_masked(values):
+        raise UsageError(
+            f"the column {name!r} is masked; give numbers, with NaN for what lacks.",
+            code="log-file",
+        )
+    try:
+        return np.asarray(values)
+    except ValueError as error:
+        raise UsageError(
+            f"the column {name!r} has values of different lengths; give one for each sample.",
+            code="log-file",
+        ) from error
+
+
+def _frame_arrays(frame: Any) -> list[tuple[str, np.ndarray[Any, Any]]]:
+    import narwhals
+
+    try:
+        table = narwhals.from_native(frame, eager_only=True)
+        return [
+            (".".join(map(str, s.name)) if isinstance(s.name, tuple) else str(s.name), s.to_numpy())
+            for s in table.iter_columns()
+        ]
+    except TypeError as error:
+        raise UsageError(
+            f"the log is a {type(frame).__name__}; give a path, a dataframe (pandas, Polars, "
+            "PyArrow, ...) or a mapping of column names to arrays.",
+            code="log-file",
+        ) from error
+    except narwhals.exceptions.NarwhalsError as error:
+        raise DataError(
+            f"the dataframe cannot be read: {one_line(error)}; rename one.",
+            code="log-file",
+        ) from error

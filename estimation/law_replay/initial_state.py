@@ -4,17 +4,10 @@ What the drive remembers is in no log, but the first controls show it: an integr
 load, the last position of a moving axis. Sought is the memory with which the law gives them, by
 least squares; what they do not show stays as the law declares it for an axis at rest, and so does
 all of it where that gives them too, within what the law leaves of them anyway.
-
-For the velocity a parabola is fitted to the first positions, and its slope at the first sample
-taken. Many samples average the noise, few follow the motion: samples are added as long as the slope
-stays within what noise leaves open of every shorter fit, as [Lepskii1991]_ chooses a bandwidth. How
-much noise there is shows in differences of fourth order, in which no motion of a drive is left.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,26 +15,15 @@ from numpy.typing import NDArray
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
 from axisid.estimation.records import Record
-from axisid.estimation.signals import recorded_signals
+from axisid.estimation.signals import as_logged, drive_force, limit_in_log, recorded_signals
 from axisid.estimation.simulation import law_of
 from axisid.estimation.thresholds import LIMIT_TOLERANCE
-from axisid.support.arrays import Array, frozen, mask_of
+from axisid.support.arrays import Array, mask_of
+from axisid.support.caching import cached_while_alive
 
-from .law_inputs import (
-    LawInputs,
-    as_logged,
-    cached_per_record,
-    control_along,
-    law_along,
-    law_memory,
-    law_ticks,
-    least_step,
-    limit_in_log,
-    slopes_along,
-    state_at_rest,
-    states_along,
-    with_drive,
-)
+from .initial_velocity import MIN_START_DISTANCE, first_coefficient, first_velocity
+from .law_inputs import LawInputs, law_ticks
+from .replay import control_along, law_along, law_memory, slopes_along, state_at_rest, states_along
 
 _STEP = 1e-6  # of the reference's range, for the slope
 
@@ -57,15 +39,6 @@ _MAX_START_LEFT = 0.1
 START_SAMPLES = 50  # of the record that are looked at
 _STEPS = 4  # of Newton's method; a law that is linear in its memory takes one
 _LINEAR = 1e-9  # of the control: what a step leaves beside what it should
-
-# deviations; of 1.5 and 2.5 the one whose velocities err less on twins of the library
-_START_AGREEMENT = 2.5
-# deviations from rest, from which a record begins otherwise; 540 starts at rest reach 4.1
-_MIN_START_DISTANCE = 5.0
-
-_DEGREE = 2
-_COUNTS = (6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96, 128, 160, 192, 256)  # samples
-_ORDER, _NOISE = 4, 200  # of the differences that show noise, and samples that they are taken of
 
 
 def loop_starts(axis: GeneratedAxis, record: Record, away: float = 0.0) -> tuple[LoopStart, ...]:
@@ -115,21 +88,21 @@ def shifted_start(
     return replace(start, memory=start.memory + change.full().ravel())
 
 
-@cached_per_record
+@cached_while_alive
 def _start(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> LoopStart:
     rows = slice(*span)
     if not record.integrated:
         velocity = first_velocity(record.position[rows], record.period)
     else:
         # Straight lines are fitted to velocities that were measured.
-        velocity = _begun(np.asarray(record.velocity)[rows], degree=1, power=0)
+        velocity = first_coefficient(np.asarray(record.velocity)[rows], degree=1, power=0)
     record = as_read_by_law(axis, record, span)
     start = LoopStart(
         position=float(record.position[span[0]]),
         velocity=velocity,
         memory=first_memory(axis, record, span),
     )
-    return with_drive(axis, record, span, start)
+    return with_drive_memory(axis, record, span, start)
 
 
 def as_read_by_law(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> Record:
@@ -153,7 +126,7 @@ def as_read_by_law(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -
     away = float(slope @ off) / power
     left = off - away * slope
     deviation = float(np.sqrt(left @ left / max(len(off) - 1, 1) / power))
-    is_clear = abs(away) > _MIN_START_DISTANCE * deviation
+    is_clear = abs(away) > MIN_START_DISTANCE * deviation
     return replace(record, position=record.position + away) if is_clear else record
 
 
@@ -208,7 +181,7 @@ def first_memory(
     gained = (float(off @ off) - noise) / max(shown, 1)
     noise /= max(len(off) - shown, 1)
     explained = left < _MAX_START_LEFT * float(np.linalg.norm(off))
-    clear = explained and gained > _MIN_START_DISTANCE**2 * noise
+    clear = explained and gained > MIN_START_DISTANCE**2 * noise
     return memory if law.balanced or clear else None
 
 
@@ -290,7 +263,7 @@ def _solved(
         slopes = slopes_along(axis, ticks, state)[seen]
         if not (np.all(np.isfinite(off)) and np.all(np.isfinite(slopes))):
             break
-        step, shown = least_step(slopes, off, MIN_MEMORY_EFFECT)
+        step, shown = least_squares_step(slopes, off, MIN_MEMORY_EFFECT)
         state, expected = state + step, off - slopes @ step
         off = (wanted - control_along(axis, ticks, state))[seen]
         if np.linalg.norm(off - expected) <= _LINEAR * np.linalg.norm(wanted):
@@ -298,64 +271,63 @@ def _solved(
     return state, off, shown
 
 
-def first_velocity(position: Array, period: float) -> float:
-    """Velocity at the first of positions, 0 for an axis that rests there.
+def with_drive_memory(
+    axis: GeneratedAxis, record: Record, span: tuple[int, int], start: LoopStart
+) -> LoopStart:
+    """A start of a segment's loop with what the drive remembers there, of its first controls.
+
+    Before the record it is taken to have got the first of them.
 
     Parameters
     ----------
-    position : (N,) array
-        Measured, of one stretch.
-    period : float
-        s
-
-    Returns
-    -------
-    float
-        0 where half the samples have a slope within `_MIN_START_DISTANCE` deviations of it: a rest
-        that ends soon bends the whole fit before it shows.
-
-    Notes
-    -----
-    On twins of the library, cut where they move, it is right to 0.03 to 0.9 % of the greatest speed
-    (root mean square); none of 540 starts at rest was taken for a motion.
+    axis : GeneratedAxis
+    record : Record
+    span : tuple of int
+        The segment: first row and the one after the last.
+    start : LoopStart
+        With what the law remembers; None of it for that of an axis at rest.
     """
-    some = position[: max(_COUNTS[-1], _NOISE)]
-    return _begun(some - some[0], degree=_DEGREE, power=1) / period
+    response, first = axis.axis.response, span[0]
+    if response is None:
+        return start
+    signals, memory = recorded_signals(axis, record.provenance.source, record.signals), start.memory
+    if memory is None:
+        reference = start.position if record.commanded is None else record.commanded[first]
+        read = reference, start.position, *(values[first] for values in signals)
+        memory = axis.functions["control_start"](*read).full().ravel()
+        if record.control is None:
+            return replace(start, memory=memory)
+        memory = memory[: -len(response.remembered)]
+    late = response.late if axis.axis.drive.logged == "applied" else 0
+    # The newest first; those that act before the record are taken for the first that does in it,
+    # as is the force that is there.
+    ahead = np.maximum(late - 1 - np.arange(len(response.forces)), 0)
+    ahead[len(ahead) - response.keeps_force :] = 0
+    rows = np.minimum(first + ahead, span[1] - 1)
+    controls, path = np.asarray(record.control)[rows], axis.axis.drive.path
+    last = float(np.asarray(record.control)[first])
+    if axis.axis.drive.logs_what_acts:
+        last = path.command(last)
+    else:
+        controls = np.array([path.end(float(each)) for each in controls])
+    motion = np.full(len(rows), start.position), np.full(len(rows), start.velocity)
+    forces = drive_force(axis, controls, *motion, tuple(values[rows] for values in signals))
+    pending = np.append(controls[:-1], forces[-1]) if response.holds_control else forces
+    return replace(start, memory=np.concatenate([memory, [last] * path.is_limited, pending]))
 
 
-def _begun(values: Array, *, degree: int, power: int) -> float:
-    """A coefficient of the polynomial that the first values follow, a sample; 0 by chance."""
-    noise = position_noise(values)
-    low, high, found, used = -math.inf, math.inf, 0.0, 0
-    for count in [each for each in _COUNTS if each <= len(values)]:
-        fitted, deviation = _coefficient(values[:count], noise, degree, power)
-        low = max(low, fitted - _START_AGREEMENT * deviation)
-        high = min(high, fitted + _START_AGREEMENT * deviation)
-        if low > high:
-            break
-        found, used = fitted, count
-    if not used:
-        return 0.0
-    some = values[: max(used // 2, degree + 2)]
-    fitted, deviation = _coefficient(some, noise, degree, power)
-    return found if abs(fitted) > _MIN_START_DISTANCE * deviation else 0.0
+def least_squares_step(columns: Array, off: Array, least: float) -> tuple[Array, int]:
+    """Least squares by unit columns, and in how many directions they show.
 
-
-def position_noise(position: Array) -> float:
-    """Deviation of the noise of measured positions, (N,), from those at the start."""
-    some = position[:_NOISE]
-    order = min(_ORDER, len(some) - 1)
-    return float(np.sqrt(np.mean(np.diff(some, order) ** 2) / math.comb(2 * order, order)))
-
-
-def _coefficient(values: Array, noise: float, degree: int, power: int) -> tuple[float, float]:
-    weights, size = _weights(len(values), degree, power)
-    return float(weights @ values), noise * size
-
-
-@lru_cache(maxsize=128)
-def _weights(count: int, degree: int, power: int) -> tuple[Array, float]:
-    """Of so many values in a coefficient, and the root of their squares' sum."""
-    powers = (np.arange(count) / count)[:, None] ** np.arange(degree + 1)
-    weights = frozen(np.linalg.pinv(powers)[power] / count**power)
-    return weights, float(np.linalg.norm(weights))
+    Parameters
+    ----------
+    columns : (n, k) array
+    off : (n,) array
+    least : float
+        Of the largest singular value; what the record shows by less is left alone.
+    """
+    columns = np.where(np.isfinite(columns).all(axis=0), columns, 0.0)
+    sizes = np.linalg.norm(columns, axis=0)
+    scale = np.where(sizes > 0, sizes, 1.0)
+    step, _, shown, _ = np.linalg.lstsq(columns / scale, off, rcond=least)
+    return step / scale, int(shown)

@@ -15,14 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.raw_tables import (
-    Table,
-    TableBuilder,
-    library,
-    numbered,
-    one_line,
-    refusing,
-)
+from axisid.estimation.raw_tables import Table, TableBuilder, numbered
+from axisid.support.libraries import library, one_line, refusing
 from axisid.support.memory import Room
 
 
@@ -37,37 +31,31 @@ def read_mdf(file: Path, room: Room) -> Table:
     DataError
         It is damaged, unfolds to more than there is room for, or asammdf is not installed.
     """
-    asammdf = library("asammdf", "mdf", file)
+    asammdf, builder = library("asammdf", "mdf", file), TableBuilder(room=room)
     with (
         refusing(f"{file} cannot be read as an MDF file (write it anew)"),
         asammdf.MDF(file) as mdf,
     ):
-        builder = _mdf_columns(mdf, room)
+        for name, group, index in _mdf_names(mdf):
+            # Its samples and its times are made before they are seen.
+            room.take(2 * 8 * mdf.groups[group].channel_group.cycles_nr)
+            try:
+                signal = mdf.get(group=group, index=index, ignore_invalidation_bits=True)
+            except Exception as error:
+                builder.pass_over(name, f"what asammdf cannot read ({one_line(error)})")
+                continue
+            values, invalid = np.asarray(signal.samples), signal.invalidation_bits
+            if invalid is not None and values.dtype.kind in "fiub":
+                values = np.where(np.asarray(invalid, dtype=bool), np.nan, values)
+            count = 0 if invalid is None else np.count_nonzero(invalid)
+            builder.add(
+                name,
+                values,
+                unit=signal.unit or "",
+                clock=np.asarray(signal.timestamps, dtype=np.float64),
+                note=f"{name}: {count} samples are marked as invalid" if count else "",
+            )
     return builder.table(str(file), advice="record channels of numbers")
-
-
-def _mdf_columns(mdf: Any, room: Room) -> TableBuilder:
-    builder = TableBuilder(room=room)
-    for name, group, index in _mdf_names(mdf):
-        # Its samples and its times are made before they are seen.
-        room.take(2 * 8 * mdf.groups[group].channel_group.cycles_nr)
-        try:
-            signal = mdf.get(group=group, index=index, ignore_invalidation_bits=True)
-        except Exception as error:
-            builder.pass_over(name, f"what asammdf cannot read ({one_line(error)})")
-            continue
-        values, invalid = np.asarray(signal.samples), signal.invalidation_bits
-        if invalid is not None and values.dtype.kind in "fiub":
-            values = np.where(np.asarray(invalid, dtype=bool), np.nan, values)
-        count = 0 if invalid is None else np.count_nonzero(invalid)
-        builder.add(
-            name,
-            values,
-            unit=signal.unit or "",
-            clock=np.asarray(signal.timestamps, dtype=np.float64),
-            note=f"{name}: {count} samples are marked as invalid" if count else "",
-        )
-    return builder
 
 
 def _mdf_names(mdf: Any) -> list[tuple[str, int, int]]:

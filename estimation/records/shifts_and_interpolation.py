@@ -13,11 +13,10 @@ from typing import Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.choices import check_among
 from axisid.estimation.raw_tables import Repair, Samples, exact_unit
 from axisid.estimation.records.columns import RoleColumns
 from axisid.support.arrays import Array
-from axisid.support.errors import DataError, UsageError, is_real, quoted, refuse
+from axisid.support.errors import DataError, UsageError, check_among, is_real, quoted, refuse
 
 _MIN_SELDOM_CHANGES = 20  # values of a column; fewer come at even distances by chance
 

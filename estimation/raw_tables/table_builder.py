@@ -1,0 +1,130 @@
+"""The columns of a file while it is read: what becomes one, and what holds no numbers."""
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from axisid.support.arrays import Array
+from axisid.support.errors import DataError
+from axisid.support.memory import Room
+
+from .table import RawColumn, Samples, Table
+
+#: What arrays hold, by the kind of their cells.
+_NO_NUMBERS = {"c": "complex numbers", **dict.fromkeys("SUT", "text")}
+
+
+@dataclass(slots=True)
+class TableBuilder:
+    """The columns of a file while it is read, and what in it is none.
+
+    Attributes
+    ----------
+    columns : dict
+        As in `Table`.
+    room : Room
+        The memory that there is for the columns; any where they are in memory already.
+    """
+
+    columns: dict[str, RawColumn] = field(default_factory=dict)
+    room: Room = field(default_factory=lambda: Room("", math.inf))
+
+    def add(
+        self,
+        name: str,
+        values: object,
+        *,
+        unit: str = "",
+        label: str = "",
+        clock: Array | None = None,
+        note: str = "",
+    ) -> None:
+        """Take an array: numbers, or time stamps and durations, counted in s.
+
+        Time stamps count from the first.
+        """
+        array = np.asarray(values)
+        if array.dtype.kind == "M" and array.ndim == 1:
+            note = f"{name}: time stamps counted from the first"
+            stamps = array[~np.isnat(array)]
+            array = array - (stamps[0] if len(stamps) else array)
+        if array.dtype.kind == "m":
+            array, unit = array / np.timedelta64(1, "s"), "s"
+        if array.dtype.kind not in "fiub" or array.ndim != 1:
+            self.pass_over(label or name, _content(array))
+            return
+        self.room.take(8 * array.size)
+        self.columns[name] = RawColumn(
+            samples=Samples(values=array.astype(np.float64), clock=clock),
+            unit=unit,
+            label=label,
+            note=note,
+        )
+
+    def pass_over(self, name: str, what: str) -> None:
+        """Take a column that holds no numbers but something else."""
+        self.columns[name] = RawColumn(
+            samples=DataError(
+                f"the column {name!r} holds {what}; choose another column.", code="columns"
+            ),
+            holds=what,
+        )
+
+    def add_array(self, name: str, values: object, unit: str = "") -> None:
+        """Take an array of any shape: a vector, or a matrix whose columns are numbered from 1.
+
+        Of a matrix that is wider than long, as Simulink's `To File` writes it, the rows are taken.
+        """
+        array = np.asarray(values)
+        if array.size < 2 or (array.ndim > 2 and array.size > max(array.shape)):
+            self.pass_over(name, _content(array))
+        elif array.size == max(array.shape):
+            self.add(name, array.ravel(), unit=unit)
+        else:
+            wide = array.shape[1] > array.shape[0]
+            note = f"{name}: wider than long, so its rows are columns" if wide else ""
+            for k, column in enumerate(array if wide else array.T, 1):
+                self.add(f"{name}.{k}", column, note=note)
+
+    def table(
+        self,
+        source: str,
+        notes: tuple[str, ...] = (),
+        missing: str = "",
+        warnings: tuple[str, ...] = (),
+        *,
+        advice: str = "",
+    ) -> Table:
+        """What was gathered.
+
+        Raises
+        ------
+        DataError
+            That is no column, and there is advice on it.
+        """
+        if advice and all(column.holds for column in self.columns.values()):
+            listed = ", ".join(f"{n}: {c.holds}" for n, c in [*self.columns.items()][:8])
+            raise DataError(
+                f"{source} holds no columns of numbers{f' ({listed})' * bool(listed)}; {advice}.",
+                code="columns",
+            )
+        return Table(
+            source=source,
+            columns=self.columns,
+            notes=notes,
+            missing=missing,
+            warnings=warnings,
+        )
+
+
+def _content(array: np.ndarray[Any, Any]) -> str:
+    if array.dtype.kind in "fiubmM":
+        if array.size == 1:
+            return f"one number, {array.ravel()[0]}"
+        return f"numbers of the shape {' x '.join(map(str, array.shape))}"
+    if array.dtype.kind in _NO_NUMBERS:
+        return _NO_NUMBERS[array.dtype.kind]
+    first = next((type(value).__name__ for value in array.ravel() if value is not None), "")
+    return {"": "nothing", "str": "text"}.get(first, f"objects ({first})")

@@ -1,0 +1,55 @@
+"""What the values of a record are rounded to: counts of an encoder, steps of a converter."""
+
+import numpy as np
+
+from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.thresholds import MIN_STEP_DIFFERENCES
+from axisid.support.arrays import Array
+
+from .record import Record
+
+
+def rounding(values: Array) -> float:
+    """What the values are rounded to as floating point numbers."""
+    return 8 * float(np.finfo(float).eps * np.abs(values).max(initial=0.0))
+
+
+def quantisation_step(values: Array, fewest: int = 1) -> float:
+    """What the values are rounded to: the least difference of two, if others are multiples of it.
+
+    Else 0, as where fewer than so many differences tell it.
+    """
+    differences = np.diff(np.unique(values))
+    differences = differences[differences > rounding(values)]
+    least = float(differences.min(initial=np.inf))
+    few = differences[differences < 5 * least] / least  # larger ones do not tell
+    whole = np.abs(few - np.round(few)) < 0.15  # as decimals leave them
+    enough = np.isfinite(least) and len(few) >= fewest
+    return least if enough and np.mean(whole) > 0.9 else 0.0
+
+
+# of the samples change a rounded velocity; at a constant speed noise of half a step changes as
+# many, and averages the steps
+_MAX_DITHERED_SHARE = 0.5
+
+
+def position_step(record: Record) -> float:
+    """What a recorded position is rounded to, SI; 0 where nothing is known of it."""
+    if record.integrated:
+        return 0.0
+    return quantisation_step(record.position, int(MIN_STEP_DIFFERENCES.value))
+
+
+def sensor_steps(axis: GeneratedAxis, record: Record) -> tuple[float, float]:
+    """What a sampled law has of steps of the position, and of those of a measured velocity, SI.
+
+    0 where nothing is known of them, or where noise averages the velocity's.
+    """
+    law, velocity = axis.axis.control, record.velocity
+    if law is None or law.continuous:
+        return 0.0, 0.0
+    if velocity is None:
+        return position_step(record), 0.0
+    step = quantisation_step(velocity, int(MIN_STEP_DIFFERENCES.value))
+    changing = np.abs(np.diff(velocity)) > step / 2
+    return position_step(record), step * bool(np.mean(changing) <= _MAX_DITHERED_SHARE)

@@ -1,0 +1,305 @@
+"""How loops are run: how many steps a sample takes, and how far from its reference one may go.
+
+Runge-Kutta steps are as many as damping, stiffness and waves of the position ask for. The way is
+some multiple of what is asked of a loop: the way of the reference, and from the start to it. Where
+that is next to nothing, other things move the axis: noise and counts of the encoder, and the load
+at the start, to which the loop gives way until its control holds it.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.codegen.lowering import (
+    PHASE_PER_STEP,
+    PROBE,
+    PROBED,
+    RESOLVED,
+    STEPS_IN_ALL,
+    STEPS_OF_EACH,
+    STEPS_OF_SEARCH,
+    LoopSettings,
+)
+from axisid.estimation.thresholds import MAX_STIFFNESS_RATIO, MAX_WAVE_RATIO
+from axisid.support.arrays import Array
+
+from .loop_inputs import LoopInputs, law_of
+
+Recorded = Sequence[Array] | Array
+
+_SLACK = 1e-6
+_HALVED = 0.5 ** np.arange(1.0, 13.0)[:, None]  # parts of a velocity, down to rest
+_UNIFORM = 2.0  # times longer may steps be where the rates are the same everywhere
+MOST_SUBSTEPS = 1024
+
+
+def visited_signals(axis: GeneratedAxis) -> tuple[str, ...]:
+    """The signals that `substeps_along` looks at."""
+    return ("position", "velocity", "force", "direction", *["acceleration"] * bool(axis.states))
+
+
+def has_constant_substeps(axis: GeneratedAxis) -> bool:
+    """Whether no motion asks for more steps than the start does.
+
+    The rates are the same everywhere; or the axis has kinks or jumps over the position, and the
+    time loop itself takes as many steps as the motion asks for.
+    """
+    return axis.uniform or axis.has_sides
+
+
+def rates_at_start(
+    axis: GeneratedAxis, parameters: Array, start: Array, recorded: Recorded
+) -> Array:
+    """Rates at rest backward and forward, (B, 2), or of all states together, (B, 1)."""
+    lanes = len(start)
+    if axis.states:
+        still = dict.fromkeys(visited_signals(axis), np.zeros(lanes)) | {"position": start}
+        return _rates_with_states(axis, parameters, still)[:, None]
+    q, s = np.tile(start, 2), np.repeat([-1.0, 1.0], lanes)
+    sets = np.tile(parameters, (2, 1))
+    signals = [np.tile(np.broadcast_to(v, lanes), 2) for v in recorded]
+    return _probed(axis, q, np.zeros(2 * lanes), s, sets, None, signals).reshape(2, lanes).T
+
+
+def substeps_along(
+    axis: GeneratedAxis,
+    parameters: Array,
+    visited: Mapping[str, Array],
+    period: float,
+    recorded: Sequence[Array],
+) -> tuple[int, int]:
+    """Steps in a sample that resolve the rates wherever a simulation went.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    parameters : (p,) array
+    visited : dict of str to (n,) array
+        By `visited_signals`. Where the velocity changes its sign between two
+        samples, the axis at rest is looked at too, in both directions.
+    period : float
+    recorded : sequence of (N,) array
+        The recorded signals, of at least as many samples.
+
+    Returns
+    -------
+    int
+    int
+        The sample that asks for the shortest.
+    """
+    q, dq, force = visited["position"], visited["velocity"], visited["force"]
+    if not len(q):
+        return 1, 0
+    looked_at, signals = np.arange(len(q)), [values[: len(q)] for values in recorded]
+    if axis.states:
+        rates, passing = _rates_with_states(axis, parameters, visited), np.zeros(len(q))
+    else:
+        turns = np.flatnonzero(dq[:-1] * dq[1:] <= 0)
+        rows, speeds = (turns[:0], dq[:0]) if axis.evenly_damped else _between(dq)
+        s = np.where(visited["direction"] < 0, -1.0, 1.0)
+        looked_at = np.concatenate([looked_at, turns, turns, rows])
+        rates = _probed(
+            axis,
+            q[looked_at],
+            np.concatenate([dq, np.zeros(2 * len(turns)), speeds]),
+            np.concatenate([s, np.full(len(turns), -1.0), np.ones(len(turns)), np.sign(speeds)]),
+            parameters,
+            force[looked_at],
+            [v[looked_at] for v in signals],
+        )
+        passing = np.zeros(len(rates))
+        passing[: len(q)] = _wave_numbers(axis, q, parameters, signals) * np.abs(dq)
+    shortest = np.maximum(_by_rate(axis, rates, period), passing * period / PHASE_PER_STEP).argmax()
+    steps = steps_by_rate(axis, rates.max(keepdims=True), period, float(passing.max()))
+    return int(steps[0]), int(looked_at[shortest])
+
+
+def _between(dq: Array) -> tuple[NDArray[np.intp], Array]:
+    """Velocities that are passed within a sample, and its row: each the half of the last, (n,).
+
+    So a peak of friction about rest is seen that no sample meets.
+    """
+    here, there = np.abs(dq[:-1]), np.abs(dq[1:])
+    least = np.where(dq[:-1] * dq[1:] > 0, np.minimum(here, there), 0.0)
+    rows = np.flatnonzero(np.maximum(here, there) > 2 * least)
+    ladder = np.stack([dq[rows], dq[rows + 1]])[:, None] * _HALVED
+    passed = np.abs(ladder) > least[rows]
+    return np.broadcast_to(rows, ladder.shape)[passed], ladder[passed]
+
+
+def _wave_numbers(
+    axis: GeneratedAxis, q: Array, parameters: Array, signals: Sequence[Array]
+) -> Array:
+    """Reciprocals of the way on which the acceleration may vary; 0 where it is a polynomial."""
+    if "wave_number" not in axis.functions:
+        return np.zeros(len(q))
+    return axis.evaluate("wave_number", q, *signals, parameters)[0][:, 0]
+
+
+def _probed(
+    axis: GeneratedAxis,
+    q: Array,
+    dq: Array,
+    s: Array,
+    parameters: Array,
+    force: Array | None,
+    signals: Sequence[Array],
+) -> Array:
+    """Rates of damping and stiffness, from how the acceleration changes over a probe, (n,)."""
+    waves = _wave_numbers(axis, q, parameters, signals)
+    way = PROBE / (1 + PROBE / PROBED * waves)
+    positions = np.concatenate([q, q, q + way])
+    speeds = np.concatenate([dq, dq + PROBE, dq])
+    directions = np.tile(s, 3)
+    sets = parameters if parameters.ndim == 1 else np.tile(parameters, (3, 1))
+    with np.errstate(all="ignore"):
+        if force is not None and not (law_of(axis).continuous or axis.axis.drives_by_motion):
+            tiled = (np.tile(values, 3) for values in signals)
+            arguments = (positions, speeds, np.tile(force, 3), directions, *tiled, sets)
+            accelerations = axis.evaluate("direct_dynamics", *arguments)[0]
+        else:
+            held = np.tile(_held(axis, q, signals), (3, 1))  # it stays while positions are probed
+            arguments = (positions, speeds, held, directions, sets)
+            accelerations = axis.evaluate("held_acceleration", *arguments)[0]
+        here, faster, further = accelerations.reshape(3, -1)
+        damping, stiffness = np.abs(faster - here) / PROBE, np.abs(further - here) / way
+        rates = np.maximum(damping, np.sqrt(stiffness))
+    return np.where(np.isfinite(rates), rates, 0.0)
+
+
+def _rates_with_states(
+    axis: GeneratedAxis, parameters: Array, visited: Mapping[str, Array]
+) -> Array:
+    """Rates of motion and internal states together along a motion, (n,).
+
+    The states are where they start, the force is such that the acceleration is that of the motion.
+    Parameters are (p,), or of each place their own, (n, p).
+    """
+    names = ("position", "velocity", "acceleration", "direction")
+    q, dq, ddq, direction = (visited[name] for name in names)
+    begin = axis.functions["state_start"]
+    states = np.array([begin(own)[0].full().ravel() for own in np.atleast_2d(parameters)])
+    held = _held(axis, q, ())
+    with np.errstate(all="ignore"):
+        forces = axis.evaluate("inverse_dynamics", q, dq, ddq, direction, parameters)[0]
+        held[:, 0] = forces[:, 0]
+        sets = states if parameters.ndim == 2 else states[0]
+        rates = axis.evaluate("plant_rate", q, dq, held, direction, sets, parameters)[0][:, 0]
+    return np.where(np.isfinite(rates), rates, 0.0)
+
+
+def _held(axis: GeneratedAxis, position: Array, signals: Sequence[Array]) -> Array:
+    """No force, or the reference of a continuous law at the positions, and signals, (n, size)."""
+    size = _held_values(axis)
+    held = np.zeros((len(position), size))
+    held[:, size - 2 * len(signals) :: 2] = np.transpose(signals)
+    law = axis.axis.control
+    if law is not None and law.continuous:
+        held[:, 0] = position
+    return held
+
+
+@lru_cache(maxsize=64)
+def _held_values(axis: GeneratedAxis) -> int:
+    """How many numbers are held over a sample; asking CasADi takes long."""
+    return int(axis.functions["held_acceleration"].size1_in("held"))
+
+
+def _by_rate(axis: GeneratedAxis, rates: Array, period: float) -> Array:
+    return rates * period / (_UNIFORM * RESOLVED if axis.uniform else RESOLVED)
+
+
+@dataclass(slots=True)
+class StepBudget:
+    """Steps that simulations may take together, those of one search: `left` are still to take."""
+
+    left: int = STEPS_OF_SEARCH
+
+
+def most_substeps(samples: int, left: int = STEPS_IN_ALL) -> int:
+    """Steps in a sample, at most, of a simulation of so many samples: a power of 2."""
+    each = max(min(left, STEPS_IN_ALL) // samples, STEPS_OF_EACH)
+    return int(min(2 ** (each.bit_length() - 1), MOST_SUBSTEPS))
+
+
+def steps_by_rate(
+    axis: GeneratedAxis, rates: Array, period: float, passing: Array | float = 0.0
+) -> NDArray[np.int64]:
+    """Steps from rates, and from waves of the position that pass, rad/s: powers of 2.
+
+    Powers of 2, so that many lanes fall into few groups; more than `MOST_SUBSTEPS` where even that
+    would leave the steps unstable, or blind for the waves.
+    """
+    by_rate = _by_rate(axis, rates, period)
+    by_wave = passing * period / PHASE_PER_STEP
+    wanted = np.maximum(by_rate, by_wave)
+    wanted = wanted * (1 - _SLACK)  # so that rounding does not decide for round numbers
+    powers = np.ceil(np.log2(np.clip(wanted, 1, MOST_SUBSTEPS)))
+    beyond = (by_rate > MAX_STIFFNESS_RATIO.value * MOST_SUBSTEPS) | (
+        by_wave > MAX_WAVE_RATIO.value * MOST_SUBSTEPS
+    )
+    return np.where(beyond, 2 * MOST_SUBSTEPS, 2**powers).astype(np.int64)
+
+
+_RUNAWAY_RATIO = 100.0  # distance from the reference, by what a loop is asked to move
+_OFF = 1e-6  # of the reference from the position, for the loop's stiffness
+
+
+def loop_settings(inputs: LoopInputs, substeps: int) -> LoopSettings:
+    """How loops are run: beyond 100 times of what they are asked to move, they run away."""
+    away = np.abs(inputs.start.position - inputs.reference[0])
+    most = _RUNAWAY_RATIO * np.maximum(np.ptp(inputs.reference, axis=0), away)
+    return LoopSettings(
+        period=inputs.period,
+        resolution=inputs.resolution,
+        allowed=np.where(most > 0, most, np.inf),
+        substeps=substeps,
+    )
+
+
+def widened_distance(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> float:
+    """Where one loop runs away that more than its reference moves: load, noise, test signals.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    parameters : (p,) array
+    inputs : LoopInputs
+        Of one loop.
+    """
+    place, signals = float(inputs.start.position), [*map(float, inputs.first_signals)]
+    noise = 0.0 if inputs.noise is None else float(np.ptp(inputs.noise))
+    drive, controls = axis.axis.drive, _controls(axis, place, *signals)
+    # Up to so much of a command is lost.
+    added = drive.deadband + drive.quantisation / 2
+    added += 0.0 if inputs.injected is None else float(np.abs(inputs.injected).max())
+    force, dynamics = axis.functions["drive_force"], axis.functions["direct_dynamics"]
+    still, behind = (float(force(control, place, 0.0, *signals)) for control in controls)
+    loaded, free, pushed = (
+        float(dynamics(place, 0.0, tau, 0.0, *signals, parameters)) for tau in (still, 0.0, 1.0)
+    )
+    # At rest on its reference the loop gives way to the load there, and then to what is added: by
+    # nothing where nothing is asked of it, without end where it answers nothing.
+    asked = np.array([abs(loaded), added])
+    answered = np.abs([(pushed - free) * (behind - still), controls[1] - controls[0]])
+    with np.errstate(all="ignore"):
+        ways = np.where(asked > 0, asked * _OFF / answered, 0.0)
+    return _RUNAWAY_RATIO * max(float(ways.sum()), noise, inputs.resolution)
+
+
+def _controls(axis: GeneratedAxis, position: float, *recorded: float) -> tuple[float, float]:
+    """Control of an axis at rest on its reference, and a little behind it, at its most."""
+    size = axis.functions["control_law"].size1_in("state")
+    begin = axis.functions["control_start"](position, position, *recorded).full().ravel()
+    read = position + np.array([[0.0, _OFF], [0.0, 0.0]])
+    signals = np.repeat([[0.0], *([value] for value in recorded)], 2, axis=1)  # velocity first
+    memory, answers = np.tile(begin[:size], (2, 1)), list[Array]()
+    for _ in range(size + 2):  # a delay answers late
+        control, memory = axis.evaluate("control_law", *read, *signals, memory)
+        answers.append(control[:, 0])
+    still, behind = max(answers, key=lambda pair: float(abs(pair[1] - pair[0])))
+    return float(still), float(behind)

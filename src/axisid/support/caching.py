@@ -1,0 +1,34 @@
+"""What is computed once, and kept as long as what it was computed of."""
+
+import weakref
+from collections.abc import Callable
+from functools import wraps
+from typing import Concatenate, ParamSpec, TypeVar
+
+S = TypeVar("S")
+T = TypeVar("T")
+P = ParamSpec("P")
+V = TypeVar("V")
+
+
+def cached_while_alive(
+    function: Callable[Concatenate[S, T, P], V],
+) -> Callable[Concatenate[S, T, P], V]:
+    """A function that is asked in every iteration, and computed once; kept by its arguments.
+
+    What it gives is kept as long as the second of them is alive, which is known by its identity;
+    the others have a hash.
+    """
+    cache = dict[int, dict[tuple[object, ...], V]]()
+
+    @wraps(function)
+    def cached(first: S, owner: T, /, *rest: P.args, **named: P.kwargs) -> V:
+        if id(owner) not in cache:
+            cache[id(owner)] = {}
+            weakref.finalize(owner, cache.pop, id(owner), None)
+        of_owner, key = cache[id(owner)], (first, *rest, *sorted(named.items()))
+        if key not in of_owner:
+            of_owner[key] = function(first, owner, *rest, **named)
+        return of_owner[key]
+
+    return cached
