@@ -192,7 +192,9 @@ def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
         if hypothesis.measured is None
         else scores.nearest(columns, hypothesis.measured(near))
     )
-    if hypothesis.is_positive and scores.test(columns[:, [best]]).values[0, 0] <= 0:
+    values = scores.test(columns[:, [best]]).values[0]
+    # What was taken in before is at one of these places, and nothing of it there.
+    if not values.any() or (hypothesis.is_positive and values[0] <= 0):
         return found
     return replace(found, at=float(near[best]), columns=columns[:, best])
 
