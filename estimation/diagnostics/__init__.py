@@ -8,18 +8,18 @@ from .alignment import (
     Alignment as Alignment,
     estimate_delay as estimate_delay,
 )
-from .case import Case as Case
-from .column_comparison import (
-    ColumnComparison as ColumnComparison,
-    compared_motion as compared_motion,
-    derivative_check as derivative_check,
-)
-from .diagnosis import (
+from .all_diagnostics import (
     DIAGNOSTICS as DIAGNOSTICS,
     Diagnosis as Diagnosis,
     Diagnostic as Diagnostic,
     RecordDiagnosis as RecordDiagnosis,
     diagnose as diagnose,
+)
+from .case import Case as Case
+from .column_comparison import (
+    ColumnComparison as ColumnComparison,
+    compared_motion as compared_motion,
+    derivative_check as derivative_check,
 )
 from .estimator_checks import (
     DDM_LESS_IDM as DDM_LESS_IDM,
@@ -27,10 +27,14 @@ from .estimator_checks import (
     forms_check as forms_check,
     method_check as method_check,
 )
-from .excitation import Excitation as Excitation
 from .instrument_strength import (
     InstrumentStrength as InstrumentStrength,
     InstrumentTests as InstrumentTests,
+)
+from .model_error_checks import misspecification_check as misspecification_check
+from .overlapping_records import (
+    common_samples as common_samples,
+    repeated_check as repeated_check,
 )
 from .parameter_checks import (
     NOMINAL_VALUES as NOMINAL_VALUES,
@@ -42,6 +46,7 @@ from .parameter_checks import (
     rows_check as rows_check,
     within_bounds as within_bounds,
 )
+from .parameter_excitation import Excitation as Excitation
 from .pooling import (
     PoolingTest as PoolingTest,
     RecordDifference as RecordDifference,
@@ -52,8 +57,3 @@ from .pooling import (
     pooling_test as pooling_test,
     pooling_test_of as pooling_test_of,
 )
-from .repeated_samples import (
-    common_samples as common_samples,
-    repeated_check as repeated_check,
-)
-from .residual_checks import misspecification_check as misspecification_check

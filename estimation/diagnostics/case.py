@@ -47,8 +47,8 @@ from .estimator_checks import (
     SECOND_OPINION,
     less_precise,
 )
-from .excitation import Excitation, excitation
 from .instrument_strength import InstrumentTests, strength_check, tests_of_instruments
+from .parameter_excitation import Excitation, excitation
 from .pooling import PoolingTest, pooling_test
 
 ONE_RECORD = Missing("there is one record")

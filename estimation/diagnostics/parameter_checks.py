@@ -25,7 +25,7 @@ from axisid.modeling.declaration import Drive, known_text
 from axisid.modeling.quantities import Parameter
 from axisid.support.errors import Missing, first_case
 
-from .excitation import Excitation
+from .parameter_excitation import Excitation
 
 _NEGLIGIBLE_SIZE = 0.1  # of a vague parameter, in what force and motion make of its unit
 _MAX_FROM_NOMINAL = 5.0  # times the nominal value, of the whole interval

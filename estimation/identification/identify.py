@@ -20,8 +20,8 @@ from axisid.estimation.signals import Prefilter
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import EstimationError, ModelError, UsageError, check_among, listed
 
-from .bounds import bounded_identification
-from .drive_time import identify_with_drive_time
+from .bounded_identification import bounded_identification
+from .drive_lag_or_delay import identify_with_drive_time
 from .joint_records import joint_records
 from .result import Identification
 

@@ -16,8 +16,8 @@ from .closed_loop import (
     simulate_lanes as simulate_lanes,
     simulate_loop as simulate_loop,
 )
+from .integration_steps import StepBudget as StepBudget, most_substeps as most_substeps
 from .loop_inputs import LoopInputs as LoopInputs, law_of as law_of
-from .loop_settings import StepBudget as StepBudget, most_substeps as most_substeps
 from .multirate import TwoClocks as TwoClocks
 from .refusals import at_rest as at_rest
 from .simulated_signals import (

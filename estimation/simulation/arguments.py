@@ -20,8 +20,8 @@ from axisid.support.errors import (
     real_array,
 )
 
+from .integration_steps import MOST_SUBSTEPS
 from .loop_inputs import LoopInputs, law_of
-from .loop_settings import MOST_SUBSTEPS
 from .multirate import clocks_of
 
 

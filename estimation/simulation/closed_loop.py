@@ -28,8 +28,7 @@ from axisid.support.errors import AxisidError, EstimationError, UsageError, quot
 
 from .arguments import check_whole, checked_loop
 from .initial_state import lane_starts, loop_start
-from .loop_inputs import LoopInputs, axis_of
-from .loop_settings import (
+from .integration_steps import (
     MOST_SUBSTEPS,
     StepBudget,
     has_constant_substeps,
@@ -40,6 +39,7 @@ from .loop_settings import (
     visited_signals,
     widened_distance,
 )
+from .loop_inputs import LoopInputs, axis_of
 from .multirate import at_log_samples, lines
 from .refusals import at_rest, checked_rate, failure, place_at, states_refusal, too_stiff
 from .simulated_signals import Simulation, measured_positions

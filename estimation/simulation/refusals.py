@@ -13,7 +13,7 @@ from axisid.modeling.derivation import forces_at_rest, state_limits
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError, first_case
 
-from .loop_settings import Recorded, most_substeps, rates_at_start
+from .integration_steps import Recorded, most_substeps, rates_at_start
 
 #: Position and velocity, and the recorded signals there.
 Place = tuple[tuple[float, float], tuple[float, ...]]

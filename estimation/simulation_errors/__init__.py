@@ -8,7 +8,7 @@ from .closed_loop_errors import (
     ClosedLoopErrors as ClosedLoopErrors,
     measured_output as measured_output,
 )
-from .open_loop_errors import (
+from .multiple_shooting_errors import (
     FEWEST_IN_WINDOW as FEWEST_IN_WINDOW,
     OpenLoopErrors as OpenLoopErrors,
     default_horizon as default_horizon,

@@ -21,7 +21,7 @@ from axisid import (
 )
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd_difference
-from axisid.estimation.diagnostics.residual_checks import simulation_error_check
+from axisid.estimation.diagnostics.model_error_checks import simulation_error_check
 from axisid.estimation.estimates import NotSimulated
 from axisid.estimation.estimates.estimate import Estimate
 from axisid.estimation.methods.instrumental import NEARLY_CONVERGED

@@ -22,8 +22,16 @@ from .alignment import Alignment
 from .case import ONE_RECORD, Case
 from .column_comparison import ColumnComparison, derivative_check, force_check, limit_check
 from .estimator_checks import forms_check, method_check
-from .excitation import Excitation
 from .instrument_strength import InstrumentTests
+from .model_error_checks import (
+    fails,
+    lack_of_fit_check,
+    missing_terms_check,
+    misspecification_check,
+    outliers_check,
+    simulation_error_check,
+)
+from .overlapping_records import repeated_check
 from .parameter_checks import (
     NOMINAL_VALUES,
     fixed_check,
@@ -33,16 +41,8 @@ from .parameter_checks import (
     rows_check,
     within_bounds,
 )
+from .parameter_excitation import Excitation
 from .pooling import RecordDifference, pooling_check
-from .repeated_samples import repeated_check
-from .residual_checks import (
-    fails,
-    lack_of_fit_check,
-    missing_terms_check,
-    misspecification_check,
-    outliers_check,
-    simulation_error_check,
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid.estimation.diagnostics.repeated_samples import repeated_check
+from axisid.estimation.diagnostics.overlapping_records import repeated_check
 from axisid.estimation.records import Record, Repairs, read_record
 
 
