@@ -20,7 +20,6 @@ import numpy as np
 from figures import give, parser_of
 
 from axisid.codegen.generated_axes import GeneratedAxis, build
-from axisid.estimation.bootstrap import Chain
 from axisid.estimation.choices import CONTROL, FIT
 from axisid.estimation.monte_carlo import (
     PARAMETER,
@@ -29,6 +28,7 @@ from axisid.estimation.monte_carlo import (
     interval_covariance,
     monte_carlo,
 )
+from axisid.estimation.noise_models import Chain
 from axisid.modeling.parsing import load_axis
 from axisid.paper import FILTERS
 from axisid.presentation.documents import (

@@ -250,7 +250,7 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         "after, earlier = map(at.equations, signals_about(form.axis, physical, loop))",
         "after = earlier = at.equations(signals_about(form.axis, physical, loop)[0])",
         (
-            "tests/estimation/bootstrap/test_noise_model.py::test_a_held_force_moves_a_free_mass_by_the_mean_of_both_its_sides",
+            "tests/estimation/noise_models/test_noise_model.py::test_a_held_force_moves_a_free_mass_by_the_mean_of_both_its_sides",
         ),
     ),
     "the force held before a sample is that after it": (

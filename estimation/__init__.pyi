@@ -3,7 +3,6 @@ from .batched import (
     RecordLanes as RecordLanes,
     identify_lanes as identify_lanes,
 )
-from .bootstrap import Chain as Chain
 from .control_law_search import (
     ExplainedLaw as ExplainedLaw,
     LawSearch as LawSearch,
@@ -19,17 +18,21 @@ from .diagnostics import (
 from .diagnostics.control_law import LawAgreement as LawAgreement, law_agreement as law_agreement
 from .estimates import Iterate as Iterate, Value as Value
 from .identification import DriveTime as DriveTime
-from .jackknife import JackknifeInterval as JackknifeInterval
-from .lack_of_fit import LackOfFit as LackOfFit
 from .methods import METHODS as METHODS
-from .model_validation import (
+from .misspecification import (
+    JackknifeInterval as JackknifeInterval,
+    LackOfFit as LackOfFit,
+)
+from .model_selection import (
     Candidate as Candidate,
     Comparison as Comparison,
+    Sweep as Sweep,
+    default_cutoffs as default_cutoffs,
+)
+from .model_validation import (
     FitValidation as FitValidation,
     MethodValidation as MethodValidation,
-    Sweep as Sweep,
     Validation as Validation,
-    default_cutoffs as default_cutoffs,
     validate_fit as validate_fit,
 )
 from .monte_carlo import (
@@ -43,6 +46,7 @@ from .monte_carlo import (
     Share as Share,
     write_runs as write_runs,
 )
+from .noise_models import Chain as Chain
 from .output_error import OutputFit as OutputFit
 from .raw_tables import Provenance as Provenance, Repair as Repair
 from .records import Repairs as Repairs

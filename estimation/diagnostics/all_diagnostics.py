@@ -11,8 +11,7 @@ from functools import partial
 from axisid.estimation.diagnostic_checks import Check, joined, made, unless_faulty, value_or
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_check
 from axisid.estimation.estimates import HausmanTest
-from axisid.estimation.jackknife import JackknifeInterval
-from axisid.estimation.lack_of_fit import LackOfFit
+from axisid.estimation.misspecification import JackknifeInterval, LackOfFit
 from axisid.estimation.records import record_labels
 from axisid.estimation.signals import advice_on_rests
 from axisid.support.arrays import Exact

@@ -6,7 +6,6 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from axisid.estimation.bootstrap import noise_free_record
 from axisid.estimation.diagnostic_checks import (
     DEFAULT_LEVELS,
     Check,
@@ -23,14 +22,18 @@ from axisid.estimation.estimates import (
     significant_differences,
 )
 from axisid.estimation.estimation_problem import Problem, quantisation_bias
-from axisid.estimation.jackknife import JackknifeInterval, groupings, jackknife_intervals
-from axisid.estimation.lack_of_fit import LackOfFit, lack_of_fit
 from axisid.estimation.misspecification import (
+    JackknifeInterval,
+    LackOfFit,
     Misspecification,
     RecordScores,
     find_misspecification,
+    groupings,
+    jackknife_intervals,
+    lack_of_fit,
     scores_at,
 )
+from axisid.estimation.noise_models import noise_free_record
 from axisid.estimation.records import position_step
 from axisid.estimation.regression import DirectForm, recorded_loops
 from axisid.estimation.signals import FilteredRecord

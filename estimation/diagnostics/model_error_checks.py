@@ -6,8 +6,7 @@ from dataclasses import replace
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Levels, status_of
 from axisid.estimation.estimates import Estimate, NotSimulated
-from axisid.estimation.lack_of_fit import LackOfFit
-from axisid.estimation.misspecification import Misspecification, misspecification_text
+from axisid.estimation.misspecification import LackOfFit, Misspecification, misspecification_text
 from axisid.estimation.records import Record, advised_shift
 from axisid.estimation.records.columns import scale_remedy
 from axisid.estimation.signals import advice_on_rests

@@ -8,8 +8,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from axisid.codegen.generated_axes import Quantity
-from axisid.estimation.bootstrap import Chain
 from axisid.estimation.choices import ROW_LOSSES, is_output_error
+from axisid.estimation.noise_models import Chain
 from axisid.estimation.regression import (
     Covariance,
     DrawSummary,

@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from axisid.estimation.bootstrap import Chain, noise_free_record
 from axisid.estimation.estimates import (
     COVARIANCES,
     Estimate,
@@ -19,6 +18,7 @@ from axisid.estimation.estimates import (
     least_freedom,
 )
 from axisid.estimation.estimation_problem import Problem
+from axisid.estimation.noise_models import Chain, noise_free_record
 from axisid.estimation.parameters import perturbed_joint_forms
 from axisid.estimation.regression import (
     Covariance,

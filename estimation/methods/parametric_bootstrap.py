@@ -7,9 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
-from axisid.estimation.bootstrap import Chain, Twins, measured_noise
 from axisid.estimation.choices import ROW_LOSSES
 from axisid.estimation.estimation_problem import Problem, Solver
+from axisid.estimation.noise_models import Chain, Twins, measured_noise
 from axisid.estimation.regression import (
     Covariance,
     Form,

@@ -1,9 +1,16 @@
-"""What a model lacks on a record: columns beside it, against twins that lack nothing.
+"""What a model lacks on a record, by name, and how much it leaves beside noise, whatever its name.
 
 In: an estimate and its record. Out: `Misspecification`, the name that explains most first, each
-with its sentence. Knows nothing of verdicts.
+with its sentence; `LackOfFit` of what repeats; `JackknifeInterval` of how far the model's error may
+move a parameter. Knows nothing of verdicts.
 """
 
+from .jackknife import (
+    JackknifeInterval as JackknifeInterval,
+    groupings as groupings,
+    jackknife_intervals as jackknife_intervals,
+)
+from .lack_of_fit import LackOfFit as LackOfFit, lack_of_fit as lack_of_fit
 from .scores import RecordScores as RecordScores, scores_at as scores_at, scores_of as scores_of
 from .search import (
     Misspecification as Misspecification,

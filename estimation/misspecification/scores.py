@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scipy.linalg import orth
 from scipy.special import fdtrc
 
-from axisid.estimation.bootstrap import DEFAULT_TWIN_COUNT, Chain, noise_free_record, twins_of
 from axisid.estimation.estimates import Estimate
+from axisid.estimation.noise_models import DEFAULT_TWIN_COUNT, Chain, noise_free_record, twins_of
 from axisid.estimation.regression import (
     Equations,
     Hac,

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.bootstrap import DEFAULT_TWIN_COUNT
 from axisid.estimation.choices import OPEN_LOOP, is_output_error
 from axisid.estimation.diagnostic_checks import Check, Levels
 from axisid.estimation.diagnostics import RecordDifference, common_samples, difference_of
@@ -23,6 +22,7 @@ from axisid.estimation.estimates import Estimate, SamplingDistribution
 from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.identification import Identification, RecordInfo
 from axisid.estimation.methods import METHODS, Bootstrap, estimate_by, filtered_record
+from axisid.estimation.noise_models import DEFAULT_TWIN_COUNT
 from axisid.estimation.output_error import OutputFit, checked_horizon
 from axisid.estimation.parameters import GAIN, INITIAL_STATE_PARAMETERS, by_declared_gain
 from axisid.estimation.records import Record, check_record, law_clock

@@ -10,8 +10,8 @@ import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.batched import RecordLanes, is_served
-from axisid.estimation.bootstrap import AntitheticDraws, Autoregressions, Chain
 from axisid.estimation.choices import INSTRUMENT_STARTS, ROW_LOSSES
+from axisid.estimation.noise_models import AntitheticDraws, Autoregressions, Chain
 from axisid.estimation.records import Record
 from axisid.estimation.simulation import TwinPlan, simulate_batch, twin_plan
 from axisid.modeling.declaration import Experiment

@@ -16,7 +16,6 @@ from typing import TypeAlias
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
-from axisid.estimation.bootstrap import DEFAULT_TWIN_COUNT, Chain, check_twin_count
 from axisid.estimation.choices import (
     INSTRUMENT_STARTS,
     ROW_LOSSES,
@@ -26,6 +25,7 @@ from axisid.estimation.choices import (
 )
 from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.identification import check_choices, requested_methods
+from axisid.estimation.noise_models import DEFAULT_TWIN_COUNT, Chain, check_twin_count
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_plan
 from axisid.modeling.declaration import Axis, Move

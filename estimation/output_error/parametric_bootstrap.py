@@ -14,12 +14,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
-from axisid.estimation.bootstrap import Chain, measured_noise, noise_free_record, twins_of
 from axisid.estimation.diagnostics.control_law import (
     EstimatedGains,
     LawAgreement,
     found_law_agreement,
 )
+from axisid.estimation.noise_models import Chain, measured_noise, noise_free_record, twins_of
 from axisid.estimation.parameters import ExtendedForm, axis_at
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Hac, recorded_loops

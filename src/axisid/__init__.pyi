@@ -9,7 +9,8 @@ from . import (
 from .codegen.generated_axes import build as build
 from .estimation.estimates import Estimate as Estimate
 from .estimation.identification import Identification as Identification, identify as identify
-from .estimation.model_validation import compare as compare, sweep as sweep, validate as validate
+from .estimation.model_selection import compare as compare, sweep as sweep
+from .estimation.model_validation import validate as validate
 from .estimation.monte_carlo import monte_carlo as monte_carlo
 from .estimation.output_error import fit as fit
 from .estimation.records import Record as Record, read_record as read_record

@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.bootstrap import Chain
 from axisid.estimation.monte_carlo import drawn_twin, noise_of, twin_of
+from axisid.estimation.noise_models import Chain
 from axisid.estimation.records import Record
 from axisid.estimation.records.columns import log_content
 from axisid.estimation.simulation import twin_plan

@@ -45,7 +45,7 @@ def test_the_stages_and_saved_results_leave_searches_signals_and_figures_to_thei
 ) -> None:
     file = tmp_path / "result.json"
     identify(emps2015, twin, methods=["idm-ls"], bootstrap=0).save(file)
-    rooms = ("estimation.model_validation", "presentation.result_files", "exports")
+    rooms = ("estimation.model_selection", "presentation.result_files", "exports")
     of_rooms = "import " + ", ".join(f"axisid.{room}" for room in rooms)
     modules = imported_by(f"{of_rooms}\naxisid.load_result({str(file)!r})")
     assert "axisid.estimation.records.reading" in modules

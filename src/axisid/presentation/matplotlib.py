@@ -12,7 +12,7 @@ from typing import Any, cast
 import numpy as np
 
 from axisid.estimation.estimates import Estimate
-from axisid.estimation.model_validation import Sweep
+from axisid.estimation.model_selection import Sweep
 from axisid.presentation.plots import (
     SHADED,
     Panel,

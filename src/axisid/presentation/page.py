@@ -22,7 +22,8 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.choices import INSTRUMENT_STARTS
 from axisid.estimation.diagnostic_checks import Check, by_weight, conclusion
 from axisid.estimation.identification import Identification
-from axisid.estimation.model_validation import Sweep, Validation, default_cutoffs, sweep
+from axisid.estimation.model_selection import Sweep, default_cutoffs, sweep
+from axisid.estimation.model_validation import Validation
 from axisid.estimation.monte_carlo import MonteCarlo
 from axisid.estimation.output_error import OutputFit
 from axisid.estimation.records import Record

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from axisid.estimation.control_law_search import LawSearch
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification, record_index
-from axisid.estimation.lack_of_fit import lack_of_fit
-from axisid.estimation.model_validation import Comparison, FitValidation, Sweep, Validation
+from axisid.estimation.misspecification import lack_of_fit
+from axisid.estimation.model_selection import Comparison, Sweep
+from axisid.estimation.model_validation import FitValidation, Validation
 from axisid.estimation.monte_carlo import MonteCarlo, run_columns
 from axisid.estimation.output_error import OutputFit
 from axisid.estimation.records import Record

@@ -11,9 +11,9 @@ from scipy.stats import binom
 
 from axisid import build, fit, load_axis, twin_record
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.bootstrap import Chain
-from axisid.estimation.bootstrap.noise_model import AntitheticDraws
 from axisid.estimation.estimates import student_interval
+from axisid.estimation.noise_models import Chain
+from axisid.estimation.noise_models.noise_model import AntitheticDraws
 from axisid.estimation.output_error.covariance import Sandwich, unseen_directions, unseen_in_words
 from axisid.estimation.output_error.inference import reach_of_cut_normal
 from axisid.support.arrays import Array

@@ -8,7 +8,6 @@ from axisid.codegen.generated_axes import (
     expected_files as expected_files,
     write_files as write_files,
 )
-from axisid.estimation.bootstrap import Chain as Chain
 from axisid.estimation.control_law_search import find_law as find_law
 from axisid.estimation.diagnostic_checks import joined as joined
 from axisid.estimation.identification import (
@@ -18,13 +17,12 @@ from axisid.estimation.identification import (
     known_of_used as known_of_used,
 )
 from axisid.estimation.logs import log_endings as log_endings
-from axisid.estimation.model_validation import (
-    Validation as Validation,
+from axisid.estimation.model_selection import (
     compare as compare,
     default_cutoffs as default_cutoffs,
     sweep as sweep,
-    validate as validate,
 )
+from axisid.estimation.model_validation import Validation as Validation, validate as validate
 from axisid.estimation.monte_carlo import (
     MonteCarlo as MonteCarlo,
     check_output as check_output,
@@ -33,6 +31,7 @@ from axisid.estimation.monte_carlo import (
     twin_of as twin_of,
     write_runs as write_runs,
 )
+from axisid.estimation.noise_models import Chain as Chain
 from axisid.estimation.output_error import OutputFit as OutputFit, fit as fit
 from axisid.estimation.parameters import known_of as known_of
 from axisid.estimation.records import (

@@ -7,7 +7,7 @@ import numpy as np
 
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification
-from axisid.estimation.lack_of_fit import LackOfFit
+from axisid.estimation.misspecification import LackOfFit
 from axisid.estimation.model_validation import friction_curve
 from axisid.estimation.output_error import OutputFit
 from axisid.estimation.regression import power_density

@@ -9,7 +9,7 @@ import numpy as np
 from axisid.estimation.choices import same_estimates
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification
-from axisid.estimation.model_validation import Sweep
+from axisid.estimation.model_selection import Sweep
 from axisid.estimation.records import Record, windows_text
 from axisid.estimation.regression import loop_reference, simulated_loops, simulated_position
 from axisid.support.arrays import Array, runs

@@ -12,7 +12,6 @@ from msgspec import UNSET, UnsetType
 from msgspec.structs import asdict
 
 from axisid.codegen.generated_axes import GeneratedAxis, Quantity
-from axisid.estimation.bootstrap import Chain
 from axisid.estimation.estimates import (
     Estimate,
     EstimateFacts,
@@ -22,6 +21,7 @@ from axisid.estimation.estimates import (
     SamplingDistribution,
     Value,
 )
+from axisid.estimation.noise_models import Chain
 from axisid.estimation.parameters import JointForm
 from axisid.estimation.regression import Drawn, DrawSummary, ResidualTests, correlation
 from axisid.modeling.parsing import FunctionLike

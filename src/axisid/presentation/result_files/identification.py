@@ -32,8 +32,7 @@ from axisid.estimation.identification import (
     RecordResult,
     record_index,
 )
-from axisid.estimation.jackknife import JackknifeInterval
-from axisid.estimation.lack_of_fit import LackOfFit
+from axisid.estimation.misspecification import JackknifeInterval, LackOfFit
 from axisid.estimation.model_validation import Validation, validate
 from axisid.estimation.parameters import joint_form_of, known_of
 from axisid.estimation.records import Record

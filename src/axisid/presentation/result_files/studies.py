@@ -5,17 +5,10 @@ from typing import Annotated, Any, cast
 
 from msgspec import UNSET, UnsetType
 
-from axisid.estimation.bootstrap import Chain
 from axisid.estimation.control_law_search import LawSearch
 from axisid.estimation.diagnostic_checks import Levels
-from axisid.estimation.model_validation import (
-    Comparison,
-    Criteria,
-    MethodValidation,
-    NestedTest,
-    Sweep,
-    Validation,
-)
+from axisid.estimation.model_selection import Comparison, Criteria, NestedTest, Sweep
+from axisid.estimation.model_validation import MethodValidation, Validation
 from axisid.estimation.monte_carlo import (
     CheckFigures,
     EstimandFigures,
@@ -26,6 +19,7 @@ from axisid.estimation.monte_carlo import (
     declared_chain,
     declared_figures,
 )
+from axisid.estimation.noise_models import Chain
 from axisid.support.presentable import Presentable
 
 from .diagnosis import written_law

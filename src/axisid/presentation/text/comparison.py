@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from axisid.estimation.diagnostic_checks import Check
 from axisid.estimation.diagnostics import within_bounds
 from axisid.estimation.estimates import NotSimulated, Value
-from axisid.estimation.model_validation import Candidate, Comparison
+from axisid.estimation.model_selection import Candidate, Comparison
 from axisid.estimation.thresholds import SIGNIFICANCE_LEVEL
 from axisid.modeling.declaration import left_out_text
 from axisid.presentation.documents import (

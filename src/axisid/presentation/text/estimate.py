@@ -5,8 +5,7 @@ from collections.abc import Mapping, Sequence
 from axisid.estimation.diagnostic_checks import Check
 from axisid.estimation.diagnostics import ColumnComparison, InstrumentTests
 from axisid.estimation.estimates import COVARIANCES, HausmanTest, Physical, Value
-from axisid.estimation.jackknife import JackknifeInterval
-from axisid.estimation.lack_of_fit import LackOfFit
+from axisid.estimation.misspecification import JackknifeInterval, LackOfFit
 from axisid.modeling.declaration import known_text
 from axisid.presentation.documents import (
     Cell,

@@ -5,7 +5,8 @@ from collections.abc import Iterator
 
 from axisid.estimation.choices import LOSSES, OUTPUTS, SQUARES
 from axisid.estimation.control_law_search import LawSearch
-from axisid.estimation.model_validation import FitValidation, Sweep, Validation
+from axisid.estimation.model_selection import Sweep
+from axisid.estimation.model_validation import FitValidation, Validation
 from axisid.estimation.output_error import OutputFit
 from axisid.modeling.declaration import Axis, left_out_text
 from axisid.presentation.documents import (

@@ -7,7 +7,7 @@ from dataclasses import replace
 from axisid.codegen.generated_axes import Quantity
 from axisid.estimation.diagnostic_checks import KINDS, Check, by_weight, conclusion, lines_of
 from axisid.estimation.estimates import CORRECTED, COVARIANCES, Value
-from axisid.estimation.jackknife import JackknifeInterval
+from axisid.estimation.misspecification import JackknifeInterval
 from axisid.estimation.parameters import GAIN
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.documents import (

@@ -12,7 +12,7 @@ import pytest
 from axisid import Prefilter, Record, build, identify, sweep
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation import Sweep
-from axisid.estimation.model_validation.cutoff_sweep import default_cutoffs, motion_errors
+from axisid.estimation.model_selection.cutoff_sweep import default_cutoffs, motion_errors
 from axisid.presentation.matplotlib import sweep_figure
 from axisid.presentation.plots.result import sweep_plot
 from tests.command_line import Run

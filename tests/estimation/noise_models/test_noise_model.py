@@ -17,17 +17,17 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.bootstrap import Chain, Twins, measured_noise
-from axisid.estimation.bootstrap.noise_estimation import control_step, likeliest_variances
-from axisid.estimation.bootstrap.noise_model import (
+from axisid.estimation.estimation_problem import Problem
+from axisid.estimation.methods import METHODS
+from axisid.estimation.noise_models import Chain, Twins, measured_noise
+from axisid.estimation.noise_models.noise_estimation import control_step, likeliest_variances
+from axisid.estimation.noise_models.noise_model import (
     CORRELATION_TIMES,
     AntitheticDraws,
     MeasuredChain,
     spectrum,
 )
-from axisid.estimation.bootstrap.twins import twin_of, twins_of
-from axisid.estimation.estimation_problem import Problem
-from axisid.estimation.methods import METHODS
+from axisid.estimation.noise_models.twins import twin_of, twins_of
 from axisid.estimation.records import sensor_steps
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.regression.simulated_instruments import loop_equations

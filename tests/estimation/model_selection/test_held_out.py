@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from axisid import Prefilter
-from axisid.estimation.model_validation.held_out import (
+from axisid.estimation.model_selection.held_out import (
     Regression,
     contiguous_blocks,
     held_out_equation,

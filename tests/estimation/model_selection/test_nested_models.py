@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import statsmodels.api as sm
 
-from axisid.estimation.model_validation.comparison import criteria
-from axisid.estimation.model_validation.held_out import Regression
-from axisid.estimation.model_validation.nested_models import nested_tests, nesting, wald_test
+from axisid.estimation.model_selection.comparison import criteria
+from axisid.estimation.model_selection.held_out import Regression
+from axisid.estimation.model_selection.nested_models import nested_tests, nesting, wald_test
 from axisid.estimation.regression import hotelling_p_value
 from axisid.estimation.regression.covariance import Classical, Hac
 from axisid.estimation.signals import RowTimes

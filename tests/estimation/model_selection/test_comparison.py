@@ -24,7 +24,7 @@ from axisid import (
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.elements import Drive, spring
 from axisid.estimation import Comparison
-from axisid.estimation.model_validation.held_out import contiguous_blocks
+from axisid.estimation.model_selection.held_out import contiguous_blocks
 from tests.axes.bodies import body
 from tests.command_line import Run
 from tests.refusals import refuses
