@@ -23,14 +23,16 @@ from .minimum_distance import (
     PhysicalByMethod as PhysicalByMethod,
     physical_parameters as physical_parameters,
 )
+from .sampling_distribution import (
+    SamplingDistribution as SamplingDistribution,
+    least_freedom as least_freedom,
+)
 from .value import (
     CORRECTED as CORRECTED,
     COVARIANCES as COVARIANCES,
     NamedValues as NamedValues,
-    SamplingDistribution as SamplingDistribution,
     Value as Value,
     covariance_of as covariance_of,
     degrees_of_freedom_of as degrees_of_freedom_of,
-    least_freedom as least_freedom,
     student_interval as student_interval,
 )

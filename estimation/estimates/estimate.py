@@ -31,7 +31,8 @@ from axisid.support.arrays import Array, Deferred, Exact
 from axisid.support.errors import Missing, UsageError, is_among, is_whole, quoted, refuse
 from axisid.support.presentable import Presentable
 
-from .value import NamedValues, SamplingDistribution, Value
+from .sampling_distribution import SamplingDistribution
+from .value import NamedValues, Value
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,20 +1,16 @@
-"""An estimated number, with unit, deviations by covariance and interval, and functions of such."""
+"""An estimated number, with unit, deviations by covariance, and interval."""
 
-import warnings
-from collections.abc import Callable, Container, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pkgutil import resolve_name
 
 import numpy as np
 from scipy.special import stdtridf, stdtrit
 
-from axisid.codegen.generated_axes import Quantity
 from axisid.estimation.choices import COVARIANCE_ROWS, CovarianceRow
-from axisid.estimation.regression import Covariance, covariance_root, curvature, delta_method
+from axisid.estimation.regression import Covariance
 from axisid.estimation.thresholds import INTERVAL_LEVEL
-from axisid.modeling.parsing import FunctionLike, parameter_function
-from axisid.support.arrays import Array, Exact
-from axisid.support.errors import EstimationError, UsageError, is_among, quoted, range_text
+from axisid.support.errors import UsageError, is_among, quoted, range_text
 from axisid.support.mappings import FrozenMapping
 
 #: By name: residuals that are autocorrelated; of any variance; alike and independent.
@@ -29,8 +25,6 @@ def covariance_of(name: str, lags: int | None) -> Covariance:
 
 
 _MIN_PRINTED_FILTER_BIAS = 0.5  # deviations, from which the value without that bias is printed
-# second-order part of a deviation by the first; beyond, the delta method is not enough
-_MAX_CURVATURE = 0.1
 
 #: What `Value.corrected` is called beside a value.
 CORRECTED = "without bias"
@@ -145,169 +139,6 @@ def student_interval(centre: float, deviation: float, freedom: float) -> tuple[f
     """The 95 % interval about an estimate, by Student's distribution."""
     reach = float(stdtrit(freedom, (1 + INTERVAL_LEVEL.value) / 2)) * deviation
     return centre - reach, centre + reach
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SamplingDistribution(Exact):
-    """Estimated parameters and how far they may be off: what their values are made of.
-
-    Attributes
-    ----------
-    quantities : tuple of Quantity
-        Length p.
-    theta : (p,) array
-        The estimate.
-    covariances : mapping of str to (p, p) array
-        By name; infinite variances of what nothing shows.
-    freedom : mapping of str to (p,) array
-        Degrees of freedom of the variances, by name of the covariance; at least of the chosen one.
-    chosen : str
-        Of `covariances`, what intervals are of.
-    bias : (p,) array or None
-        What filter and noise move the parameters by, where that is known.
-    by_gain : (p,) array or None
-        What a deviation of the drive gain moves them by; None where it is exact.
-    at_bound : container of str
-        Names of what is at a bound.
-    """
-
-    quantities: tuple[Quantity, ...]
-    theta: Array
-    covariances: Mapping[str, Array]
-    freedom: Mapping[str, Array]
-    chosen: str
-    bias: Array | None = None
-    by_gain: Array | None = None
-    at_bound: Container[str] = ()
-
-    @property
-    def corrected(self) -> Array:
-        """The estimate less its bias, where that is known, (p,)."""
-        return self.theta if self.bias is None else self.theta - self.bias
-
-    @property
-    def values(self) -> NamedValues:
-        """The parameters by name."""
-        return NamedValues((q.name, self._value(i, q.unit)) for i, q in enumerate(self.quantities))
-
-    def _value(self, i: int, unit: str) -> Value:
-        # Rounding may leave a variance of nothing a little below zero.
-        deviations = {
-            name: float(np.sqrt(max(c[i, i], 0.0))) for name, c in self.covariances.items()
-        }
-        dof = float(self.freedom[self.chosen][i])
-        return Value(
-            value=float(self.theta[i]),
-            unit=unit,
-            deviations=deviations,
-            interval=student_interval(float(self.corrected[i]), deviations[self.chosen], dof),
-            sd_gain=0.0 if self.by_gain is None else abs(float(self.by_gain[i])),
-            filter_bias=None if self.bias is None else float(self.bias[i]),
-            chosen=self.chosen,
-        )
-
-    def through(
-        self, quantities: tuple[Quantity, ...], theta: Array, slopes: Array
-    ) -> "SamplingDistribution":
-        """That of functions of the parameters, to first order.
-
-        Parameters
-        ----------
-        quantities : tuple of Quantity
-            Length r.
-        theta : (r,) array
-            Their values.
-        slopes : (r, p) array
-            Their derivatives by the parameters.
-        """
-        used = np.any(slopes != 0, axis=0)
-        used = np.outer(used, used)
-        return SamplingDistribution(
-            quantities=quantities,
-            theta=theta,
-            covariances={
-                # What nothing shows has an infinite variance, which counts where it is used.
-                name: delta_method(np.where(used | np.isfinite(c), c, 0.0), slopes)
-                for name, c in self.covariances.items()
-            },
-            freedom={
-                name: least_freedom(freedom, slopes) for name, freedom in self.freedom.items()
-            },
-            chosen=self.chosen,
-            bias=None if self.bias is None else slopes @ self.bias,
-            by_gain=None if self.by_gain is None else slopes @ self.by_gain,
-        )
-
-    def curvature(self, gradient: Array, hessian: Array) -> float:
-        """Second-order part of a function's deviation against the first.
-
-        Parameters
-        ----------
-        gradient, hessian : (p,) and (p, p) arrays
-            Of the function by the parameters.
-        """
-        used = np.flatnonzero((gradient != 0) | hessian.any(axis=0))
-        own = np.ix_(used, used)
-        spread = covariance_root(self.covariances[self.chosen][own])  # NaN if one is infinite
-        return curvature(spread, np.zeros((len(used),) * 3), gradient[used], hessian[own])
-
-    def derived(
-        self,
-        function: FunctionLike,
-        advice: str,
-        curvature: Callable[[Array, Array], float] | None = None,
-    ) -> Value:
-        """A function of the parameters by the delta method, for a method ``derive``.
-
-        Parameters
-        ----------
-        function : str or SymPy expression
-        advice : str
-            What to do where the function bends too much.
-        curvature : callable, optional
-            In place of `curvature`, where the parameters are no linear functions of what was
-            regressed.
-
-        Raises
-        ------
-        UsageError
-            The function cannot be read, its units do not fit, or it is of a parameter at a bound,
-            whose errors go to one side.
-        EstimationError
-            It has no finite value at the estimate.
-        """
-        read = parameter_function(function, {q.name: q.unit for q in self.quantities})
-        value, slopes, bends = read.at([float(x) for x in self.theta])
-        gradient, hessian = np.array(slopes), np.array(bends)
-        if not np.all(np.isfinite([value, *gradient, *hessian.ravel()])):
-            raise EstimationError(
-                f"{function} is not a finite real number with finite derivatives at the estimate; "
-                f"its value is {value:g}."
-            )
-        names = [q.name for q, slope in zip(self.quantities, gradient, strict=True) if slope]
-        if held := [name for name in names if name in self.at_bound]:
-            raise UsageError(
-                f"{held[0]} is at a bound, so that its errors go to one side and the delta method "
-                "tells nothing of functions of it; take its own interval, or fit with other "
-                "bounds.",
-                code="bounds",
-            )
-        second_order = (curvature or self.curvature)(gradient, hessian)
-        if second_order > _MAX_CURVATURE:
-            warnings.warn(
-                f"{function} bends within the uncertainty: the second-order part of its standard "
-                f"deviation is about {second_order:.2g} of the first; {advice}",
-                RuntimeWarning,
-                stacklevel=3,  # whoever called `derive`
-            )
-        made = Quantity(name=str(function), unit=str(read.unit))
-        (found,) = self.through((made,), np.array([value]), gradient[None, :]).values.values()
-        return found
-
-
-def least_freedom(freedom: Array, slopes: Array) -> Array:
-    """Degrees of freedom of functions, (r,): the fewest of the parameters that each is made of."""
-    return np.asarray(np.min(np.where(slopes != 0, freedom, np.inf), axis=1), dtype=float)
 
 
 def degrees_of_freedom_of(value: Value) -> float:
