@@ -16,7 +16,6 @@ from axisid.estimation.diagnostics.control_law import GainRegression, comparison
 from axisid.estimation.law_replay import (
     LawAlong,
     LawInputs,
-    least_squares_step,
     measured_velocity,
     unlimited,
 )
@@ -29,7 +28,7 @@ from axisid.estimation.thresholds import (
     MIN_SAMPLES_PER_FACTOR,
 )
 from axisid.modeling.declaration import ANTI_WINDUP, Axis, ControlLaw
-from axisid.support.arrays import Array, relative_error_percent
+from axisid.support.arrays import Array, least_squares_step, relative_error_percent
 from axisid.support.errors import DataError, ModelError, refuse
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress

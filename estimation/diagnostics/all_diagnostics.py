@@ -84,7 +84,7 @@ class Diagnosis(RecordDiagnosis):
         Of `preferred`, or of idm-iv beside it where that is by output error; None without any.
     excitation : tuple of Excitation
         By physical parameter.
-    bands : mapping of str to mapping of str to Band
+    bands : mapping of str to mapping of str to JackknifeInterval
         Of the model's error, by method and physical parameter.
     differences : mapping of str to mapping of str to HausmanTest
         Of two estimates, ``idm-iv less didim``, by physical parameter.

@@ -35,17 +35,19 @@ def common_samples(one: Record, other: Record) -> tuple[NDArray[np.bool_], ...] 
     matched = (counts[0] == 1) & (counts[1] == 1)
     if matched.sum() < _MIN_COMMON_ROWS:
         return None
-    shares = []
-    for own, count in zip(numbers, counts, strict=True):
+    shares, common = list[float](), list[NDArray[np.bool_]]()
+    for own, count, others in zip(numbers, counts, counts[::-1], strict=True):
         first, last = np.flatnonzero(matched[own])[[0, -1]]
         # Rows that two runs of one motion have alike by chance have others between.
         shares.append(matched.sum() / np.sum(count[own[first : last + 1]] == 1))
+        common.append(others[own] > 0)
+        if not np.array_equal(numbers[0], numbers[1]):  # else they rest at the ends too
+            common[-1][:first] = common[-1][last + 1 :] = False
     if max(shares) < MIN_COMMON_SAMPLES.value:
         return None
-    of_each = zip((one, other), written, numbers, counts[::-1], strict=True)
     return tuple(
-        np.interp(record.time, own.time, others[number] > 0) == 1
-        for record, own, number, others in of_each
+        np.interp(record.time, own.time, rows) == 1
+        for record, own, rows in zip((one, other), written, common, strict=True)
     )
 
 

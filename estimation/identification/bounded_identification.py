@@ -47,13 +47,13 @@ def bounded_identification(
     bounds: dict[str, float] = {}
     while beyond := _at_bounds(axis, result.preferred):
         bounds |= beyond
-        result = identify(_axis_with(axis, bounds))
+        result = identify(axis_at_bounds(axis, bounds))
     if not bounds:
         return free
     held = []
     for name, bound in bounds.items():
         others = {other: at for other, at in bounds.items() if other != name}
-        without = identify(_axis_with(axis, others)) if others else free
+        without = identify(axis_at_bounds(axis, others)) if others else free
         held.append(_held(without.preferred, axis, name, bound))
     estimates = {
         method: _with_free_covariances(estimate, free.estimates.get(method, estimate))
@@ -62,7 +62,7 @@ def bounded_identification(
     return replace(result, problem=replace(result.problem, held=tuple(held)), estimates=estimates)
 
 
-def _axis_with(axis: GeneratedAxis, bounds: Mapping[str, float]) -> GeneratedAxis:
+def axis_at_bounds(axis: GeneratedAxis, bounds: Mapping[str, float]) -> GeneratedAxis:
     """An axis whose parameters at a bound are held there."""
     try:
         return build(leave_out(axis.declared, **bounds), native=axis.native.enabled)

@@ -20,8 +20,9 @@ from axisid.support.errors import EstimationError, Missing, UsageError, refuse
 
 from .result import DriveTime, Identification
 
-#: Identifies an axis by methods; None for all that axis and record allow.
-Identify = Callable[[GeneratedAxis, Sequence[str] | None], Identification]
+#: Identifies an axis by methods; None for all that axis and record allow. Where they are given
+#: besides, by those parameters at their bounds, and no others.
+Identify = Callable[..., Identification]
 
 
 def with_drive_time(axis: GeneratedAxis, name: str, value: float) -> GeneratedAxis:
@@ -62,12 +63,13 @@ def identify_with_drive_time(
         )
     value, deviation = _searched(axis, records[0], name, run)
     result = run(with_drive_time(axis, name, value), methods)
-    longer = run(with_drive_time(axis, name, value + deviation), [*result.estimates])
+    held = {each.name: each.bound for each in result.problem.held}
+    longer = run(with_drive_time(axis, name, value + deviation), [*result.estimates], held)
     judged = result.preferred
     low, high = student_interval(value, deviation, float(len(judged.y) - len(judged.theta)))
     return replace(
         result,
-        estimates={n: _widened(e, longer.estimates[n]) for n, e in result.estimates.items()},
+        estimates={n: _widened(result.estimates[n], each) for n, each in longer.estimates.items()},
         drive_time=DriveTime(
             name=name,
             parameter=parameter,

@@ -20,7 +20,7 @@ from axisid.estimation.signals import Prefilter
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import EstimationError, ModelError, UsageError, check_among, listed
 
-from .bounded_identification import bounded_identification
+from .bounded_identification import axis_at_bounds, bounded_identification
 from .drive_lag_or_delay import identify_with_drive_time
 from .joint_records import joint_records
 from .result import Identification
@@ -117,7 +117,11 @@ def identify(
     requested = requested_methods(methods)
     as_given = Prefilter.given(prefilter).at_rate_of(records[0].period)
 
-    def run(tried: GeneratedAxis, chosen: Sequence[str] | None) -> Identification:
+    def run(
+        tried: GeneratedAxis,
+        chosen: Sequence[str] | None,
+        held: Mapping[str, float] | None = None,
+    ) -> Identification:
         def free(axis: GeneratedAxis) -> Identification:
             shared = joint_records(axis, records, as_given, local, known, gain, skip_bad=skip_bad)
             return identify_problem(
@@ -133,7 +137,9 @@ def identify(
                 levels=levels,
             )
 
-        return bounded_identification(tried, free) if bounded else free(tried)
+        if held:
+            return free(axis_at_bounds(tried, held))
+        return bounded_identification(tried, free) if bounded and held is None else free(tried)
 
     if generated.declared.drive.estimated is not None:
         return identify_with_drive_time(generated, records, run, requested)

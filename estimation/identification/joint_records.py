@@ -165,7 +165,7 @@ def weighted(problem: Problem, loss: str = ROW_LOSSES[0]) -> Problem:
     # Less noise than a millionth of another's is rounding, and tells nothing of a record's worth.
     if not (np.all(np.isfinite(noise)) and noise.min() > 1e-6 * noise.max()):
         return problem
-    # In the unit of the rows: the residuals of all keep their mean square.
+    # In the unit of the rows: the mean square of the weights is 1.
     unit = 1 / np.sqrt(np.average(noise**-2.0, weights=[*map(len, parts)]))
     return replace(problem, weights=tuple(float(unit / each) for each in noise))
 
@@ -185,7 +185,7 @@ def check_usable(bad: Mapping[str, str], count: int, *, skip_bad: bool) -> None:
     reasons = "; ".join(f"{name}: {re.sub(own[name], '', note)}" for name, note in bad.items())
     said = f"{len(bad)} of {count} records cannot be used: {reasons}"
     if len(bad) < count:
-        said += " Mend them, or go on without them: skip-bad."
+        said += " Mend them, or go on without them: skip_bad=True."
     raise DataError(said, code="record")
 
 

@@ -41,7 +41,7 @@ class RecordResult:
         What is known of it, with its standard deviation, SI.
     rows : int
     weight : float
-        Of its rows, 1 for a record of the mean noise.
+        Of its rows, whose mean square over all rows is 1.
     noise : float
         Root mean square of the residuals, in the unit of the left side.
     equation_error_percent : float

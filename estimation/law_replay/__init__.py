@@ -9,7 +9,6 @@ from .initial_state import (
     at_rest_misses as at_rest_misses,
     below_limit as below_limit,
     law_residual as law_residual,
-    least_squares_step as least_squares_step,
     loop_starts as loop_starts,
     shifted_start as shifted_start,
     start_of_law as start_of_law,

@@ -18,7 +18,7 @@ from axisid.estimation.records import Record
 from axisid.estimation.signals import as_logged, drive_force, limit_in_log, recorded_signals
 from axisid.estimation.simulation import law_of
 from axisid.estimation.thresholds import LIMIT_TOLERANCE
-from axisid.support.arrays import Array, mask_of
+from axisid.support.arrays import Array, least_squares_step, mask_of
 from axisid.support.caching import cached_while_alive
 
 from .initial_velocity import MIN_START_DISTANCE, first_coefficient, first_velocity
@@ -314,20 +314,3 @@ def with_drive_memory(
     forces = drive_force(axis, controls, *motion, tuple(values[rows] for values in signals))
     pending = np.append(controls[:-1], forces[-1]) if response.holds_control else forces
     return replace(start, memory=np.concatenate([memory, [last] * path.is_limited, pending]))
-
-
-def least_squares_step(columns: Array, off: Array, least: float) -> tuple[Array, int]:
-    """Least squares by unit columns, and in how many directions they show.
-
-    Parameters
-    ----------
-    columns : (n, k) array
-    off : (n,) array
-    least : float
-        Of the largest singular value; what the record shows by less is left alone.
-    """
-    columns = np.where(np.isfinite(columns).all(axis=0), columns, 0.0)
-    sizes = np.linalg.norm(columns, axis=0)
-    scale = np.where(sizes > 0, sizes, 1.0)
-    step, _, shown, _ = np.linalg.lstsq(columns / scale, off, rcond=least)
-    return step / scale, int(shown)

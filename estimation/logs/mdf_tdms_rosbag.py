@@ -154,6 +154,7 @@ def _warnings(handler: logging.Handler) -> Iterator[list[str]]:
 
 
 _JOINT_STATE = "sensor_msgs/msg/JointState"
+_CALENDAR = 10**17  # ns, in 1973, beyond which a clock is one of the calendar
 
 
 def read_bag(path: Path, room: Room) -> Table:
@@ -234,7 +235,8 @@ def _joints(
                 for value in getattr(message, kind)[k : k + 1]:  # which may be empty
                     joints.setdefault(f"{joint}.{kind}", {})[row] = value
     note = "time of the messages' headers"
-    if 0 in stamps:
+    # A clock may begin at zero, one of the calendar does not.
+    if 0 in stamps[1:] or (0 in stamps and max(stamps) > _CALENDAR):
         stamps = recorded
         note = "not all of its messages have a time, so that of their recording"
     times = np.array(stamps, dtype=np.int64)

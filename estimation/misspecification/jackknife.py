@@ -34,7 +34,7 @@ from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 
 _MIN_MOVE_SPEED = 0.02  # of the largest speed, from which an axis moves
-_LEVELS = 5  # of speed, where one is e times another
+_LEVELS_APART = 0.1  # of the logarithms of the peaks of one level of speed and of the next
 _MIN_GROUPS = 3  # of rows; two do not tell how far they scatter
 # times the variance with all; without the group the estimate is not believed beyond
 _MAX_DELETED_INFLATION = 20.0
@@ -107,7 +107,8 @@ def groupings(data: FilteredRecord, rows: NDArray[np.intp]) -> dict[str, NDArray
     # Moves begin where the axis does, or turns; those of one level are about as fast.
     direction = np.where(speed > _MIN_MOVE_SPEED, np.sign(velocity), 0.0)
     moves = np.cumsum((direction != 0) & (np.diff(direction, prepend=0.0) != 0))
-    levels = np.round(_LEVELS * np.log(maximum(speed, moves, moves[rows]) + _MIN_MOVE_SPEED))
+    peaks, of = np.unique(maximum(speed, moves, moves[rows]), return_inverse=True)
+    levels = np.cumsum(np.diff(np.log(peaks + _MIN_MOVE_SPEED), prepend=0.0) > _LEVELS_APART)[of]
     edges = place.min() + np.ptp(place) * np.arange(1, _PARTS) / _PARTS
     return {
         "speed and direction": 2 * levels + (velocity[rows] > 0),

@@ -33,11 +33,11 @@ _MAX_REPEAT_CHANCE = 1e-3
 _MIN_SMOOTHNESS = 0.25
 
 
-def repeated_part(reference: Array) -> tuple[int, int, int] | None:
+def repeated_part(reference: Array) -> tuple[int, int, float] | None:
     """The longest part of a reference, (N,), that comes again.
 
-    Its first sample, the one after its last repeat, and the period in samples; None where no part
-    comes again that moves far.
+    Its first sample, the one after its last repeat, and the period in samples, which need be no
+    whole number: to a sample over all repeats. None where no part comes again that moves far.
     """
     from scipy.signal import correlate, find_peaks
 
@@ -49,17 +49,22 @@ def repeated_part(reference: Array) -> tuple[int, int, int] | None:
     correlation = correlate(directions, directions, method="fft")[len(steps) :]
     least = _MIN_CORRELATION * float(directions @ directions)
     most_apart = 2 * float(np.sqrt(np.mean(steps**2)))  # periods need be no whole samples
-    best, longest = None, 0
-    for period in map(int, find_peaks(correlation, prominence=least)[0] + 1):
-        if len(reference) - period <= longest:  # as of multiples of a period
+    start, stop, period, longest = 0, 0, 0.0, 0
+    for late in map(int, find_peaks(correlation, prominence=least)[0] + 1):
+        if len(reference) - late <= longest:  # as of multiples of a period
             break
-        for first, last in runs(np.abs(reference[period:] - reference[:-period]) <= most_apart):
+        for first, last in runs(np.abs(reference[late:] - reference[:-late]) <= most_apart):
             if (
                 last - first > longest
                 and np.ptp(reference[first:last]) > _MIN_REPEATED_TRAVEL * travel
             ):
-                best, longest = (first, last + period, period), last - first
-    return best
+                start, stop, period, longest = first, last + late, float(late), last - first
+    times = 2
+    while times * period < longest:  # The more periods are between, the better they tell one.
+        near = round(times * period) - 1 + np.arange(-2, 3)
+        period = float(near[np.argmax(correlation[near])] + 1) / times
+        times *= 2
+    return (start, stop, period) if longest else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -147,9 +152,10 @@ def lack_of_fit(estimate: Estimate, data: FilteredRecord) -> LackOfFit | None:
         return None
     (start, stop, period), step = repeated, data.prefilter.decimate
     samples = estimate.rows.astype(np.int64)
-    phases = (samples - start) % period // step  # of the samples one in so many is a row
+    # Of the samples one in so many is a row.
+    phases = ((samples - start) % period // step).astype(np.int64)
     inside = (start <= samples) & (samples < stop)
-    again = inside & (np.bincount(phases[inside], minlength=period)[phases] > 1)
+    again = inside & (np.bincount(phases[inside], minlength=int(period) + 1)[phases] > 1)
     places, of, count = np.unique(phases[again], return_inverse=True, return_counts=True)
     residuals = estimate.net_residuals[again]
     total = float(residuals @ residuals)

@@ -258,6 +258,7 @@ def misspecification_text(lack: Misspecification, axis: GeneratedAxis, record: R
             "q": axis.axis.coordinate.name,
             "unit": axis.axis.coordinate.unit,
             "drive": drive.unit,
+            "force": axis.axis.coordinate.force_unit,
             "at": lack.at,
             "rigid": lack.at / 3,  # of an antiresonance
             "band": drive.deadband + size / abs(drive.gain) if kind == "dead band" else 0.0,

@@ -121,13 +121,14 @@ class Term:
             ("at", "rigid", "band"), 0.0
         )
         try:
-            for text in (self.what, self.declare, self.unit, *(self.opposite or ())):
+            self.unit.format(unit="", force="")
+            for text in (self.what, self.declare, *(self.opposite or ())):
                 text.format(**words)
         except (LookupError, ValueError, AttributeError) as error:
             raise UsageError(
                 f"the texts of the candidate {quoted(self.kind)} cannot be filled in "
                 f"({type(error).__name__}: {error}); they may have {{q}}, {{unit}}, {{drive}}, "
-                "{force} and {at}.",
+                "{force} and {at}, its unit {force} and {unit}.",
                 code="candidate",
             ) from error
 

@@ -24,7 +24,7 @@ _BLOCKS = 10
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Regression:
-    """A regression that can be solved again on part of its rows or columns.
+    """A regression that can be solved again on part of its rows.
 
     Attributes
     ----------

@@ -26,7 +26,7 @@ from axisid.estimation.nonlinear_least_squares import MOST_STEPS
 from axisid.estimation.parameters import GAIN
 from axisid.estimation.records import record_labels
 from axisid.estimation.signals import Prefilter
-from axisid.estimation.simulation_errors import OpenLoopErrors
+from axisid.estimation.simulation_errors import OpenLoopErrors, record_rows
 from axisid.estimation.thresholds import (
     ADVISED_WINDOWS,
     MAX_GROWTH,
@@ -202,7 +202,7 @@ def windows_check(of: OutputFit) -> Check | None:
     if steady < of.horizon:
         said = (
             f"errors grow more than {MAX_GROWTH.value:g} times in windows of {of.horizon:g} s, as "
-            f"where friction falls with the velocity; use horizon={steady:g}."
+            f"where friction falls with the velocity; use horizon={steady:g}"
         )
     return Check(
         name="windows",
@@ -395,12 +395,13 @@ def precise_check(of: OutputFit) -> Check | None:
 def enough_rows_check(of: OutputFit) -> Check | None:
     """Whether samples are enough, of which as many count as `identify` has rows by default."""
     sandwich = of.judged_sandwich
-    every = Prefilter().at_rate_of(min(sandwich.periods)).decimate
+    counted = [np.count_nonzero(sandwich.counted[record_rows(each)]) for each in sandwich.spans]
+    every = [Prefilter().at_rate_of(period).decimate for period in sandwich.periods]
     return rows_check(
-        int(np.count_nonzero(sandwich.counted)) // (sandwich.outputs * every),
+        sum(int(n) // (sandwich.outputs * k) for n, k in zip(counted, every, strict=True)),
         len(of.names) - len(of.fixed),
-        f"one sample in {every} counts, as its neighbours say little more; follow a longer part of "
-        "the record",
+        f"one sample in {max(every)} counts, as its neighbours say little more; follow a longer "
+        "part of the record",
     )
 
 

@@ -196,7 +196,7 @@ def _noise(of: FitSearch, loops: Sequence[RecordLoops | Missing]) -> Array | Mis
     )
     if isinstance(noise, Missing) or noise.any():
         return noise
-    return Missing("no noise that is measured reaches what is followed.")
+    return Missing("no noise that is measured reaches what is followed")
 
 
 def _corrected(of: FitSearch, sandwich: Sandwich, common: Array | None) -> tuple[Array, IntArray]:

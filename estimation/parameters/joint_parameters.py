@@ -237,16 +237,20 @@ def declared_names(axis: GeneratedAxis, names: Iterable[str]) -> tuple[str, ...]
 def perturbed_joint_forms(axis: GeneratedAxis, joint: JointForm | None) -> Iterator[JointForm]:
     """By each value that is known with a deviation, the joint form with it larger by that.
 
-    It is larger wherever it is known. Without one nothing is known of records.
+    It is larger wherever it is known, or smaller where its bound is nearer: what it moves counts by
+    its square. Without one nothing is known of records.
     """
     if joint is None:
         return
     records, commanded = len(joint.members), joint.gain is not None
+    declared = {p.name: p for p in axis.declared.parameters}
     for name, values in joint.known.items():
         # Equal values with equal deviations are one thing, which was weighed once: what it is wrong
         # by, it is wrong by in all of its records.
         for told in dict.fromkeys(pair for pair in values if pair[1] > 0):
-            other = tuple((v + sd * ((v, sd) == told), sd) for v, sd in values)
+            inside = name not in declared or declared[name].allows(sum(told))
+            by = told[1] if inside else -told[1]
+            other = tuple((v + by * ((v, sd) == told), sd) for v, sd in values)
             known = {**joint.known, name: other}
             yield joint_form_of(axis, records, known, joint.local, commanded=commanded)
 

@@ -182,8 +182,8 @@ def at_log_samples(
             code="loop-period",
         )
     begin, span = last[between_ticks], since[between_ticks]
-    straight = lines(axis, recorded, clocks.law_period)
-    between = np.zeros((len(force), 0)) if straight is None else straight
+    recorded_lines = lines(axis, recorded, clocks.law_period)
+    between = np.zeros((len(force), 0)) if recorded_lines is None else recorded_lines
     motion = signals["position"][begin], signals["velocity"][begin]
     held, step = np.column_stack([force, between])[begin], clocks.law_period / substeps
     library = axis.native.library()

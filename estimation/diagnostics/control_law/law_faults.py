@@ -105,7 +105,7 @@ def late_note(shift: int, delay: int | None) -> tuple[str, str]:
     advice = (
         f"{declared}where the log writes the control "
         f"{'before the drive applies' if shift < 0 else 'after the drive applied'} it, move it "
-        f"with shift.control = {-shift} in run.toml"
+        f"(add {-shift} to shift.control in run.toml)"
     )
     return f"{start} comes {samples} {'later' if shift > 0 else early}; ", advice
 
@@ -200,8 +200,8 @@ def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_
     except ModelError:  # no dead band and no step is as large as the limit
         return
     yield (
-        f"it is with a drive that is at its limit of {limit:.6g} {drive.unit} in {len(cut)} "
-        "samples: declare that limit",
+        f"it is with a drive that is at its limit of {limit:.6g} {drive.unit} in "
+        f"{(made * np.sign(control) > limit).sum()} samples: declare that limit",
         limited,
         law,
         record,
@@ -219,8 +219,8 @@ def _moved_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iter
             way = "later" if samples > 0 else "earlier"
             yield (
                 f"it is with the {role} {abs(samples)} sample{'s' * (abs(samples) > 1)} {way}: "
-                f"where the log wrote it at another time, move it with shift.{role} = {samples} in "
-                "run.toml",
+                f"where the log wrote it at another time, move it (add {samples} to shift.{role} "
+                "in run.toml)",
                 axis,
                 law,
                 record.shifted(**{role: samples}),

@@ -204,3 +204,20 @@ class Uncached:
 
     def __getstate__(self) -> dict[str, Any]:
         return {each.name: getattr(self, each.name) for each in dataclasses.fields(self)}  # type: ignore[arg-type]
+
+
+def least_squares_step(columns: Array, off: Array, least: float) -> tuple[Array, int]:
+    """Least squares by unit columns, and in how many directions they show.
+
+    Parameters
+    ----------
+    columns : (n, k) array
+    off : (n,) array
+    least : float
+        Of the largest singular value; what the record shows by less is left alone.
+    """
+    columns = np.where(np.isfinite(columns).all(axis=0), columns, 0.0)
+    sizes = np.linalg.norm(columns, axis=0)
+    scale = np.where(sizes > 0, sizes, 1.0)
+    step, _, shown, _ = np.linalg.lstsq(columns / scale, off, rcond=least)
+    return step / scale, int(shown)

@@ -199,4 +199,4 @@ def test_a_reference_or_position_at_another_time_is_named(role: str, samples: in
     axis = build(load_axis("rotary_table"))
     record = twin_record(axis, seed=2)
     check = law_agreement(axis, record.shifted(**{role: samples}))
-    assert f"shift.{role} = {-samples}" in check.sentence
+    assert f"add {-samples} to shift.{role}" in check.sentence

@@ -326,6 +326,7 @@ def stamped(tmp_path: Path, stamp: Callable[[int], int], **settings: Any) -> Rec
     ("stamp", "told"),
     [
         (lambda k: EPOCH + k * MILLISECOND, "time of the messages' headers"),
+        (lambda k: k * MILLISECOND, "time of the messages' headers"),
         (lambda k: (k + 1) * MILLISECOND, "time of the messages' headers"),
         *(
             (stamp, "not all of its messages have a time, so that of their recording")

@@ -9,6 +9,7 @@ from axisid.estimation.diagnostic_checks import KINDS, Check, by_weight, conclus
 from axisid.estimation.estimates import CORRECTED, COVARIANCES, Value
 from axisid.estimation.misspecification import JackknifeInterval
 from axisid.estimation.parameters import GAIN
+from axisid.modeling.declaration import known_text
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.documents import (
     Cell,
@@ -97,14 +98,14 @@ def saved_document(
 def _screen(result: SavedIdentification) -> Document:
     """Heading, the judged estimate, the verdict without what it only notes, and of what rows.
 
-    Where the verdict fails, what else came to nothing follows from that, and is named alone.
+    Where a check fails, methods that came to nothing are named alone: why follows from that.
     """
     noted = [check.line for check in by_weight(result.verdict) if check.status == "note"]
     missing, fails = {**result.skipped, **result.failed}, result.belief != "believed"
-    said = (
+    without = (
         [f"Without {', '.join(missing)}."] * bool(missing)
         if fails
-        else [*shared_remarks([result.preferred]), *missing_notes(missing, result.verdict)]
+        else missing_notes(missing, result.verdict)
     )
     verdict = verdict_block(result.verdict)
     more = f"notes on {', '.join(dict.fromkeys(noted))} and " * bool(noted)
@@ -115,7 +116,8 @@ def _screen(result: SavedIdentification) -> Document:
         replace(verdict, judged=tuple(e for e in verdict.judged if e.status != "note")),
         Paragraph(
             sentences=(
-                *(Sentence(text=each) for each in said),
+                *(Sentence(text=each) for each in shared_remarks([result.preferred])),
+                *(Sentence(text=each) for each in without),
                 Sentence(
                     text=f"{_rows_in_short(result, why=not fails)} See {more}every method with "
                     "--all, summary(every=True)."
@@ -163,7 +165,7 @@ def judged_table(result: SavedIdentification) -> TableBlock:
                 [
                     *([f"declared {result.declared_gain:g}"] if name == GAIN else []),
                     *(
-                        "fixed" if value.deviation == 0 else f"known {p.known:g} +- {p.known_sd:g}"
+                        f"known {known_text(p.known, p.known_sd)}" if value.deviation else "fixed"
                         for p in (physical.known if physical else ())
                         if p.name == name
                     ),
