@@ -109,8 +109,9 @@ class LoadedLibrary:
         call = self._typed.get(function)
         if call is None:
             # A new object each time, of types of its own: a place has always the same type.
-            call = self._typed[function] = self._library[function]
+            call = self._library[function]
             call.argtypes = [_type_in_c(each) for each in arguments]
+            self._typed[function] = call  # typed by now: another thread may call it at once
         given = [each.ctypes.data if isinstance(each, np.ndarray) else each for each in arguments]
         return int(call(*given))
 
