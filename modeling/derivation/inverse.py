@@ -160,11 +160,22 @@ class Regressor:
     nonlinear: tuple[sympy.Symbol, ...] = ()
 
 
-def inverse_regressor(force: sympy.Expr, parameters: tuple[sympy.Symbol, ...]) -> Regressor:
+def inverse_regressor(
+    force: sympy.Expr,
+    parameters: tuple[sympy.Symbol, ...],
+    held: tuple[sympy.Symbol, ...] = (),
+) -> Regressor:
     """Split the inverse dynamics into its regressor and its intercept.
 
     A parameter is nonlinear if the derivative by it depends on it. In the others the force
     must be affine together, which it is exactly when no derivative by one of them has another.
+
+    Parameters
+    ----------
+    force : sympy.Expr
+    parameters : tuple of sympy.Symbol
+    held : tuple of sympy.Symbol
+        Parameters that count as nonlinear however they enter, as where friction remembers.
 
     Raises
     ------
@@ -178,7 +189,9 @@ def inverse_regressor(force: sympy.Expr, parameters: tuple[sympy.Symbol, ...]) -
     """
     columns = tuple(slope(force, p, "the force") for p in parameters)
     nonlinear = tuple(
-        p for p, column in zip(parameters, columns, strict=True) if without(column, {p}) is None
+        p
+        for p, column in zip(parameters, columns, strict=True)
+        if p in held or without(column, {p}) is None
     )
     linear = frozenset(parameters) - set(nonlinear)
     row = tuple(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import sympy
 
 from axisid.modeling.declaration import Axis, check_axis
-from axisid.modeling.quantities import parse_unit, slope, vanishes, with_numbers, with_own_symbols
+from axisid.modeling.quantities import parse_unit, vanishes, with_numbers, with_own_symbols
 from axisid.support.errors import Missing, ModelError
 
 from .base_model import BaseModel, base_model, declared_as_base
@@ -92,20 +92,23 @@ def derive(axis: Axis) -> AxisModel:
 
 
 def _derived(declared: Axis, states: tuple[StateEquation, ...]) -> AxisModel:
+    """The models, in base parameters, or with internal states in those that were declared."""
     balance = _balance(declared)
-    if states:
-        return _remembering(declared, balance, states)
-    base = base_model(declared, balance)
+    base = declared_as_base(declared) if states else base_model(declared, balance)
     axis = base.axis
     if base.changed:
         balance = _balance(axis)
     q, symbols = axis.coordinate, tuple(p.symbol for p in axis.parameters)
+    if states:
+        balance = in_direction(with_own_symbols(balance), q.velocity)
     profile = with_numbers(axis.drive.profile)
     force = balance / profile
     inertia = inertia_of(force, q)
-    idm = inverse_regressor(force, symbols)
+    idm = inverse_regressor(force, symbols, held=symbols if states else ())
     units = {p.symbol: parse_unit(p.unit) for p in axis.parameters}
-    direct = direct_model(idm, units, inertia, q)
+    names = ", ".join(str(state.symbol) for state in states)
+    remembers = Missing(f"its friction remembers ({names}), which no record has")
+    direct = remembers if states else direct_model(idm, units, inertia, q)
     ddm: Regressor | Missing
     mapping: ParameterMap | Missing
     if isinstance(direct, Missing):
@@ -121,38 +124,7 @@ def _derived(declared: Axis, states: tuple[StateEquation, ...]) -> AxisModel:
         idm=idm,
         ddm=ddm,
         parameter_map=mapping,
-        unidentifiable=unidentifiable_directions(idm, axis.parameters, q),
-    )
-
-
-def _remembering(axis: Axis, balance: sympy.Expr, states: tuple[StateEquation, ...]) -> AxisModel:
-    """The models of an axis with internal states, in the parameters as they were declared."""
-    q = axis.coordinate
-    profile = with_numbers(axis.drive.profile)
-    balance = in_direction(with_own_symbols(balance), q.velocity)
-    force = balance / profile
-    symbols = tuple(p.symbol for p in axis.parameters)
-    columns = tuple(slope(force, p, "the force") for p in symbols)
-    bends = (p * column for p, column in zip(symbols, columns, strict=True))
-    names = ", ".join(str(state.symbol) for state in states)
-    missing = Missing(
-        f"axis {axis.name!r} has no direct regressor: its friction remembers ({names}), which no "
-        "record has"
-    )
-    return AxisModel(
-        base=declared_as_base(axis),
-        axis=axis,
-        force=force,
-        inertia=inertia_of(force, q),
-        acceleration=direct_dynamics(balance, profile, q),
-        idm=Regressor(
-            columns=columns,
-            intercept=sympy.Add(force, *(-bend for bend in bends)),
-            nonlinear=symbols,
-        ),
-        ddm=missing,
-        parameter_map=missing,
-        unidentifiable=(),
+        unidentifiable=() if states else unidentifiable_directions(idm, axis.parameters, q),
         states=states,
     )
 
