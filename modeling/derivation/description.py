@@ -159,34 +159,39 @@ class Section:
 
 def derived_sections(model: AxisModel) -> tuple[Section, ...]:
     """Base parameters if others were declared, both models, the map, what is identifiable."""
+    inverse = Section(
+        title="Inverse dynamic model",
+        lines=(Formula(name=FORCE, value=model.force),),
+        note=_conventions(model.force),
+    )
+    accelerated = Formula(name=model.axis.coordinate.acceleration, value=model.acceleration)
+    forward = Section(title="Direct dynamic model", lines=(accelerated,))
+    terms = model.axis.unchecked_terms
+    unchecked = [Section(title="Units not checked", lines=terms)] if terms else []
     if model.states:
-        return (
-            _inverse(model),
-            Section(
-                title="Internal states",
-                lines=tuple(line for state in model.states for line in _of_state(state)),
-                note="what friction remembers, by its rate of change; no record has it, so that "
-                "there are no regressors and no least squares: fit the simulated loop",
-            ),
-            _direct(model),
-            *_unchecked(model),
+        states = Section(
+            title="Internal states",
+            lines=tuple(line for state in model.states for line in _of_state(state)),
+            note="what friction remembers, by its rate of change; no record has it, so that "
+            "there are no regressors and no least squares: fit the simulated loop",
         )
-    base = []
-    if model.base.changed:
-        lines = tuple(
+        return (inverse, states, forward, *unchecked)
+    base = Section(
+        title="Base parameters",
+        lines=tuple(
             Formula(name=p.symbol, value=rounded(value), unit=p.unit)
             for p, value in model.base.combined
-        )
-        note = "what a record identifies: the force is linear in these and the other parameters"
-        base = [Section(title="Base parameters", lines=lines, note=note)]
+        ),
+        note="what a record identifies: the force is linear in these and the other parameters",
+    )
     columns = zip(model.axis.parameters, model.idm.columns, strict=True)
     if isinstance(model.ddm, Missing) or isinstance(model.parameter_map, Missing):
         direct = [Section(title="Direct regressor", lines=(f"none: {model.ddm}",))]
     else:
         direct = _direct_sections(model.ddm, model.parameter_map)
     return (
-        *base,
-        _inverse(model),
+        *((base,) if model.base.changed else ()),
+        inverse,
         Section(
             title="Inverse regressor",
             lines=(
@@ -195,9 +200,9 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
             ),
             note="the force is the sum of parameter times column, and known",
         ),
-        _direct(model),
+        forward,
         *direct,
-        *_unchecked(model),
+        *unchecked,
         Section(
             title="Identifiability",
             lines=(
@@ -206,22 +211,6 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
             )
             or ("every parameter has an effect of its own",),
         ),
-    )
-
-
-def _inverse(model: AxisModel) -> Section:
-    return Section(
-        title="Inverse dynamic model",
-        lines=(Formula(name=FORCE, value=model.force),),
-        note=_conventions(model.force),
-    )
-
-
-def _direct(model: AxisModel) -> Section:
-    acceleration = model.axis.coordinate.acceleration
-    return Section(
-        title="Direct dynamic model",
-        lines=(Formula(name=acceleration, value=model.acceleration),),
     )
 
 
@@ -247,11 +236,6 @@ def _conventions(force: sympy.Expr) -> str:
         ),
     )
     return "; ".join(said for is_there, said in notes if is_there)
-
-
-def _unchecked(model: AxisModel) -> tuple[Section, ...]:
-    terms = model.axis.unchecked_terms
-    return (Section(title="Units not checked", lines=terms),) if terms else ()
 
 
 def _direct_sections(ddm: Regressor, mapping: ParameterMap) -> list[Section]:
