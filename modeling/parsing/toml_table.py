@@ -190,13 +190,12 @@ class TomlTable:
         fields = {key: stand_ins[key] if value is None else value for key, value in found.items()}
         fields |= {"name": name} if name else {}
         neutral = {**{key: stand_ins[key] for key in needed}, **given}
-        error = _error(make, {**neutral, **fields})
-        result = make(**{**neutral, **fields}) if error is None else None
-        while error is not None:
-            key, fields = _without_guilty(make, neutral, fields, stand_ins, error)
+        result: T | ModelError | None = _tried(make, {**neutral, **fields})
+        while isinstance(result, ModelError):
+            key, fields = _without_guilty(make, neutral, fields, stand_ins, result)
             if found.get(key, "") is not None and (key or len(self.mistakes) == before):
-                self.say(key if key in self.values else "", str(error))
-            error = _error(make, {**neutral, **fields}) if key else None
+                self.say(key if key in self.values else "", str(result))
+            result = _tried(make, {**neutral, **fields}) if key else None
         return result if len(self.mistakes) == before else None
 
     def each(self, make: Callable[..., T], **how: Any) -> dict[str, T | None]:
@@ -218,20 +217,19 @@ def _without_guilty(
     for key in fields:
         without = {name: value for name, value in fields.items() if name != key}
         for others in (without, {**without, key: stand_ins[key]}):
-            if _error(make, {**neutral, **others}) is None:
+            if not isinstance(_tried(make, {**neutral, **others}), ModelError):
                 return key, others
-    of_none, wanted = str(_error(make, neutral)), str(error)
-    alone = (k for k in fields if str(_error(make, {**neutral, k: fields[k]})) == wanted != of_none)
+    of_none, wanted = str(_tried(make, neutral)), str(error)
+    alone = (k for k in fields if str(_tried(make, {**neutral, k: fields[k]})) == wanted != of_none)
     guilty = next(alone, "")
     return guilty, {name: value for name, value in fields.items() if name != guilty}
 
 
-def _error(make: Callable[..., Any], fields: Mapping[str, Any]) -> ModelError | None:
+def _tried(make: Callable[..., T], fields: Mapping[str, Any]) -> T | ModelError:
     try:
-        make(**fields)
+        return make(**fields)
     except ModelError as error:
         return error
-    return None
 
 
 def _neutral(argument: inspect.Parameter) -> Any:
@@ -252,8 +250,8 @@ def _plain(kind: type, value: object) -> Any:
 _GIVE = {str: "one line of text in quotes", int: "a whole number", bool: "true or false"}
 
 
-def _number(value: object) -> float:
-    return number(value, "it", finite=False)  # what is made of it says whether it may be infinite
+# What is made of it says whether it may be infinite.
+_number = partial(number, what="it", finite=False)
 
 
 def _expression(value: Any, symbols: Symbols, elements: Elements) -> Any:
