@@ -105,11 +105,6 @@ class Axis:
     def __post_init__(self) -> None:
         check_name(self.name, "the axis")
         self._check_types()
-        if not self.title.isprintable():
-            raise ModelError(
-                f"axis {self.name!r}: the title {self.title!r} is not one line of text.",
-                code="axis",
-            )
         self._check_response()  # first: what it refuses may be a line of any number of commands
         settle(self, columns=FrozenMapping(column_texts(self.columns)))
         check_distinct(self._names)
@@ -384,6 +379,11 @@ class Axis:
     def _check_columns(self) -> None:
         refuse(
             ModelError,
+            (
+                not self.title.isprintable(),
+                f"the title {self.title!r} is not one line of text",
+                "axis",
+            ),
             *(
                 (
                     role not in self.roles or not isinstance(column, str),
@@ -405,17 +405,26 @@ class Axis:
     def _check_truth(self) -> None:
         if self.experiment is None:
             return
-        for said, used, kind, declared in (
-            ("'s truth has", self.experiment.truth, "parameters", self.parameters),
-            (" has the signal", self.experiment.signals, "signals", self.signals),
-        ):
-            names = [each.name for each in declared]
-            if unknown := [name for name in used if name not in names]:
-                raise ModelError(
-                    f"axis {self.name!r}: the experiment{said} {unknown[0]!r}; the {kind} are "
-                    f"{', '.join(names) or 'none'}.",
-                    code="twin",
+        names = {
+            "parameters": [p.name for p in self.parameters],
+            "signals": [signal.name for signal in self.signals],
+        }
+        refuse(
+            ModelError,
+            *(
+                (
+                    name not in names[kind],
+                    f"{said} {name!r}; the {kind} are {', '.join(names[kind]) or 'none'}",
                 )
+                for said, used, kind in (
+                    ("'s truth has", self.experiment.truth, "parameters"),
+                    (" has the signal", self.experiment.signals, "signals"),
+                )
+                for name in used
+            ),
+            before=f"axis {self.name!r}: the experiment",
+            code="twin",
+        )
 
     def _check_units(self) -> None:
         try:

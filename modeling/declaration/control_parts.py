@@ -16,7 +16,7 @@ from axisid.modeling.quantities import (
     Amount,
     expression,
 )
-from axisid.support.errors import ModelError
+from axisid.support.errors import ModelError, refuse
 
 from .control import ControlLaw, Memory, gain
 from .control_blocks import (
@@ -30,9 +30,6 @@ from .control_blocks import (
     reference_acceleration,
     reference_velocity,
 )
-
-#: How the velocity may be formed, first what laws do by default.
-VELOCITIES = ("difference", "averaged", "pll", "ideal")
 
 
 def formed_velocity(
@@ -50,7 +47,7 @@ def formed_velocity(
     bandwidth : float
         Of the phase-locked loop, rad/s.
     """
-    chosen(how, "the velocity of a law", VELOCITIES)
+    chosen(how, "the velocity of a law", _FORMED)
     in_range(filter_time, "the time constant velocity_filter")
     in_range(bandwidth, "the bandwidth pll_bandwidth", positive=how == "pll")
     if bandwidth and how != "pll":
@@ -73,6 +70,7 @@ def smoothed(block: Block, filter_time: str, name: str) -> Block:
 
 _Q1 = Memory("q1", following=MEASURED_POSITION, start=MEASURED_POSITION)
 _Q2 = Memory("q2", following=_Q1.symbol, start=MEASURED_POSITION)
+#: How the velocity may be formed, first what laws do by default.
 _FORMED: Mapping[str, Callable[[], Block]] = {
     "difference": lambda: difference(MEASURED_POSITION, name="q1", start=MEASURED_POSITION),
     "averaged": lambda: Block((MEASURED_POSITION - _Q2.symbol) / (2 * PERIOD), (_Q1, _Q2)),
@@ -196,20 +194,21 @@ def ready_law(
         There is anti-windup and no integral, or a tracking time that nothing has use for.
     """
     slope, given = sympy.diff(output, gain("integral")), tracking_time is not None
-    if not slope and (anti_windup != "none" or given):
-        raise ModelError(
+    refuse(
+        ModelError,
+        (
+            not slope and (anti_windup != "none" or given),
             f"the law has no integral that could wind up, but anti_windup is {anti_windup!r}; "
-            "leave anti_windup and tracking_time out, or give the integral's gain.",
-            code="law",
-        )
-    chosen(anti_windup, "anti_windup", ANTI_WINDUP)
+            "leave anti_windup and tracking_time out, or give the integral's gain",
+        ),
+        (
+            given and anti_windup != "back_calculation",
+            f"the tracking time is {tracking_time!r}, but anti_windup is {anti_windup!r}; leave it "
+            "out, or give anti_windup='back_calculation'",
+        ),
+        code="law",
+    )
     if tracking_time is not None:
-        if anti_windup != "back_calculation":
-            raise ModelError(
-                f"the tracking time is {tracking_time!r}, but anti_windup is {anti_windup!r}; "
-                "leave it out, or give anti_windup='back_calculation'.",
-                code="law",
-            )
         gains = {
             **gains,
             "tracking_time": in_range(tracking_time, "the tracking time", positive=True),

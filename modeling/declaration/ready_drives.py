@@ -60,13 +60,18 @@ def figure(
     ModelError
         It is none, or negative, or 0 where that is no figure, or a constant in another unit.
     """
-    own = own_unit(value)
-    if own is not None and units and not any(own.same_dimension(parse_unit(u)) for u in units):
-        raise ModelError(f"{what} is in {own}; give it in {' or '.join(units)}.", code="drive")
-    found = number(_number(value), what, finite=finite)
-    if (found < 0 and not signed) or (positive and not found):
-        said = "a positive number" if positive else "0 or more"
-        raise ModelError(f"{what} is {quoted(value)}; give {said}.", code="drive")
+    own, found = own_unit(value), number(_number(value), what, finite=finite)
+    fits = own is None or not units or any(own.same_dimension(parse_unit(u)) for u in units)
+    said = "a positive number" if positive else "0 or more"
+    refuse(
+        ModelError,
+        (not fits, f"{what} is in {own}; give it in {' or '.join(units)}"),
+        (
+            (found < 0 and not signed) or (positive and not found),
+            f"{what} is {quoted(value)}; give {said}",
+        ),
+        code="drive",
+    )
     return found
 
 
@@ -120,9 +125,8 @@ def check_gear(coordinate: Coordinate, kt: Figure, ke: Figure | None, ratio: Fig
 
 def own_unit(value: Figure | None) -> Unit | None:
     """The unit of a figure; None for a plain number, which has that of its place."""
-    if isinstance(value, Constant):
-        return parse_unit(str(value.unit))
-    return value.unit if isinstance(value, ConstantSymbol) else None
+    symbol = value.symbol if isinstance(value, Constant) else value
+    return symbol.unit if isinstance(symbol, ConstantSymbol) else None
 
 
 def _number(value: Figure) -> float:
@@ -199,22 +203,24 @@ class MotorDrive(Drive):
             efficiency=number(self.efficiency, "the gear's efficiency"),
             reach=expression(self.reach, "the drive's reach"),
         )
-        if not LEAST_EFFICIENCY <= self.efficiency <= 1:
-            raise ModelError(
-                f"the gear's efficiency is {self.efficiency:g}; give a number from "
-                f"{LEAST_EFFICIENCY:g} to 1, such as 0.7: the share of the motor's power that the "
-                "load gets.",
-                code="drive",
-            )
         plain = with_numbers(self.reach)
         still = dict.fromkeys(plain.free_symbols - signals_in(plain), sympy.S.Zero)
         at_rest = plain.xreplace(still)  # as far as numbers tell it
-        if at_rest.is_number and at_rest.evalf().is_extended_positive is not True:
-            raise ModelError(
+        refuse(
+            ModelError,
+            (
+                not LEAST_EFFICIENCY <= self.efficiency <= 1,
+                f"the gear's efficiency is {self.efficiency:g}; give a number from "
+                f"{LEAST_EFFICIENCY:g} to 1, such as 0.7: the share of the motor's power that the "
+                "load gets",
+            ),
+            (
+                at_rest.is_number and at_rest.evalf().is_extended_positive is not True,
                 f"the drive's reach {self.reach} is {at_rest} at rest; give the largest force of "
-                "the motor forwards, above 0 there.",
-                code="drive",
-            )
+                "the motor forwards, above 0 there",
+            ),
+            code="drive",
+        )
         Drive.__post_init__(self)  # it looks at the force
         if self.logged == "current" and self.back_emf:
             raise ModelError(
@@ -543,24 +549,26 @@ def current_drive(
     [Krishnan2001]_, section 2.3.
     """
     check_others("current_drive", others)
-    if not parse_unit(unit).same_dimension(parse_unit("A")):
-        raise ModelError(
-            f"the control of a current drive is in {unit}; give a current, unit='A', or declare "
-            "Drive(gain=..., unit=...) with the force for a control of 1.",
-            code="drive",
-        )
     n = figure(ratio, "the gear ratio", *RATIO_UNITS, signed=True)
     gain = figure(kt, "kt", *KT_UNITS) * n
     volts = figure(supply, "the supply", "V", finite=False)
     has_supply, has_reach = math.isfinite(volts), reach is not None
     of_supply = (has_supply, resistance is not None)
-    if (has_supply and has_reach) or len({*of_supply, has_supply or ke is not None}) > 1:
-        raise ModelError(
+    refuse(
+        ModelError,
+        (
+            not parse_unit(unit).same_dimension(parse_unit("A")),
+            f"the control of a current drive is in {unit}; give a current, unit='A', or declare "
+            "Drive(gain=..., unit=...) with the force for a control of 1",
+        ),
+        (
+            (has_supply and has_reach) or len({*of_supply, has_supply or ke is not None}) > 1,
             "the force that the supply allows is given "
             + ("twice, by supply and by reach" if has_supply and has_reach else "in part")
-            + "; give supply and resistance (and ke where it is not kt), or reach alone.",
-            code="drive",
-        )
+            + "; give supply and resistance (and ke where it is not kt), or reach alone",
+        ),
+        code="drive",
+    )
     most = sympy.oo if reach is None else expression(reach, "the drive's reach")
     if resistance is not None:
         ohms = figure(resistance, "the resistance", "V/A")

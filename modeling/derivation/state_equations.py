@@ -21,7 +21,7 @@ from axisid.modeling.quantities import (
     with_numbers,
     with_own_symbols,
 )
-from axisid.support.errors import ModelError
+from axisid.support.errors import ModelError, refuse
 
 from .inverse import directed
 
@@ -147,19 +147,22 @@ def _equation(axis: Axis, state: State) -> StateEquation:
     for value in others:
         _check_symbols(axis, state, value, parameters)
     rate = in_direction(rate, q.velocity)
-    if not vanishes(rate.xreplace({q.velocity: sympy.S.Zero})):
-        raise ModelError(
-            f"axis {axis.name!r}: the state {state.name} changes at rest, by {state.following}; "
-            f"declare a rate that vanishes with the velocity {q.velocity}.",
-            code="equation",
-        )
     limit = None if state.limit is None else others[0]
-    if limit is not None and rate != q.velocity:
-        raise ModelError(
-            f"axis {axis.name!r}: the state {state.name} has a limit and follows "
-            f"{state.following}; one with a limit follows the velocity {q.velocity}.",
-            code="equation",
-        )
+    refuse(
+        ModelError,
+        (
+            not vanishes(rate.xreplace({q.velocity: sympy.S.Zero})),
+            f"changes at rest, by {state.following}; declare a rate that vanishes with the "
+            f"velocity {q.velocity}",
+        ),
+        (
+            limit is not None and rate != q.velocity,
+            f"has a limit and follows {state.following}; one with a limit follows the velocity "
+            f"{q.velocity}",
+        ),
+        before=f"axis {axis.name!r}: the state {state.name} ",
+        code="equation",
+    )
     first = with_own_symbols(with_numbers(state.first))
     return StateEquation(symbol=state.own, rate=rate, limit=limit, start=first)
 
