@@ -2,10 +2,9 @@
 
 import contextlib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +18,10 @@ from .library_cache import NativeUnavailableError, compiled_library
 _WIDE, _STATES, _STREAMS, _STRETCH = 8, 8, 7, 16  # as in the C text
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Decimation:
+class Decimation(NamedTuple):
     """How columns are filtered forward and backward, and which of their samples are kept.
+
+    In the order in which the compiled functions take it.
 
     Attributes
     ----------
@@ -44,16 +44,6 @@ class Decimation:
     settled: Array
     ends: Array
     direct: float
-
-    @property
-    def rows(self) -> int:
-        """How many are kept."""
-        return int(self.sizes[9])
-
-    @property
-    def arguments(self) -> tuple[Any, ...]:
-        """As the compiled functions take them."""
-        return (self.sizes, self.powers, self.gains, self.settled, self.ends, self.direct)
 
 
 class LaneLibrary(LoadedLibrary):
@@ -171,13 +161,13 @@ class LaneLibrary(LoadedLibrary):
         kept: tuple[int, ...] = (),
     ) -> Array:
         """What a function makes of samples and lanes, (N, L): rows, (n, *kept, L)."""
-        every, blocks = int(decimation.sizes[5]), int(decimation.sizes[8])
+        every, blocks, rows = map(int, decimation.sizes[[5, 8, 9]])
         columns, groups = self._columns + 1, -(-shape[1] // _WIDE)
         blocked = every * (_STREAMS + 2 * columns + 1)
         states = groups * (_STRETCH + -(-blocks // _STRETCH) + 1)
         work = self.memory(_WIDE + (blocked + columns * states * _STATES) * _WIDE)
-        out = np.empty((decimation.rows, *kept, shape[1]))
-        self(function, *shape, *given, *decimation.arguments, out, work)
+        out = np.empty((rows, *kept, shape[1]))
+        self(function, *shape, *given, *decimation, out, work)
         return out
 
 
