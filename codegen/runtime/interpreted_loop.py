@@ -34,11 +34,7 @@ _DONE, _OUT_OF_RANGE, _NOT_FINITE, _CHATTER, _UNRESOLVED = range(len(STATUSES))
 
 
 class _StoppedError(Exception):
-    """A simulation that cannot go on, with its status."""
-
-    def __init__(self, status: int) -> None:
-        super().__init__(STATUSES[status])
-        self.status = status
+    """A simulation that cannot go on; its one argument is the status."""
 
 
 class Motion(NamedTuple):
@@ -202,7 +198,7 @@ class VirtualLoop:
             try:
                 at, row = self._sample(at, given, recorded[k])
             except _StoppedError as stop:
-                return stop.status, k, signals
+                return stop.args[0], k, signals
             # At the first sample nothing was held before.
             rows[2:, k] = (*row, end if k else row[-1])
             end = at.direction
