@@ -50,8 +50,7 @@ def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
     controls = most * _SHARES
     motion = {axis.coordinate.name: _POSITIONS, str(axis.coordinate.velocity): _VELOCITIES}
     motion |= {signal.name: _RECORDED for signal in axis.signals}
-    arguments = {**motion, str(CONTROL): controls}
-    force = single_result(of_name["drive_force"], arguments)
+    force = single_result(of_name["drive_force"], {**motion, str(CONTROL): controls})
     if axis.drive.relative_sd and axis.drive.force_by_gain == 0:
         raise ModelError(
             f"axis {axis.name!r}: the gain of the drive {type(axis.drive).__name__} has a "
@@ -148,8 +147,10 @@ def by_gains_artefacts(model: AxisModel) -> tuple[str, str]:
     """
     programs = axis_programs(model, by_gains=True)
     about = "The gains of its control law are arguments.\n"
-    functions = functions_text(model.axis.name, about, programs)
-    return functions, _native(model, about, programs, by_gains=True)
+    return (
+        functions_text(model.axis.name, about, programs),
+        _native(model, about, programs, by_gains=True),
+    )
 
 
 def signature(model: AxisModel) -> str:

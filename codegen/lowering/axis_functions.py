@@ -73,10 +73,6 @@ def _motion(model: AxisModel, *, force: bool) -> Arguments:
     return Arguments().scalars(q.symbol, q.velocity, third, DIRECTION, *model.axis.signal_symbols)
 
 
-def _parameters(model: AxisModel) -> list[sympy.Symbol]:
-    return [p.symbol for p in model.axis.parameters]
-
-
 def inverse_dynamics(model: AxisModel) -> Program:
     """The force that a motion needs, by friction direction and parameters."""
     about = "Force that the motion needs"
@@ -86,7 +82,9 @@ def inverse_dynamics(model: AxisModel) -> Program:
 def _dynamics(
     model: AxisModel, name: str, about: str, result: str, value: sympy.Expr, *, force: bool
 ) -> Program:
-    arguments = _motion(model, force=force).vector_of("parameters", _parameters(model))
+    arguments = _motion(model, force=force).vector_of(
+        "parameters", [p.symbol for p in model.axis.parameters]
+    )
     end = ", the states where they start." if model.states else "."
     return arguments.lower(**{result: [[model.at_start(value)]]}).program(name, f"{about}{end}")
 
@@ -94,7 +92,7 @@ def _dynamics(
 def _idm_regressor(model: AxisModel) -> Program:
     arguments, about = _motion(model, force=False), "tau = row . parameters + known."
     if model.idm.nonlinear:
-        arguments = arguments.vector_of("parameters", _parameters(model))
+        arguments = arguments.vector_of("parameters", [p.symbol for p in model.axis.parameters])
         about = "tau = row . parameters + known, linearised about the parameters."
     return arguments.lower(row=[model.idm.columns], known=[[model.idm.intercept]]).program(
         "idm_regressor", about

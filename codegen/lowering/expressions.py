@@ -157,7 +157,9 @@ class Lowering:
             rest, exponent = joined
             power = self._builder.apply("exp", self(exponent))
             return power if rest == 1 else self._builder.apply("mul", self(rest), power)
-        _check_factor(node)
+        number = node.args[0]
+        if number.is_Float and number != 0 and float(number) == 0:
+            raise ModelError(f"the number {number} in {node} is too small for a float.")
         numerator, denominator = [], []
         for factor in sorted(_joined_powers(node), key=sympy.default_sort_key):
             if factor.is_Rational and factor.q != 1:
@@ -250,13 +252,9 @@ class Arguments(Builder):
         """Declare a vector argument, unless it would have no elements."""
         return self.vector_of(name, symbols) if symbols else self
 
-    def lowering(self) -> Lowering:
-        """What lowers expressions of the arguments."""
-        return Lowering(self, self.values)
-
     def lower(self, **outputs: Sequence[Sequence[sympy.Expr]]) -> "Arguments":
         """Declare results, each in rows."""
-        lowering = self.lowering()
+        lowering = Lowering(self, self.values)
         for name, rows in outputs.items():
             self.output(name, [[lowering(e) for e in row] for row in rows])
         return self
@@ -266,12 +264,6 @@ def over_time(values: Mapping[str, sympy.Expr]) -> Program:
     """Build a program from the time, s, to a number for each name: recorded signals of a twin."""
     rows = {name: [[with_numbers(value)]] for name, value in values.items()}
     return Arguments().scalars(TIME).lower(**rows).program("over_time", "Signals by the time.")
-
-
-def _check_factor(product: sympy.Mul) -> None:
-    number = product.args[0]
-    if number.is_Float and number != 0 and float(number) == 0:
-        raise ModelError(f"the number {number} in {product} is too small for a float.")
 
 
 def _joined_powers(product: sympy.Mul) -> Sequence[sympy.Expr]:

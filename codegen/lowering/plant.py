@@ -13,7 +13,7 @@ from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import DIRECTION, FORCE, Signal, slope
 
 from .drive import DriveInMode, acting_from_sample, drive_response, forces_in_step, later_force
-from .expressions import Arguments
+from .expressions import Arguments, Lowering
 from .friction_states import STATES, Remembering, state_dynamics, state_start, with_mode
 from .loop_interface import (
     HELD_REFERENCE,
@@ -26,13 +26,6 @@ from .loop_interface import (
 from .program import Program
 from .switching import Switching, largest_wave, switching, wave_number
 
-# What is held between samples under a sampled law; with a drive that lags, what its force goes to,
-# and the control where the motion makes another force of it all the time.
-HELD_FORCE = ("tau",)
-HELD_TARGET = ("tau", FORCE_TARGET)
-HELD_CONTROL = ("tau", "held_control")
-#: What the vector of the recorded signals is called: of each its value, and its rate of change.
-RECORDED = "signals"
 #: What the vector of the law's gains is called, where they are arguments.
 GAINS = "law_gains"
 _Lines = tuple[tuple[int, int], ...]  # value and rate of each signal
@@ -195,7 +188,7 @@ class _Plant:
 
 def _remembering(plant: _Plant) -> Remembering:
     """Motion and states together, under the force that is held."""
-    limits, lower = plant.found.limits, plant.builder.lowering()
+    limits, lower = plant.found.limits, Lowering(plant.builder, plant.builder.values)
     return Remembering(
         builder=plant.builder,
         dynamics=state_dynamics(plant.model, plant.found),
@@ -210,12 +203,17 @@ def _remembering(plant: _Plant) -> Remembering:
 
 
 def _held_names(model: AxisModel) -> tuple[str, ...]:
+    """What is held between samples.
+
+    Under a sampled law that is the force; with a drive that lags, what it goes to as well, and the
+    control where the motion makes another force of it all the time.
+    """
     law, response = model.axis.control, model.axis.response
     if law is not None and law.continuous:
         return HELD_REFERENCE
     if response is None or not response.keeps_force:
-        return HELD_FORCE
-    return HELD_TARGET if response.lag else HELD_CONTROL
+        return ("tau",)
+    return ("tau", FORCE_TARGET if response.lag else "held_control")
 
 
 def _recorded_names(model: AxisModel) -> tuple[str, ...]:
@@ -379,7 +377,7 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     held = tuple(map(builder.scalar, HELD_REFERENCE))
     reference, _, error, injected = held
     names = _recorded_names(model)
-    lines = builder.vector(RECORDED, names) if names else ()
+    lines = builder.vector("signals", names) if names else ()  # of each its value, and its rate
     signals = [(value,) for value in lines[::2]]
     names = ports[GAINS].elements if GAINS in ports else ()
     # The direction, the sides if there are any, the parameters with the gains, and the step.

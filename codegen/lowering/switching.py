@@ -27,7 +27,7 @@ from axisid.modeling.quantities import (
     with_numbers,
 )
 
-from .expressions import Arguments
+from .expressions import Arguments, Lowering
 from .loop_interface import PHASE_PER_STEP, RESOLVED
 from .program import Program
 
@@ -202,8 +202,8 @@ def wave_number(model: AxisModel, found: Switching) -> Program:
 
 def largest_wave(arguments: Arguments, numbers: Iterable[sympy.Expr]) -> int:
     """The largest of the wave numbers, as an operation."""
-    lowering, build = arguments.lowering(), arguments.apply
-    return reduce(partial(build, "max"), map(lowering, numbers))
+    lowering = Lowering(arguments, arguments.values)
+    return reduce(partial(arguments.apply, "max"), map(lowering, numbers))
 
 
 def _wave_numbers(values: Iterable[sympy.Expr], position: sympy.Symbol) -> tuple[sympy.Expr, ...]:

@@ -142,12 +142,18 @@ def print_c_loop(
     values: dict[str, float] = {**sizes, **response, "CONTINUOUS": int(continuous)}
     rates = not (sizes["SIDES"] or "STATES" in sizes)  # are told where a loop starts
     if sizes["SIDES"]:
-        values |= {"RESOLVED": RESOLVED, "STEPS_IN_ALL": STEPS_IN_ALL}
-        values["STEPS_OF_EACH"] = STEPS_OF_EACH
+        values |= {
+            "RESOLVED": RESOLVED,
+            "STEPS_IN_ALL": STEPS_IN_ALL,
+            "STEPS_OF_EACH": STEPS_OF_EACH,
+        }
     elif rates:
         values |= {"PROBE": PROBE} | ({"PROBED": PROBED} if "WAVES" in sizes else {})
-    values |= {"RESPONSE": int(bool(response)), "RATES": int(rates)}
-    values["HOLDS_FORCE"] = int(not (continuous or response or "STATES" in sizes))
+    values |= {
+        "RESPONSE": int(bool(response)),
+        "RATES": int(rates),
+        "HOLDS_FORCE": int(not (continuous or response or "STATES" in sizes)),
+    }
     lines = "".join(f"#define {name} {value}\n" for name, value in values.items())
     if "SIGNALS" in sizes:
         lines += _start_of(sizes["SIGNALS"], by_gains="GAINS" in sizes)

@@ -94,12 +94,9 @@ def _expression(operation: Operation, texts: list[Text], language: Language) -> 
         return f"{left} {symbol} {right}", strength
     function = language.calls.get(operation.name, operation.name)
     arguments = [text for text, _ in operands]
-    return function(*arguments) if callable(function) else call(function, *arguments), ATOM
-
-
-def call(function: str, *arguments: str) -> str:
-    """Text of a call."""
-    return f"{function}({', '.join(arguments)})"
+    if callable(function):
+        return function(*arguments), ATOM
+    return f"{function}({', '.join(arguments)})", ATOM
 
 
 def comment(text: str) -> str:

@@ -11,7 +11,6 @@ from axisid.codegen.lowering import OPERATIONS, FeedForward, Program
 from .shared import (
     BooleanText,
     Language,
-    call,
     comment,
     condition,
     distinct_names,
@@ -126,7 +125,7 @@ def _language(names: dict[str, str]) -> Language:
             "not": lambda a: BooleanText(f"NOT ({_if(a)})", _NUMBER),
             "and": lambda a, b: BooleanText(f"({_if(a)}) AND ({_if(b)})", _NUMBER),
             "or": lambda a, b: BooleanText(f"({_if(a)}) OR ({_if(b)})", _NUMBER),
-            "select": lambda c, a, b: call("SEL", _if(c), b, a),
+            "select": lambda c, a, b: f"SEL({_if(c)}, {b}, {a})",
         },
         variable=lambda element: names[element],
         name=lambda name, expression: f"{name} := {expression};",

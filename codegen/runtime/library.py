@@ -227,8 +227,7 @@ class NativeLibrary(LoadedLibrary):
         """
         found = np.empty((3, len(span)))
         self("later_rows", len(span), *motion, held, span, float(step), parameters, *found)
-        position, velocity, direction = found
-        return position, velocity, direction
+        return found[0], found[1], found[2]
 
     def simulate(
         self,

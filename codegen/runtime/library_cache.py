@@ -88,8 +88,9 @@ class Compiler:
             try:
                 code = process.wait(seconds)
             except subprocess.TimeoutExpired:
-                reason = f"{command[0]} did not finish within {seconds:g} s"
-                raise NativeUnavailableError(reason) from None
+                raise NativeUnavailableError(
+                    f"{command[0]} did not finish within {seconds:g} s"
+                ) from None
             finally:  # whatever it started ends with it
                 with contextlib.suppress(ProcessLookupError, PermissionError):
                     os.killpg(process.pid, signal.SIGKILL)
@@ -128,8 +129,7 @@ def find_compiler() -> Compiler:
         raise NativeUnavailableError(f"the compiler CC={requested!r} is not found")
     zig = importlib.util.find_spec("ziglang")
     if zig is not None and zig.origin is not None:
-        command = (sys.executable, "-m", "ziglang", "cc")
-        return Compiler(command, _identity(Path(zig.origin)))
+        return Compiler((sys.executable, "-m", "ziglang", "cc"), _identity(Path(zig.origin)))
     raise NativeUnavailableError(
         "there is no C compiler (install one, or pip install 'axisid[native]')"
     )

@@ -98,8 +98,9 @@ class Native:
         """Return the library, compiling it if it is not cached; None where it cannot be had."""
         if self._library is None and not self.refusal:
             try:
-                path = compiled_library(self.text, self._check)
-                self._library = NativeLibrary(path, self._functions, self._gains)
+                self._library = NativeLibrary(
+                    compiled_library(self.text, self._check), self._functions, self._gains
+                )
             except (NativeUnavailableError, OSError) as error:
                 self.refusal = str(error)
         return self._library
@@ -108,8 +109,7 @@ class Native:
         try:
             fresh = NativeLibrary(path, self._functions)
         except OSError as error:  # no fault of the folder, as others are
-            reason = f"the compiled library does not load: {error}"
-            raise NativeUnavailableError(reason) from error
+            raise NativeUnavailableError(f"the compiled library does not load: {error}") from error
         check_values(fresh, self._functions, self.text)
 
     @cached_property
@@ -122,8 +122,11 @@ class Native:
             return None
         count = self._functions["direct_dynamics"].size1_in("parameters")
         with contextlib.suppress(NativeUnavailableError, OSError):
-            path = compiled_library(print_c_lanes(self.text, count))
-            return LaneLibrary(path, count, known=has_known_part(self.text))
+            return LaneLibrary(
+                compiled_library(print_c_lanes(self.text, count)),
+                count,
+                known=has_known_part(self.text),
+            )
         return None
 
     def warn_once(self) -> None:
