@@ -35,8 +35,11 @@ class CommandPath:
 
     def __post_init__(self) -> None:
         given = {name: quoted(getattr(self, name)) for name in ("rate_limit", *_AMOUNTS)}
-        settle(self, rate_limit=number(self.rate_limit, "the drive's rate_limit", finite=False))
-        settle(self, **{n: number(getattr(self, n), f"the drive's {n}") for n in _AMOUNTS})
+        settle(
+            self,
+            rate_limit=number(self.rate_limit, "the drive's rate_limit", finite=False),
+            **{n: number(getattr(self, n), f"the drive's {n}") for n in _AMOUNTS},
+        )
         refuse(
             ModelError,
             (

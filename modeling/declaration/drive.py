@@ -38,8 +38,6 @@ from .command_path import (
 DRIVE_GAIN = sympy.Symbol("drive_gain", real=True)
 #: What the force of a drive with a lag goes to, in generated code.
 FORCE_TARGET = "force_target"
-#: What a drive of a limited rate remembers.
-LAST_CONTROL = "control_before"
 _WHOLE = 1e-6  # of a sample: what a delay may be off whole samples by its rounding
 
 
@@ -97,7 +95,7 @@ class Response:
 
         The control that acted, if its rate is limited, and `forces`.
         """
-        return (*(LAST_CONTROL,) * math.isfinite(self.steepest), *self.forces)
+        return (*("control_before",) * math.isfinite(self.steepest), *self.forces)
 
     @property
     def forces(self) -> tuple[str, ...]:
@@ -305,8 +303,9 @@ class Drive:
 
     def estimating(self, name: str) -> "Drive":
         """The same with its lag or its delay to be estimated, from where it is declared."""
-        nominal = float(getattr(self, name))
-        changed: dict[str, Any] = {name: Parameter(name, "s", nominal=nominal, lower=0.0)}
+        changed: dict[str, Any] = {
+            name: Parameter(name, "s", nominal=float(getattr(self, name)), lower=0.0)
+        }
         if self.estimated is not None:  # as it was declared, and beside another one refused
             changed |= dict([self.estimated])
         return replace(self, **changed)

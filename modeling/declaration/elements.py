@@ -328,10 +328,7 @@ def end_stop(
 def _amount(value: Amount, coordinate: Coordinate, over: str = "") -> sympy.Expr:
     """An amount; a number is in the axis's force unit `over` the coordinate's."""
     check_coordinate(coordinate)
-    if _is_zero(value):
-        return sympy.S.Zero
-    unit = f"{coordinate.force_unit}{over.format(coordinate.unit)}"
-    return with_unit(value, unit, _AMOUNT)
+    return _unless_zero(value, f"{coordinate.force_unit}{over.format(coordinate.unit)}", _AMOUNT)
 
 
 def _part(
@@ -364,9 +361,7 @@ def _bristle(
 
 
 def _stretch(coordinate: Coordinate, rest: Amount) -> sympy.Expr:
-    if _is_zero(rest):
-        return coordinate.symbol
-    return coordinate.symbol - with_unit(rest, coordinate.unit, "the rest position")
+    return coordinate.symbol - _unless_zero(rest, coordinate.unit, "the rest position")
 
 
 def _state_name(stiffness: sympy.Expr) -> str:
@@ -375,8 +370,10 @@ def _state_name(stiffness: sympy.Expr) -> str:
     return f"z_{called}" if stiffness.is_Symbol and called.isidentifier() else "z"
 
 
-def _is_zero(value: Amount) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and value == 0
+def _unless_zero(value: Amount, unit: str, what: str) -> sympy.Expr:
+    """What an element is told, but that a number 0 leaves no trace."""
+    zero = isinstance(value, (int, float)) and not isinstance(value, bool) and value == 0
+    return sympy.S.Zero if zero else with_unit(value, unit, what)
 
 
 #: By the names that declarations as text know them by.

@@ -17,8 +17,6 @@ from .control_parts import (
     without_zeros,
 )
 
-#: Of what the derivative may be.
-DERIVATIVES = ("error", "position")
 _ERROR = REFERENCE - MEASURED_POSITION
 
 
@@ -154,7 +152,7 @@ def _derivative(
 
     Nothing where its gain is 0.
     """
-    chosen(of, "derivative_of", DERIVATIVES)
+    chosen(of, "derivative_of", ("error", "position"))
     in_range(filter_time, "the filter time of a derivative")
     if not value:
         return Block(sympy.S.Zero), {}

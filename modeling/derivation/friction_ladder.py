@@ -59,13 +59,15 @@ def friction_ladder(
         It is no axis, or the Stribeck velocity is not positive.
     """
     check_axis(axis)
-    what = "the Stribeck velocity"
-    if stribeck is not None and not 0 < number(stribeck, what) < math.inf:
+    if stribeck is not None and not 0 < number(stribeck, "the Stribeck velocity") < math.inf:
         raise UsageError(
-            f"{what} is {stribeck!r}; give a positive number.",
+            f"the Stribeck velocity is {stribeck!r}; give a positive number.",
             code="axis",
         )
-    kept, friction = _split(axis)
+    parameters = _friction_parameters(axis)  # nothing is multiplied out for them
+    rests = [(term, _rest(term, parameters)) for term in sympy.Add.make_args(axis.force)]
+    kept = [rest for _, rest in rests if rest != 0]
+    friction = [term - rest for term, rest in rests if rest != term]
     laws = _laws(axis, kept, friction, quadratic=quadratic, stribeck=stribeck)
     ladder = {
         law: axis if _is_law(axis, friction, terms) else _rung(axis, kept, law, terms)
@@ -74,14 +76,6 @@ def friction_ladder(
     if not any(rung is axis for rung in ladder.values()):
         ladder["declared"] = axis
     return ladder
-
-
-def _split(axis: Axis) -> tuple[list[sympy.Expr], list[sympy.Expr]]:
-    """Terms of the force that stay, and those that are friction; nothing is multiplied out."""
-    parameters = _friction_parameters(axis)
-    rests = [(term, _rest(term, parameters)) for term in sympy.Add.make_args(axis.force)]
-    kept = [rest for _, rest in rests if rest != 0]
-    return kept, [term - rest for term, rest in rests if rest != term]
 
 
 def _friction_parameters(axis: Axis) -> AbstractSet[sympy.Symbol]:

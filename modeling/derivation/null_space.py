@@ -36,9 +36,6 @@ from .inverse import Regressor
 #: Maps parameters to the weights of a change that no motion shows.
 NullSpaceVector: TypeAlias = dict[sympy.Symbol, sympy.Expr]
 
-#: Numbers for parameters.
-Point: TypeAlias = Mapping[sympy.Symbol, sympy.Expr]
-
 _PLACES, _STEPS = 101, (37, 59)  # a prime, and how two points walk through its fractions
 _MOST_PRODUCTS = 20_000  # of one term of each sum, above which no direction is found in symbols
 
@@ -154,7 +151,9 @@ def unidentifiable_directions(
     )
 
 
-def generic_points(parameters: Sequence[Parameter]) -> tuple[Point, ...]:
+def generic_points(
+    parameters: Sequence[Parameter],
+) -> tuple[Mapping[sympy.Symbol, sympy.Expr], ...]:
     """Numbers for the parameters that have nothing to do with each other, several times.
 
     Within the bounds, near the nominal value if there is one.

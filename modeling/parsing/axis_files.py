@@ -60,7 +60,6 @@ from axisid.modeling.quantities import (
     State,
     check_name,
     check_symbol,
-    parse_unit,
 )
 from axisid.support.errors import DeclarationError, ModelError, quoted, refuse
 
@@ -205,8 +204,7 @@ def read_control(root: TomlTable, recorded: Symbols, constants: Symbols) -> Cont
 
 def _shipped_law(table: TomlTable, symbols: Symbols) -> ControlLaw | None:
     """A law of the library by its name, with the arguments of its function and its timing."""
-    hint = ", or leave out the law and write its output"
-    law = table.chosen("law", LAWS, "law", hint)
+    law = table.chosen("law", LAWS, "law", ", or leave out the law and write its output")
     if law is None:
         return None
     of_any = inspect.signature(ControlLaw).parameters
@@ -234,8 +232,7 @@ def _blocks(table: TomlTable, symbols: Symbols, at_rest: Symbols) -> dict[str, B
         several = "names" in inspect.signature(make).parameters
         given = {"names": (f"{name}1", f"{name}2")} if several else {"name": f"{name}1"}
         known = {**symbols, **{each: block.value for each, block in found.items()}}
-        own = {"start": at_rest}
-        block = inner.made(make, known, given=given, beside=("block",), own=own)
+        block = inner.made(make, known, given=given, beside=("block",), own={"start": at_rest})
         found |= {} if block is None else {name: block}
     return found
 
@@ -257,8 +254,12 @@ def read_drive(root: TomlTable, symbols: Symbols) -> Drive | None:
     table = root.table("drive")
     make: Callable[..., Drive] | None = Drive
     if "kind" in table.values:
-        hint = ", or leave out the kind and give a gain, or force and inverse"
-        make = table.chosen("kind", DRIVES, "drive", hint)
+        make = table.chosen(
+            "kind",
+            DRIVES,
+            "drive",
+            ", or leave out the kind and give a gain, or force and inverse",
+        )
     elif any(key in table.values for key in _FORMULAS):
         make = formula_drive
     if make is None:
@@ -383,8 +384,7 @@ def _constants(table: TomlTable, unknown: Symbols, recorded: Symbols, moving: Sy
         if name == "pi":
             table.say(name, "it is the number pi already; leave it out, or choose another name.")
         symbols[name] = ConstantSymbol(name, 1.0, "1") if constant is None else constant.symbol
-        gravity = parse_unit(G.unit)
-        if constant and name == "G" and not parse_unit(constant.unit).same_dimension(gravity):
+        if constant and name == "G" and not constant.symbol.unit.same_dimension(G.symbol.unit):
             table.say(name, f"it is a gravity, in {G.unit}; choose another name.")
     return symbols
 

@@ -217,11 +217,12 @@ class ExpressionReader:
     def _element(self, node: ast.Call, name: str, depth: int, calls: int) -> sympy.Expr:
         """Friction or a load by its name, its arguments like any expression."""
         arguments = [self._evaluated(each, depth - 1, calls - 1) for each in node.args]
-        named: dict[str, sympy.Expr] = {}
-        for keyword in node.keywords:
-            if keyword.arg is None:
-                raise not_allowed("**", *self._at(node))
-            named[keyword.arg] = self._evaluated(keyword.value, depth - 1, calls - 1)
+        if any(each.arg is None for each in node.keywords):
+            raise not_allowed("**", *self._at(node))
+        named = {
+            str(each.arg): self._evaluated(each.value, depth - 1, calls - 1)
+            for each in node.keywords
+        }
         try:
             made = self._real(node, partial(self.elements[name], **named), *arguments)
         except ModelError as error:

@@ -77,10 +77,11 @@ def parameter_function(what: FunctionLike, units: Mapping[str, str]) -> Paramete
         It cannot be read, names something else, or its units do not fit.
     """
     symbols = {name: sympy.Symbol(name, real=True) for name in units}
-    if isinstance(what, str):
-        written = read_expression(what, symbols)
-    else:
-        written = expression(what, "the function")
+    written = (
+        read_expression(what, symbols)
+        if isinstance(what, str)
+        else expression(what, "the function")
+    )
     unknown = sorted(str(s) for s in written.free_symbols if str(s) not in symbols)
     if unknown:
         raise UsageError(

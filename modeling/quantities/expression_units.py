@@ -175,7 +175,9 @@ class UnitReader:
             self._common(node, node.args, "compares")
             return _ExpressionUnit(NUMBER)
         if isinstance(node, sympy.Piecewise):
-            return self._chosen(node)
+            for relation in node.atoms(Relational):
+                self._common(relation, relation.args, "compares")
+            return self._common(node, [pair.args[0] for pair in node.args], "chooses from")
         if self._loose_numbers and not isinstance(node, _OF_NUMBERS):
             return _ExpressionUnit(
                 NUMBER, loose=True
@@ -184,11 +186,6 @@ class UnitReader:
         if not self._is(argument, NUMBER):
             raise UnitsError(f"{node} takes a number, not {argument.unit}.")
         return _ExpressionUnit(NUMBER)
-
-    def _chosen(self, node: sympy.Basic) -> _ExpressionUnit:
-        for relation in node.atoms(Relational):
-            self._common(relation, relation.args, "compares")
-        return self._common(node, [pair.args[0] for pair in node.args], "chooses from")
 
 
 def _is_sign(number: sympy.Expr) -> bool:

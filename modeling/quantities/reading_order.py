@@ -137,8 +137,7 @@ class _TextPrinter(InReadingOrder, StrPrinter):  # type: ignore[misc]
 def written(value: sympy.Expr, coordinate: Coordinate) -> str:
     """An expression as text."""
     prepared = readable(value, coordinate)
-    text: str = _TextPrinter(prepared, {"full_prec": False}).doprint(prepared.value)
-    return text
+    return str(_TextPrinter(prepared, {"full_prec": False}).doprint(prepared.value))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

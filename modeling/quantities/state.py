@@ -113,12 +113,13 @@ class State(Symbolic):
         rate: Any = self.following
         if callable(rate) and not isinstance(rate, (sympy.Basic, Symbolic)):
             rate = rate(self.own)
-        limit = self.limit
         settle(
             self,
             following=expression(rate, f"the rate of state {self.name!r}"),
             start=expression(self.start, f"the start of {self.name!r}"),
-            limit=None if limit is None else expression(limit, f"the limit of {self.name!r}"),
+            limit=None
+            if self.limit is None
+            else expression(self.limit, f"the limit of {self.name!r}"),
         )
         for part in self.parts:
             value = with_numbers(part.value)
@@ -161,14 +162,12 @@ class State(Symbolic):
     @property
     def laws(self) -> tuple[sympy.Expr, ...]:
         """The expressions that it changes by, wherever it begins."""
-        laws: tuple[Any, ...] = (self.following, *(() if self.limit is None else (self.limit,)))
-        return laws
+        return (self.following, *(() if self.limit is None else (self.limit,)))
 
     @property
     def values(self) -> tuple[sympy.Expr, ...]:
         """The expressions that it is declared by."""
-        start: Any = self.start
-        return (*self.laws, start)
+        return (*self.laws, self.start)
 
 
 # Of an axis's force it is asked again and again.

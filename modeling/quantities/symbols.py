@@ -179,13 +179,12 @@ class Parameter(Symbolic):
         check_symbol(self.name, "a parameter")
         parse_unit(self.unit)
         what = f"of parameter {self.name!r}"
-        known = self.known
         settle(
             self,
             nominal=number(self.nominal, f"the nominal value {what}"),
             lower=number(self.lower, f"the lower bound {what}", finite=False),
             upper=number(self.upper, f"the upper bound {what}", finite=False),
-            known=None if known is None else number(known, f"the known value {what}"),
+            known=None if self.known is None else number(self.known, f"the known value {what}"),
             known_sd=number(self.known_sd, f"the standard deviation of the known value {what}"),
         )
         refuse(

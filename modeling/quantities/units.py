@@ -16,8 +16,7 @@ from functools import reduce
 from axisid.support.errors import ModelError, quoted
 
 _BASE = ("kg", "m", "s", "A", "K")
-_Exponent = Fraction | int
-_Exponents = tuple[_Exponent, ...]  # of `_BASE`
+_Exponents = tuple[Fraction | int, ...]  # of `_BASE`
 
 _SYMBOLS: dict[str, _Exponents] = {
     "1": (0, 0, 0, 0, 0),
