@@ -2,7 +2,7 @@
 
 import pytest
 
-from axisid.commands.options.known_values import read_known
+from axisid.commands.options.inputs import read_known
 from axisid.estimation.parameters import known_of
 from tests.refusals import refuses
 
@@ -19,7 +19,6 @@ def test_a_text_lists_a_value_for_each_record_some_with_deviations() -> None:
         (["m_add"], "write NAME=V1,V2"),
         (["m_add="], "number 1 is no value"),
         (["m_add=0,1+-"], "number 2 is no value"),
-        (["m=1,2", "m=3,4"], "once"),
     ],
 )
 def test_what_lists_no_values_is_refused_with_their_place(told: list[str], said: str) -> None:

@@ -5,7 +5,7 @@ Few options are of a log; all else of it is said in its run.toml.
 
 import csv
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -26,7 +26,6 @@ from axisid.support.errors import AxisidError, UsageError
 
 from . import stages
 from .groups import Options, given_options, option, reading
-from .known_values import read_known
 from .terminal import ProgressLine
 
 Value = TypeVar("Value")
@@ -86,6 +85,8 @@ _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _BOUND = rf"\s*(\w+)\s*=(?=.*\d)\s*({_NUMBER})?\s*\.\.\s*({_NUMBER})?\s*"
 _PRIOR = rf"\s*(\w+)\s*=\s*({_NUMBER})\s*(?:\+-|\+/-|±)\s*({_NUMBER})\s*"
 _WEIGHT = rf"\s*([\w-]+)\s*=\s*({_NUMBER})\s*"
+_KNOWN = re.compile(r"\s*(\w+)\s*=(.*)", re.DOTALL)
+_ENTRY = re.compile(rf"\s*({_NUMBER})\s*(?:(?:\+-|\+/-|±)\s*({_NUMBER})\s*)?")
 #: A value of a name, or of none, and whether it is in per cent.
 VALUE = rf"(?:\s*(\w+)\s*=)?\s*({_NUMBER})\s*(%)?"
 
@@ -339,6 +340,33 @@ class Inputs:
         """Tell of each log that could not be read."""
         for name, why in self.set_aside.items():
             click.echo(f"axisid: without {name}: {why}", err=True)
+
+
+def read_known(texts: Iterable[str]) -> dict[str, tuple[tuple[float, float], ...]]:
+    """Values by record from texts such as ``m_add=0,20+-0.01``.
+
+    Raises
+    ------
+    UsageError
+        A text is something else.
+    """
+    found: dict[str, tuple[tuple[float, float], ...]] = {}
+    for text in texts:
+        match = _KNOWN.fullmatch(text)
+        entries = [_ENTRY.fullmatch(part) for part in match[2].split(",")] if match else [None]
+        if match is None or not all(entries):
+            wrong = next(
+                (f", of which number {i} is no value" for i, e in enumerate(entries, 1) if not e),
+                "",
+            )
+            raise UsageError(
+                f"{text!r} says nothing of each record{wrong * (match is not None)}; write "
+                "NAME=V1,V2,..., SI, one value for each record in their order, each with its "
+                "deviation if it has one: m_add=0,20+-0.01.",
+                code="parameters",
+            )
+        found[match[1]] = tuple((float(e[1]), float(e[2] or 0.0)) for e in entries if e)
+    return found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
