@@ -493,8 +493,6 @@ def write_outputs(
     UsageError
         A place cannot be written to.
     """
-    if report is None and figures is None:
-        return []
     cutoffs = _swept(result, say)
     written = []
     try:

@@ -434,7 +434,7 @@ def covariance_name(names: Mapping[str, str]) -> str:
 def shared_remarks(estimates: Iterable[SavedEstimate]) -> list[str]:
     """Each remark once, with the methods that it is of."""
     shared = grouped((said, e.method) for e in estimates for said in e.remarks)
-    return [f"{', '.join(of)}: {_sentence(remark)}" for remark, of in shared.items()]
+    return [f"{', '.join(of)}: {remark.removesuffix('.')}." for remark, of in shared.items()]
 
 
 def verdict_block(checks: Sequence[Check]) -> Checks:
@@ -475,8 +475,6 @@ def missing_notes(missing: Mapping[str, str], checks: Sequence[Check] = ()) -> l
         ("see the verdict" if why in in_verdict else why.removeprefix(f"{method}, "), method)
         for method, why in missing.items()
     )
-    return [f"without {', '.join(of)}: {_sentence(reason)}" for reason, of in shared.items()]
-
-
-def _sentence(text: str) -> str:
-    return text if text.endswith(".") else f"{text}."
+    return [
+        f"without {', '.join(of)}: {reason.removesuffix('.')}." for reason, of in shared.items()
+    ]
