@@ -14,7 +14,7 @@ import pytest
 
 from axisid import Identification, Record
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
-from axisid.commands.options.terminal import ProgressLine, print_document
+from axisid.commands.options.outputs import ProgressLine, print_document
 from axisid.presentation.documents import CheckGroup, Checks
 from axisid.support.progress import with_progress
 from tests.command_line import Run

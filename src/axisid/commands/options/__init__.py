@@ -35,6 +35,7 @@ from .inputs import (
     one_or_all as one_or_all,
 )
 from .outputs import (
+    ProgressLine as ProgressLine,
     Target as Target,
     check_folder as check_folder,
     check_replaced as check_replaced,
@@ -43,10 +44,10 @@ from .outputs import (
     force_option as force_option,
     is_earlier as is_earlier,
     json_option as json_option,
+    print_document as print_document,
     print_result as print_result,
     put_out as put_out,
     put_result as put_result,
     write_output as write_output,
     write_page as write_page,
 )
-from .terminal import ProgressLine as ProgressLine, print_document as print_document

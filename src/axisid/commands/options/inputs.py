@@ -26,7 +26,7 @@ from axisid.support.errors import AxisidError, UsageError
 
 from . import stages
 from .groups import Options, given_options, option, reading
-from .terminal import ProgressLine
+from .outputs import ProgressLine
 
 Value = TypeVar("Value")
 
