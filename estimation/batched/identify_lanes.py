@@ -171,8 +171,7 @@ def _block_fits(
 ) -> LaneFits:
     """Fits of the lanes of a block side by side, but for those that go alone."""
     try:
-        keep = replace(asked, reversals="keep")
-        template = FilteredRecord.bind(axis, lanes.record(0), keep)
+        template = FilteredRecord.bind(axis, lanes.record(0), replace(asked, reversals="keep"))
     except AxisidError:
         return {}  # they are told why where they go alone
     with np.errstate(all="ignore"):  # what is not finite goes alone too
@@ -231,8 +230,7 @@ def row_counts(rows: BoolArray | None, shape: tuple[int, ...]) -> Array:
 
 def fitted(regressor: Array, theta: Array) -> Array:
     """``X theta`` of lanes, (n, L), for parameters (L, p)."""
-    every = range(theta.shape[1])
-    return np.asarray(sum(regressor[:, i] * theta[:, i] for i in every))
+    return np.asarray(sum(regressor[:, i] * theta[:, i] for i in range(theta.shape[1])))
 
 
 def solved(
@@ -319,8 +317,7 @@ def _first_fit(
     measured = block.rows(excluded, rows)
     left = measured.left - measured.intercept
     found = solved(block.library, left, measured.regressor, measured.regressor)
-    every = np.ones(len(block.lanes), dtype=bool)
-    loops = block.loops(found.theta, every, excluded, rows)
+    loops = block.loops(found.theta, np.ones(len(block.lanes), dtype=bool), excluded, rows)
     off = measured.left - (fitted(loops.Z, found.theta) + loops.intercept)
     error = 100 * (np.linalg.norm(off, axis=0) / np.linalg.norm(measured.left, axis=0))
     follows = loops.well & found.sound & (error < MAX_SIMULATION_ERROR.value)

@@ -395,8 +395,7 @@ class Estimate(EstimateFacts, Presentable, Exact):
         RuntimeWarning
             The function bends within the uncertainty, so that the delta method is not enough.
         """
-        advice = "draw instead: propagate()"
-        return self.distribution.derived(function, advice, self._curvature)
+        return self.distribution.derived(function, "draw instead: propagate()", self._curvature)
 
     @property
     def curvatures(self) -> Array:

@@ -181,8 +181,9 @@ def first_memory(
     gained = (float(off @ off) - noise) / max(shown, 1)
     noise /= max(len(off) - shown, 1)
     explained = left < _MAX_START_LEFT * float(np.linalg.norm(off))
-    clear = explained and gained > MIN_START_DISTANCE**2 * noise
-    return memory if law.balanced or clear else None
+    return (
+        memory if law.balanced or (explained and gained > MIN_START_DISTANCE**2 * noise) else None
+    )
 
 
 def law_residual(

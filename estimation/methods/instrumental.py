@@ -267,8 +267,7 @@ class Iteration:
         if step.size <= CONVERGED.value:
             return np.clip(step.goal, *self._bounds), None
         if not self._form.is_linear and isinstance(self._form, InverseForm):
-            rows = self._on.rows
-            return damped_step(self._form, rows, step.simulated, physical, step.goal), None
+            return damped_step(self._form, self._on.rows, step.simulated, physical, step.goal), None
         return step.goal if share == 1 else physical + share * (step.goal - physical), None
 
     def _ended(self, step: IterationStep, reached: IterationState, *remarks: str) -> Fit:

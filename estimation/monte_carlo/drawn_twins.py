@@ -260,8 +260,7 @@ def twin_lanes(
 ) -> tuple[RecordLanes, Mapping[int, str]]:
     """The records of runs side by side, and why there is none of some, by lane."""
     plan = twin_plan(twin)
-    samples = len(plan.reference)
-    drawn = (_draws(seed, run, _POSITION).normal(samples) for run in runs)
+    drawn = (_draws(seed, run, _POSITION).normal(len(plan.reference)) for run in runs)
     noise = chain.position * np.column_stack([*drawn])
     batch = simulate_batch(
         plan.axis,

@@ -329,6 +329,5 @@ def _predictions(
     longest = OpenLoopErrors(form, form.axes, records, horizon or default_horizon(records))
     if horizon is None:
         with suppress(EstimationError):
-            steady = longest.steady_horizon(physical)
-            return OpenLoopErrors(form, form.axes, records, steady)
+            return OpenLoopErrors(form, form.axes, records, longest.steady_horizon(physical))
     return longest

@@ -329,8 +329,7 @@ def _held(
         free = u.free & (sides == 0)
         free[j] = True
         sandwich, place = of.sandwich(free), int(np.count_nonzero(free[:j]))
-        matrix = replace(sandwich, errors=errors).coloured().matrix
-        deviation = math.sqrt(matrix[place, place])
+        deviation = math.sqrt(replace(sandwich, errors=errors).coloured().matrix[place, place])
         residuals = sandwich.errors
         if common is not None:
             change = of.best.jacobian @ (physical - of.best.physical)

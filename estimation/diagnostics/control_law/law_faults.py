@@ -209,8 +209,7 @@ def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_
 
 
 def _with_limit(axis: GeneratedAxis, limit: float) -> GeneratedAxis:
-    drive = replace(axis.axis.drive, limit=limit)
-    return build(replace(axis.axis, drive=drive), native=False)
+    return build(replace(axis.axis, drive=replace(axis.axis.drive, limit=limit)), native=False)
 
 
 def _moved_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:

@@ -331,8 +331,7 @@ def assumed_units_text(
     """What is said of columns, by role, whose unit nobody gave."""
     named = []
     for role, name in roles.items():
-        wanted = expected_units(role, axis, injected_at)
-        unit = " or ".join(wanted) or "as the drive has it"
+        unit = " or ".join(expected_units(role, axis, injected_at)) or "as the drive has it"
         label = LABEL_WITH_UNIT.fullmatch(name)
         if label and label[4] and not label[4].isdecimal():
             unit += f" ({label[4]!r} is no unit known)"
