@@ -28,6 +28,10 @@ def cut(record: Record, start: int, stop: int, *, absolute: bool = True) -> Reco
 
 
 WHOLE, LONG = log(), log(20_000)
+AT_REST = np.isin(np.arange(len(LONG)) // 1000, (3, 15))
+RESTING = LONG.with_values(
+    **{role: np.where(AT_REST, 0.5, getattr(LONG, role)) for role in ("position", "control")}
+)
 
 
 @pytest.mark.parametrize(
@@ -49,8 +53,12 @@ WHOLE, LONG = log(), log(20_000)
         ),
         ([WHOLE, WHOLE.windowed((None, 0.9995), (1.9995, None))], 1.8, "fail", "in common"),
         ([cut(LONG, 0, 10_100), cut(LONG, 10_000, 20_000)], 1.01, "note", "100 samples in common"),
+        (  # which rests elsewhere too, all samples of which are alike
+            [cut(RESTING, 0, 10_100), cut(RESTING, 10_000, 20_000)],
+            *(1.01, "note", "100 samples in common"),
+        ),
     ],
-    ids=["same clock", "own clocks", "given three times", "two stretches", "of no weight"],
+    ids=["same clock", "own clocks", "given three times", "two stretches", "of no weight", "rests"],
 )
 def test_samples_that_are_given_again_are_told_with_the_times(
     records: list[Record], figure: float, status: str, said: str

@@ -16,6 +16,8 @@ from axisid.modeling import back_and_forth
 from tests.axes.lagging import TRUTH, lagging, noisy
 from tests.refusals import refuses
 
+METHODS = ["idm-ls", "idm-iv", "didim"]
+
 
 def _short_record(seed: int = 1, **timing: float) -> Record:
     """The twin of a short experiment."""
@@ -66,9 +68,38 @@ def test_what_a_record_cannot_show_is_refused(
         identify(axis, [_short_record().shifted(control=late)] * count)
 
 
+@pytest.mark.slow
+def test_a_bound_between_the_estimates_by_two_times_is_kept_by_both() -> None:
+    """Of 0.79 ms, the estimate, and of a deviation more."""
+    axis = lagging(lag=Parameter("T", "s", nominal=2e-4))
+    mass, *others = axis.parameters
+    bounded = replace(axis, parameters=(replace(mass, upper=95.031), *others))
+    found = identify(
+        bounded, _short_record(lag=8e-4), bootstrap=0, bounded=True, methods=METHODS[:2]
+    )
+    assert found.drive_time.value == pytest.approx(7.9e-4, rel=0.05)
+    assert [each.name for each in found.held] == ["M"]
+
+
+def test_a_value_may_be_known_with_a_deviation_beyond_its_bound() -> None:
+    axis = lagging()
+    mass, viscous, *others = axis.parameters
+    known = {"Fv": [(200.0, 1.0)]}
+    free, near = (
+        identify(
+            replace(axis, parameters=(mass, replace(viscous, upper=upper), *others)),
+            _short_record(),
+            methods=["idm-ls"],
+            bootstrap=0,
+            known=known,
+        ).preferred.parameters["M"]
+        for upper in (float("inf"), 200.5)
+    )
+    assert near.deviation == pytest.approx(free.deviation, rel=1e-3)
+
+
 BEHIND = {"lag": 8e-4, "delay": 3.5e-4, "logged": "current"}
 PATH = {"rate_limit": 300.0, "quantisation": 0.05, "deadband": 0.3}
-METHODS = ["idm-ls", "idm-iv", "didim"]
 
 
 @pytest.mark.slow

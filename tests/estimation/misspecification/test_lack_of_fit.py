@@ -99,6 +99,14 @@ def test_the_period_is_that_of_the_reference() -> None:
     assert repeated_part(np.tile(ONCE, 4)) == (0, 4 * len(ONCE), len(ONCE))
 
 
+@pytest.mark.parametrize("period", [57.3, 100.5, 142.857])
+def test_a_period_may_be_of_parts_of_a_sample(period: float) -> None:
+    assert repeated_part(np.sin(2 * np.pi * np.arange(20_000) / period)) == (
+        *(0, 20_000),
+        pytest.approx(period, abs=1 / 150),
+    )
+
+
 def test_last_digits_do_not_matter(rng: np.random.Generator) -> None:
     reference = np.round(np.tile(ONCE, 3), 5) + 1e-6 * rng.normal(size=3 * len(ONCE))
     first, stop, period = repeated_part(reference)
