@@ -219,8 +219,7 @@ class GainRegression:
     @property
     def is_hidden(self) -> bool:
         """Whether what the log leaves open hides whether the law is right."""
-        left, open_ = self.percent, self.open_percent
-        return max(left, open_) >= MAX_LAW_RESIDUAL.value and left < _MOST_OPEN * open_
+        return MAX_LAW_RESIDUAL.value <= self.percent < _MOST_OPEN * self.open_percent
 
     @cached_property
     def left_open(self) -> list[Array]:
