@@ -64,10 +64,10 @@ class Value:
         object.__setattr__(self, "deviations", FrozenMapping(self.deviations))
 
     def __str__(self) -> str:
-        # The interval is about another number then, which it would else seem to leave to one side.
-        corrected = f" ({self.corrected:.6g} {CORRECTED})" * self.is_shifted
+        # The centre of the interval first, as on the screen.
+        biased = f" ({self.value:.6g} with bias)" * self.is_shifted
         return (
-            f"{self.value:.6g} +- {self.deviation:.2g} {self.unit}{corrected}, "
+            f"{self.corrected:.6g} +- {self.deviation:.2g} {self.unit}{biased}, "
             f"95 %: {range_text(*self.interval, ' to ', digits=6)} {self.unit}"
         )
 

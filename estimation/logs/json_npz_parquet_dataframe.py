@@ -143,7 +143,7 @@ def _decoded(file: Path, content: bytes, line: int = 0) -> Any:
     try:
         return json.loads(content.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:
-        why = str(error) if isinstance(error, json.JSONDecodeError) else "it is no text in UTF-8"
+        why = "it is no text in UTF-8" if isinstance(error, UnicodeDecodeError) else str(error)
         why = "it is nested too deep" if isinstance(error, RecursionError) else why
         where = f", line {line}" if line else ""
         raise DataError(
