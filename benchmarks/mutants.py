@@ -37,7 +37,7 @@ _MOVED = f"{_SIM}/test_recorded.py::test_"
 _PLACE = f"{_SIM}/test_position_events.py::test_"
 _SWING = f"{_SIM}/test_states.py::test_a_light_stack_swings_within_a_sample_as_small_leaps_have_it"
 _SANDWICH = f"{_REG}/test_covariance.py"
-_ALONG = "tests/estimation/law_replay/test_initial_state.py"
+_ALONG = "tests/estimation/law_replay/test_initial_state_of_record.py"
 
 #: By name: a file, what it has once, what stands there instead, and the tests that ought to fail.
 MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {

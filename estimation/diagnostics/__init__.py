@@ -21,7 +21,7 @@ from .column_comparison import (
     compared_motion as compared_motion,
     derivative_check as derivative_check,
 )
-from .estimator_checks import (
+from .estimator_comparison import (
     DDM_LESS_IDM as DDM_LESS_IDM,
     SECOND_OPINION as SECOND_OPINION,
     forms_check as forms_check,

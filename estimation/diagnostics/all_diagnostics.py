@@ -20,7 +20,7 @@ from axisid.support.errors import Missing
 from .alignment import Alignment
 from .case import ONE_RECORD, Case
 from .column_comparison import ColumnComparison, derivative_check, force_check, limit_check
-from .estimator_checks import forms_check, method_check
+from .estimator_comparison import forms_check, method_check
 from .instrument_strength import InstrumentTests
 from .model_error_checks import (
     fails,

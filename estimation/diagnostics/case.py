@@ -42,7 +42,7 @@ from axisid.support.errors import Missing
 
 from .alignment import Alignment, alignment_check, alignment_of, force_timing, law_in_time
 from .column_comparison import ColumnComparison, compared_motion
-from .estimator_checks import (
+from .estimator_comparison import (
     DDM_LESS_IDM,
     FEWEST_STEPS,
     LESS,

@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.ndimage import minimum_filter1d, shift
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.diagnostic_checks import Check, status_of
@@ -144,7 +144,9 @@ def compared_columns(columns: Columns) -> ColumnComparison | Missing:
                 delay, moved, fitted = 0.0, computed, first
                 break
             delay += change
-            moved = np.asarray(shift(computed, delay, order=3, mode="nearest"), dtype=float)
+            moved = np.asarray(
+                scipy.ndimage.shift(computed, delay, order=3, mode="nearest"), dtype=float
+            )
             fitted = fit(moved, measured)
         back = fit(measured, moved)
     except EstimationError:
@@ -176,7 +178,7 @@ def low_passed(
     period = record.period
     cutoff = min(COMPARISON_CUTOFF.value / period, _MAX_CUTOFF)
     settle = round(1 / (cutoff * period))
-    used = minimum_filter1d(unmasked(record), 2 * settle + 1, mode="constant", cval=0)
+    used = scipy.ndimage.minimum_filter1d(unmasked(record), 2 * settle + 1, mode="constant", cval=0)
     if used.sum() < _MIN_SETTLING_TIMES * settle:
         return Missing("too few samples that follow one another were measured for it")
     smooth = SampledFilter(Prefilter(cutoff=cutoff), period)

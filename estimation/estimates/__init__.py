@@ -11,14 +11,14 @@ from .estimate import (
     Iterate as Iterate,
     NotSimulated as NotSimulated,
 )
-from .estimate_by_record import estimate_of_record as estimate_of_record
+from .estimate_of_record import estimate_of_record as estimate_of_record
 from .hausman import (
     NOTICEABLE_SHIFT as NOTICEABLE_SHIFT,
     HausmanTest as HausmanTest,
     hausman as hausman,
     significant_differences as significant_differences,
 )
-from .minimum_distance import (
+from .physical_parameters import (
     Physical as Physical,
     PhysicalByMethod as PhysicalByMethod,
     physical_parameters as physical_parameters,

@@ -4,14 +4,14 @@ In: an axis, its records under their filters. Out: `Problem`, with rows, loops, 
 Knows nothing of methods and of what becomes of an estimate.
 """
 
-from .linear_solver import Solver as Solver
-from .parameter_at_bound import ParameterAtBound as ParameterAtBound
-from .problem import Problem as Problem
-from .quantisation_bias import quantisation_bias as quantisation_bias
-from .visibility import (
+from .detectability import (
     SignalRanges as SignalRanges,
     check_has_rows as check_has_rows,
     check_time_known as check_time_known,
     detection_limits as detection_limits,
     typical_magnitudes as typical_magnitudes,
 )
+from .linear_estimator import Solver as Solver
+from .parameter_at_bound import ParameterAtBound as ParameterAtBound
+from .problem import Problem as Problem
+from .quantisation_bias import quantisation_bias as quantisation_bias

@@ -25,8 +25,8 @@ from axisid.estimation.simulation import Simulation, StepBudget
 from axisid.support.arrays import Array, Uncached
 from axisid.support.errors import AxisidError, EstimationError, ModelError
 
+from .detectability import SignalRanges, check_has_rows, check_time_known, check_visible
 from .parameter_at_bound import ParameterAtBound
-from .visibility import SignalRanges, check_has_rows, check_time_known, check_visible
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

@@ -4,7 +4,7 @@ In: `Record`, axis. Out: `LawInputs`, `LoopStart`. Knows nothing of rows and par
 """
 
 from .gain_estimation import LAW_SETTLING as LAW_SETTLING, LawAlong as LawAlong
-from .initial_state import (
+from .initial_state_of_record import (
     START_SAMPLES as START_SAMPLES,
     at_rest_misses as at_rest_misses,
     below_limit as below_limit,

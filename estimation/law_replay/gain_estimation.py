@@ -24,7 +24,7 @@ from axisid.estimation.simulation import law_of
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, least_squares_step
 
-from .initial_state import MIN_MEMORY_EFFECT
+from .initial_state_of_record import MIN_MEMORY_EFFECT
 from .law_inputs import LawInputs
 from .replay import run_law
 

@@ -11,7 +11,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.law_replay import (
@@ -82,6 +81,8 @@ def compared_with_law(
         control, made = smooth(np.where(limited, made, control)), smooth(made)
     spread = limited.copy()
     spread[-settle:] = True
+    from scipy.ndimage import maximum_filter1d
+
     # The low-pass spreads a limited sample over its neighbours.
     return control, made, ~maximum_filter1d(spread, settle), limited
 

@@ -25,7 +25,7 @@ from axisid import (
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.elements import Drive
 from axisid.estimation.estimation_problem import Problem
-from axisid.estimation.estimation_problem.visibility import SignalRanges, check_visible
+from axisid.estimation.estimation_problem.detectability import SignalRanges, check_visible
 from axisid.estimation.methods import METHODS, estimate_by
 from axisid.estimation.regression.inverse_and_direct import InverseForm
 from axisid.estimation.signals import FilteredRecord

@@ -25,7 +25,7 @@ from axisid.control import MEASURED_POSITION, PERIOD, REFERENCE, ControlLaw, Mem
 from axisid.elements import Drive
 from axisid.estimation.diagnostics import fixed_check
 from axisid.estimation.estimates.estimate import Estimate
-from axisid.estimation.estimates.minimum_distance import (
+from axisid.estimation.estimates.physical_parameters import (
     Distance,
     Physical,
     mapped,

@@ -19,7 +19,11 @@ from axisid.estimation.law_replay import (
     start_of_law,
     state_at_rest,
 )
-from axisid.estimation.law_replay.initial_state import START_SAMPLES, first_memory, loop_starts
+from axisid.estimation.law_replay.initial_state_of_record import (
+    START_SAMPLES,
+    first_memory,
+    loop_starts,
+)
 from axisid.estimation.law_replay.initial_velocity import first_velocity
 from axisid.estimation.regression.simulated_instruments import simulated_loops
 from axisid.estimation.simulation.twin import trajectory
