@@ -254,19 +254,19 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         ),
     ),
     "the force held before a sample is that after it": (
-        "estimation/simulation/multirate.py",
+        "estimation/simulation/loop_inputs.py",
         'out["held"] = np.where(since > 0, force[last], earlier[last])',
         'out["held"] = np.where(since > 0, force[last], force[last])',
         (f"{_CLOCKS}::test_before_a_sample_the_force_is_that_of_the_evaluation_before_it",),
     ),
     "what is held between samples is that of the next": (
-        "estimation/simulation/multirate.py",
+        "estimation/simulation/loop_inputs.py",
         "row = np.floor(self.times + _COINCIDES).astype(np.intp)",
         "row = np.floor(self.times + 1 - _COINCIDES).astype(np.intp)",
         (f"{_CLOCKS}::test_before_a_sample_the_force_is_that_of_the_evaluation_before_it",),
     ),
     "the last sample of a log has no share in a mean": (
-        "estimation/simulation/multirate.py",
+        "estimation/simulation/loop_inputs.py",
         "inside = np.clip(edges, 0, len(values))",
         "inside = np.clip(edges, 0, len(values) - 1)",
         (
@@ -287,7 +287,7 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         (f"{_ALONG}::test_a_late_law_with_an_integral_is_the_sum_by_hand",),
     ),
     "what is added to a late law is in time": (
-        "estimation/law_replay/law_inputs.py",
+        "estimation/law_replay/replay.py",
         "late = self.held - delay",
         "late = self.held - 0 * delay",
         (f"{_ALONG}::test_what_is_added_to_a_late_law_is_as_late",),

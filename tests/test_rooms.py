@@ -206,5 +206,5 @@ def test_modules_are_imported_by_text_in_few_places(modules: dict[str, Path]) ->
     calls = ("import_module(", "resolve_name(", "lazy_loader.attach(")
     found = {n for n, file in modules.items() if any(c in file.read_text() for c in calls)}
     stub = {"commands.options.stages"}  # whose arrows the stub beside it has
-    rows = {"export_targets", "estimation.methods.methods", "estimation.estimates.value"}
+    rows = {"export_targets", "estimation.methods.methods", "estimation.estimates.estimated_values"}
     assert found == {"support.presentable", "support.libraries", "modeling.library"} | stub | rows

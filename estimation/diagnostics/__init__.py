@@ -21,15 +21,13 @@ from .column_comparison import (
     compared_motion as compared_motion,
     derivative_check as derivative_check,
 )
-from .estimator_comparison import (
+from .estimator_checks import (
     DDM_LESS_IDM as DDM_LESS_IDM,
     SECOND_OPINION as SECOND_OPINION,
-    forms_check as forms_check,
-    method_check as method_check,
-)
-from .instrument_strength import (
     InstrumentStrength as InstrumentStrength,
     InstrumentTests as InstrumentTests,
+    forms_check as forms_check,
+    method_check as method_check,
 )
 from .model_error_checks import misspecification_check as misspecification_check
 from .overlapping_records import (
@@ -38,6 +36,7 @@ from .overlapping_records import (
 )
 from .parameter_checks import (
     NOMINAL_VALUES as NOMINAL_VALUES,
+    Excitation as Excitation,
     at_bound_check as at_bound_check,
     fixed_check as fixed_check,
     gain_check as gain_check,
@@ -46,7 +45,6 @@ from .parameter_checks import (
     rows_check as rows_check,
     within_bounds as within_bounds,
 )
-from .parameter_excitation import Excitation as Excitation
 from .pooling import (
     PoolingTest as PoolingTest,
     RecordDifference as RecordDifference,

@@ -20,8 +20,7 @@ from axisid.support.errors import Missing
 from .alignment import Alignment
 from .case import ONE_RECORD, Case
 from .column_comparison import ColumnComparison, derivative_check, force_check, limit_check
-from .estimator_comparison import forms_check, method_check
-from .instrument_strength import InstrumentTests
+from .estimator_checks import InstrumentTests, forms_check, method_check
 from .model_error_checks import (
     fails,
     lack_of_fit_check,
@@ -33,6 +32,7 @@ from .model_error_checks import (
 from .overlapping_records import repeated_check
 from .parameter_checks import (
     NOMINAL_VALUES,
+    Excitation,
     fixed_check,
     gain_check,
     nominal_check,
@@ -40,7 +40,6 @@ from .parameter_checks import (
     rows_check,
     within_bounds,
 )
-from .parameter_excitation import Excitation
 from .pooling import RecordDifference, pooling_check
 
 

@@ -42,16 +42,18 @@ from axisid.support.errors import Missing
 
 from .alignment import Alignment, alignment_check, alignment_of, force_timing, law_in_time
 from .column_comparison import ColumnComparison, compared_motion
-from .estimator_comparison import (
+from .estimator_checks import (
     DDM_LESS_IDM,
     FEWEST_STEPS,
     LESS,
     LS_LESS_IV,
     SECOND_OPINION,
+    InstrumentTests,
     less_precise,
+    strength_check,
+    tests_of_instruments,
 )
-from .instrument_strength import InstrumentTests, strength_check, tests_of_instruments
-from .parameter_excitation import Excitation, excitation
+from .parameter_checks import Excitation, excitation
 from .pooling import PoolingTest, pooling_test
 
 ONE_RECORD = Missing("there is one record")

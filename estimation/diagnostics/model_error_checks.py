@@ -19,7 +19,7 @@ from axisid.support.errors import Missing, unless_missing
 
 from .alignment import declared_lateness
 from .case import Case
-from .estimator_comparison import method_check
+from .estimator_checks import method_check
 
 #: By check of what is lacking: what is said where there is nothing.
 _NOTHING: Mapping[str, str] = {

@@ -12,6 +12,17 @@ from .estimate import (
     NotSimulated as NotSimulated,
 )
 from .estimate_of_record import estimate_of_record as estimate_of_record
+from .estimated_values import (
+    CORRECTED as CORRECTED,
+    COVARIANCES as COVARIANCES,
+    NamedValues as NamedValues,
+    SamplingDistribution as SamplingDistribution,
+    Value as Value,
+    covariance_of as covariance_of,
+    degrees_of_freedom_of as degrees_of_freedom_of,
+    least_freedom as least_freedom,
+    student_interval as student_interval,
+)
 from .hausman import (
     NOTICEABLE_SHIFT as NOTICEABLE_SHIFT,
     HausmanTest as HausmanTest,
@@ -22,17 +33,4 @@ from .physical_parameters import (
     Physical as Physical,
     PhysicalByMethod as PhysicalByMethod,
     physical_parameters as physical_parameters,
-)
-from .sampling_distribution import (
-    SamplingDistribution as SamplingDistribution,
-    least_freedom as least_freedom,
-)
-from .value import (
-    CORRECTED as CORRECTED,
-    COVARIANCES as COVARIANCES,
-    NamedValues as NamedValues,
-    Value as Value,
-    covariance_of as covariance_of,
-    degrees_of_freedom_of as degrees_of_freedom_of,
-    student_interval as student_interval,
 )

@@ -31,8 +31,7 @@ from axisid.support.arrays import Array, Deferred, Exact
 from axisid.support.errors import Missing, UsageError, is_among, is_whole, quoted, refuse
 from axisid.support.presentable import Presentable
 
-from .sampling_distribution import SamplingDistribution
-from .value import NamedValues, Value
+from .estimated_values import NamedValues, SamplingDistribution, Value
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,8 +22,7 @@ from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array, BoolArray, Exact
 from axisid.support.errors import UsageError, is_among, quoted
 
-from .sampling_distribution import SamplingDistribution
-from .value import NamedValues
+from .estimated_values import NamedValues, SamplingDistribution
 
 _SAME_DISTANCE = 1e-6  # between squares of distances in deviations, by one more than the lesser
 _SAME_PARAMETER = 1e-3  # between two values of a parameter, by its size and deviation: they are one

@@ -11,7 +11,6 @@ from .detectability import (
     detection_limits as detection_limits,
     typical_magnitudes as typical_magnitudes,
 )
-from .linear_estimator import Solver as Solver
 from .parameter_at_bound import ParameterAtBound as ParameterAtBound
-from .problem import Problem as Problem
+from .problem import Problem as Problem, Solver as Solver
 from .quantisation_bias import quantisation_bias as quantisation_bias

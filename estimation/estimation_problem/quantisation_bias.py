@@ -6,7 +6,7 @@ from axisid.estimation.regression import Form
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
 
-from .linear_estimator import Solver
+from .problem import Solver
 
 _DRAWS = 4  # each once with either sign
 

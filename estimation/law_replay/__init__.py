@@ -16,18 +16,16 @@ from .initial_state_of_record import (
     with_drive_memory as with_drive_memory,
 )
 from .initial_velocity import first_velocity as first_velocity, position_noise as position_noise
-from .law_inputs import (
-    LawInputs as LawInputs,
-    law_ticks as law_ticks,
-    measured_velocity as measured_velocity,
-    recorded_inputs as recorded_inputs,
-    two_clocks as two_clocks,
-)
 from .replay import (
+    LawInputs as LawInputs,
     control_along as control_along,
     control_at_ticks as control_at_ticks,
     law_along as law_along,
     law_memory as law_memory,
     law_terms_along as law_terms_along,
+    law_ticks as law_ticks,
+    measured_velocity as measured_velocity,
+    recorded_inputs as recorded_inputs,
     state_at_rest as state_at_rest,
+    two_clocks as two_clocks,
 )

@@ -25,8 +25,7 @@ from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, least_squares_step
 
 from .initial_state_of_record import MIN_MEMORY_EFFECT
-from .law_inputs import LawInputs
-from .replay import run_law
+from .replay import LawInputs, run_law
 
 # of the limit: a control that near may have been cut off, as the log has a converter's noise; a
 # right law is the same with more

@@ -22,8 +22,16 @@ from axisid.support.arrays import Array, least_squares_step, mask_of
 from axisid.support.caching import cached_while_alive
 
 from .initial_velocity import MIN_START_DISTANCE, first_coefficient, first_velocity
-from .law_inputs import LawInputs, law_ticks
-from .replay import control_along, law_along, law_memory, slopes_along, state_at_rest, states_along
+from .replay import (
+    LawInputs,
+    control_along,
+    law_along,
+    law_memory,
+    law_ticks,
+    slopes_along,
+    state_at_rest,
+    states_along,
+)
 
 _STEP = 1e-6  # of the reference's range, for the slope
 

@@ -6,7 +6,7 @@ Knows nothing of verdicts and of how it is shown.
 
 from .estimating import estimate_by as estimate_by
 from .instrumental import Instruments as Instruments, StepControl as StepControl
-from .m_estimation import robust_scale as robust_scale
+from .least_squares import robust_scale as robust_scale
 from .method import Method as Method
 from .methods import METHODS as METHODS
 from .parametric_bootstrap import Bootstrap as Bootstrap

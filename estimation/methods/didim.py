@@ -24,7 +24,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
 from .instrumental import Instruments, Iteration, IterationState, IterationStep, SimulatedRows
-from .m_estimation import robust_scale, robust_solution, size_by_loss
+from .least_squares import robust_scale, robust_solution, size_by_loss
 
 # of a parameter, left by a step where the loop does not follow: measured, from 5 to 1000 kg on
 # the EMPS record, with 0.1 to 0.5 alike

@@ -34,7 +34,7 @@ from axisid.estimation.thresholds import NO_RELATION
 from axisid.support.arrays import Array, Deferred, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError
 
-from .m_estimation import loss_remarks
+from .least_squares import loss_remarks
 from .method import Fit, Method
 from .parametric_bootstrap import (
     TOO_FEW,

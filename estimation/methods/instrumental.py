@@ -38,8 +38,7 @@ from axisid.estimation.thresholds import CONVERGED
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import DataError, EstimationError
 
-from .least_squares import LeastSquares
-from .m_estimation import check_loss, robust_solution
+from .least_squares import LeastSquares, check_loss, robust_solution
 from .method import Fit, Method
 
 _ROUNDING = 1e-9  # of the value, which stands for the deviation in records without noise

@@ -5,12 +5,13 @@ with its sentence; `LackOfFit` of what repeats; `JackknifeInterval` of how far t
 move a parameter. Knows nothing of verdicts.
 """
 
-from .jackknife import (
+from .model_error import (
     JackknifeInterval as JackknifeInterval,
+    LackOfFit as LackOfFit,
     groupings as groupings,
     jackknife_intervals as jackknife_intervals,
+    lack_of_fit as lack_of_fit,
 )
-from .lack_of_fit import LackOfFit as LackOfFit, lack_of_fit as lack_of_fit
 from .scores import RecordScores as RecordScores, scores_at as scores_at, scores_of as scores_of
 from .search import (
     Misspecification as Misspecification,

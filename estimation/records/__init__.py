@@ -4,10 +4,6 @@ In: `Table`, `Axis`. Out: `Record`. Knows nothing of filters.
 """
 
 from .clocks import check_sample_period as check_sample_period
-from .law_period import (
-    is_same_period as is_same_period,
-    law_clock as law_clock,
-)
 from .quantisation import (
     position_step as position_step,
     quantisation_step as quantisation_step,
@@ -17,6 +13,8 @@ from .reading import read_record as read_record
 from .record import (
     Record as Record,
     check_record as check_record,
+    is_same_period as is_same_period,
+    law_clock as law_clock,
     record_labels as record_labels,
 )
 from .run_toml import (

@@ -9,7 +9,6 @@ from .coloured_errors import (
     autoregression_of as autoregression_of,
     autoregressive_covariance as autoregressive_covariance,
     clustered_covariance as clustered_covariance,
-    score_autocovariances as score_autocovariances,
     sum_covariances as sum_covariances,
     widened as widened,
 )
@@ -21,12 +20,17 @@ from .covariance import (
     Robust as Robust,
     correlation as correlation,
     delta_method as delta_method,
+    hotelling_p_value as hotelling_p_value,
+    wald as wald,
 )
 from .inverse_and_direct import (
     DirectForm as DirectForm,
     Equations as Equations,
     Form as Form,
     InverseForm as InverseForm,
+    damped_step as damped_step,
+    search_bounds as search_bounds,
+    separable_least_squares as separable_least_squares,
 )
 from .linear import (
     Columns as Columns,
@@ -39,16 +43,6 @@ from .linear import (
     factor as factor,
     instrumental_variables as instrumental_variables,
     least_squares as least_squares,
-)
-from .loops_without_reference import (
-    is_measured_by_law as is_measured_by_law,
-    loop_carries_noise as loop_carries_noise,
-    recorded_loops as recorded_loops,
-)
-from .nonlinear_parameters import (
-    damped_step as damped_step,
-    search_bounds as search_bounds,
-    separable_least_squares as separable_least_squares,
 )
 from .propagation import (
     Drawn as Drawn,
@@ -66,11 +60,13 @@ from .residual_tests import (
 )
 from .simulated_instruments import (
     LoopDataError as LoopDataError,
+    is_measured_by_law as is_measured_by_law,
     lacking_law as lacking_law,
     lacking_loop as lacking_loop,
+    loop_carries_noise as loop_carries_noise,
     loop_reference as loop_reference,
+    recorded_loops as recorded_loops,
     simulated_loops as simulated_loops,
     simulated_position as simulated_position,
     simulated_rows as simulated_rows,
 )
-from .wald_test import hotelling_p_value as hotelling_p_value, wald as wald

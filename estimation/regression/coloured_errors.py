@@ -24,8 +24,6 @@ _LONGEST = 0.1  # s, of an autoregression
 _FEWEST = 20  # orders that are tried, whatever the period
 _ROWS_PER_ORDER = 10
 
-#: From so many lags, and lags times rows, on products are found by Fourier transforms.
-_MANY_LAGS, _MANY_PRODUCTS = 32, 960_000
 _ROUNDING = 1e-9
 _OWN = 1e-6  # of each output's variance: what no other output and no past tells of it
 # of the variances, below which errors have forgotten what was; asked every so many lags
@@ -180,10 +178,10 @@ def autoregression_of(
         return levinson_whittle(np.zeros((1, outputs, outputs)), 0)
     most = min(max(round(_LONGEST / period), _FEWEST), used // (_ROWS_PER_ORDER * outputs))
     order = RowTimes.joined([RowTimes.consecutive(len(each) // outputs) for each in pieces])
-    products = score_autocovariances(np.concatenate(pieces).reshape(-1, outputs), order, most)
+    products = order.autocovariances(np.concatenate(pieces).reshape(-1, outputs), most)
     if used < rows:
         whole, pairs = (
-            np.rint(score_autocovariances(each[:, None], order, most))
+            np.rint(order.autocovariances(each[:, None], most))
             for each in (np.ones(rows), there.astype(float))
         )
         few = np.flatnonzero(pairs < _MIN_PAIRS * used)
@@ -313,18 +311,3 @@ def widened(covariance: Array, least: Array) -> Array:
     ratio = np.divide(least, variances, out=np.ones_like(variances), where=variances > 0)
     scale = np.sqrt(np.maximum(ratio, 1.0))
     return np.asarray(np.outer(scale, scale) * covariance, dtype=float)
-
-
-def score_autocovariances(scores: Array, neighbours: RowTimes, lags: int) -> Array:
-    """``sum s_t s_(t-lag)'`` of scores (n, k) at lags 0 to `lags`, (lags + 1, k, k)."""
-    placed = neighbours.on_grid(scores, lags + 1)
-    rows = len(placed)
-    if lags >= _MANY_LAGS and (lags + 1) * rows >= _MANY_PRODUCTS:
-        # By Fourier transforms, whose cost does not grow with the lags, which grow with the rows.
-        length = next_fast_len(rows + lags, real=True)
-        spectra, k = rfft(placed, length, axis=0), placed.shape[1]
-        products = np.empty((lags + 1, k, k))
-        for i, j in np.ndindex(k, k):
-            products[:, i, j] = irfft(spectra[:, i] * spectra[:, j].conj(), length)[: lags + 1]
-        return products
-    return np.array([placed[lag:].T @ placed[: max(rows - lag, 0)] for lag in range(lags + 1)])

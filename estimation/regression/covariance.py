@@ -1,4 +1,4 @@
-"""Estimators of the covariance of an estimate, and its way through a nonlinear map.
+"""Estimators of the covariance of an estimate, its way through a nonlinear map, and Wald's test.
 
 An estimate is linear in the residuals to first order: ``theta_hat - theta = A' e``, with the
 influence A, ``X (X'X)^-1`` for least squares and ``Z (X'Z)^-1`` for instruments. The estimators
@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
+from scipy.special import fdtrc
 
 from axisid.estimation.signals import RowTimes
 from axisid.estimation.thresholds import (
@@ -22,7 +23,7 @@ from axisid.estimation.thresholds import (
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 
-from .coloured_errors import score_autocovariances, widened
+from .coloured_errors import widened
 from .linear import CovarianceEstimate, Solution
 
 
@@ -199,11 +200,11 @@ class Hac(Covariance):
                     f"{self.lags} lags are too many for {rows} rows; give {rows // 4} or fewer.",
                     code="result",
                 )
-            plain = score_autocovariances(scores, neighbours, int(self.lags))
+            plain = neighbours.autocovariances(scores, int(self.lags))
             return plain, np.zeros(plain.shape[1])
         # The plug-in rule looks at so many lags.
         looked_at = int(min(np.ceil(4 * (rows / 100) ** (2 / 9)), rows - 1))
-        raw = score_autocovariances(scores, neighbours, looked_at + 1)
+        raw = neighbours.autocovariances(scores, looked_at + 1)
         # Of first order, of each parameter's scores, kept from a root of one.
         power, next_to = (np.diagonal(raw[lag]) for lag in (0, 1))
         slope = np.divide(next_to, power, out=np.zeros_like(power), where=power > 0)
@@ -214,7 +215,7 @@ class Hac(Covariance):
         sums = np.diagonal(white, axis1=1, axis2=2) / rows
         lags = min(max(lags_of(list(of_one), rows) for of_one in sums.T), most_lags(rows))
         if lags > looked_at:
-            white = _whitened(score_autocovariances(scores, neighbours, lags + 1), colour)
+            white = _whitened(neighbours.autocovariances(scores, lags + 1), colour)
         return white[: lags + 1], colour
 
 
@@ -343,4 +344,59 @@ def covariance_of_ar1(solution: Solution) -> CovarianceEstimate:
             2 / ((2 + slopes**2 * (1 - rho**2)) / n), MIN_DEGREES_OF_FREEDOM.value, n - k
         ),
         description=_NAME,
+    )
+
+
+_CERTAIN = 1e9  # degrees of freedom, from which F is chi-squared to rounding
+_SAME = 1e-9  # of the eigenvalues of a correlation matrix
+
+
+def wald(difference: Array, covariance: Array) -> tuple[float, int]:
+    """``d' V^-1 d`` of a difference (k,), and in how many directions it is told.
+
+    What has no deviation, or an infinite one, is left out, and so are directions in which rounding
+    alone differs.
+    """
+    variances = np.diag(covariance)
+    there = (variances > 0) & np.isfinite(variances)
+    if not there.any():
+        return 0.0, 0
+    sizes, directions = np.linalg.eigh(correlation(covariance[np.ix_(there, there)]))
+    kept = sizes > _SAME * sizes[-1]
+    along = directions[:, kept].T @ (difference[there] / np.sqrt(variances[there]))
+    return float(np.sum(along**2 / sizes[kept])), int(kept.sum())
+
+
+def hotelling_p_value(
+    square: float, restrictions: int, freedom: float, *, one_variance: bool = False
+) -> float:
+    """P-value of ``d' V^-1 d``, Hotelling's T squared.
+
+    A covariance matrix of ``nu`` degrees of freedom makes ``(nu - q + 1)/(nu q)`` times it F
+    distributed with q and ``nu - q + 1``. Where the shape of the matrix is known, and one variance
+    alone is estimated, ``1/q`` times it is F with q and ``nu``.
+
+    Parameters
+    ----------
+    square : float
+    restrictions : int
+        q.
+    freedom : float
+        Of the covariance, the effective degrees where scores are alike.
+    one_variance : bool
+        Whether the covariance is one variance times a matrix without chance in it.
+
+    References
+    ----------
+    [Hotelling1931]_; for covariances that allow for autocorrelation, [Sun2013]_.
+    """
+    if one_variance:
+        return float(fdtrc(restrictions, freedom, square / restrictions))
+    dof = min(max(freedom - restrictions + 1, 1.0), _CERTAIN)
+    return float(
+        fdtrc(
+            restrictions,
+            dof,
+            square * dof / ((dof + restrictions - 1) * restrictions),
+        )
     )

@@ -14,8 +14,6 @@ from axisid.estimation.thresholds import MAX_CHANCE_DEVIATION, MIN_SEGMENT_ROWS
 from axisid.support.arrays import Array, Exact, MaybeNan
 from axisid.support.errors import Missing
 
-from .coloured_errors import score_autocovariances
-
 # of the rows in stretches of a segment or more, from which there is a spectrum
 _MIN_SEGMENTED_SHARE = 0.5
 _SEGMENT = 256  # rows
@@ -73,7 +71,7 @@ def residual_tests(
     changes = residuals[late] - residuals[early]
     # Of as many as there are without a gap.
     squares = float(np.sum(changes**2)) * ((n - 1) / len(changes)) if len(changes) else np.nan
-    products = score_autocovariances((residuals - residuals.mean())[:, None], order, count)[:, 0, 0]
+    products = order.autocovariances((residuals - residuals.mean())[:, None], count)[:, 0, 0]
     return ResidualTests(
         durbin_watson=squares / float(residuals @ residuals),
         autocorrelation=Autocorrelation(

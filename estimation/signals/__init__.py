@@ -15,16 +15,6 @@ from .drive_response import (
     limit_in_log as limit_in_log,
     through_path as through_path,
 )
-from .excitation import (
-    advice_on_rests as advice_on_rests,
-    columns_by_signal as columns_by_signal,
-    loss_counts_for as loss_counts_for,
-    motion_lacks as motion_lacks,
-    one_direction as one_direction,
-    one_speed as one_speed,
-    remaining_information as remaining_information,
-    searches_friction as searches_friction,
-)
 from .filtered_record import FilteredRecord as FilteredRecord, show_too_little as show_too_little
 from .prefilter import (
     Prefilter as Prefilter,
@@ -36,7 +26,15 @@ from .sample_selection import RowTimes as RowTimes, Sampling as Sampling
 from .signals import (
     Motion as Motion,
     Signals as Signals,
+    advice_on_rests as advice_on_rests,
+    columns_by_signal as columns_by_signal,
     drive_force as drive_force,
     hold_mean as hold_mean,
+    loss_counts_for as loss_counts_for,
+    motion_lacks as motion_lacks,
+    one_direction as one_direction,
+    one_speed as one_speed,
     recorded_signals as recorded_signals,
+    remaining_information as remaining_information,
+    searches_friction as searches_friction,
 )

@@ -15,17 +15,20 @@ from axisid.support.arrays import Array, Exact, Uncached, mask_of
 from axisid.support.errors import DataError
 
 from .drive_response import DriveAlong, acting_control
-from .excitation import (
+from .prefilter import Prefilter, SampledFilter, Span
+from .sample_selection import Sampling
+from .signals import (
+    Motion,
+    Signals,
     columns_by_signal,
     columns_of,
+    hold_mean,
     loss_counts_for,
+    recorded_signals,
     remaining_information,
     resting,
     searches_friction,
 )
-from .prefilter import Prefilter, SampledFilter, Span
-from .sample_selection import Sampling
-from .signals import Motion, Signals, hold_mean, recorded_signals
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)

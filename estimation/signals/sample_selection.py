@@ -15,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import irfft, next_fast_len, rfft
 
 from axisid.estimation.thresholds import MIN_ROW_WEIGHT, REST_SPEED
 from axisid.support.arrays import Array, mask_of, runs
@@ -25,6 +26,9 @@ Index = slice | NDArray[np.intp]
 
 _APART = 1 << 40  # rows, more than any lag, however often pieces are joined
 _AT_ONCE = 8  # columns that are filtered together
+
+#: From so many lags, and lags times rows, on products are found by Fourier transforms.
+_MANY_LAGS, _MANY_PRODUCTS = 32, 960_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +94,20 @@ class RowTimes:
         filled = np.zeros((int(places[-1]) + 1, *values.shape[1:]))
         filled[places] = values
         return filled
+
+    def autocovariances(self, scores: Array, lags: int) -> Array:
+        """``sum s_t s_(t-lag)'`` of scores (n, k) at lags 0 to `lags`, (lags + 1, k, k)."""
+        placed = self.on_grid(scores, lags + 1)
+        rows = len(placed)
+        if lags >= _MANY_LAGS and (lags + 1) * rows >= _MANY_PRODUCTS:
+            # By Fourier transforms, whose cost does not grow with lags; these grow with the rows.
+            length = next_fast_len(rows + lags, real=True)
+            spectra, k = rfft(placed, length, axis=0), placed.shape[1]
+            products = np.empty((lags + 1, k, k))
+            for i, j in np.ndindex(k, k):
+                products[:, i, j] = irfft(spectra[:, i] * spectra[:, j].conj(), length)[: lags + 1]
+            return products
+        return np.array([placed[lag:].T @ placed[: max(rows - lag, 0)] for lag in range(lags + 1)])
 
     def pairs(self, lag: int) -> tuple[Index, Index]:
         """Rows that are a lag, 0 or more, after others, and those others."""

@@ -5,6 +5,7 @@ Knows nothing of filters and estimates.
 """
 
 from .arguments import (
+    at_rest as at_rest,
     gains_by_lane as gains_by_lane,
     no_control_law as no_control_law,
 )
@@ -17,9 +18,7 @@ from .closed_loop import (
     simulate_loop as simulate_loop,
 )
 from .integration_steps import StepBudget as StepBudget, most_substeps as most_substeps
-from .loop_inputs import LoopInputs as LoopInputs, law_of as law_of
-from .multirate import TwoClocks as TwoClocks
-from .refusals import at_rest as at_rest
+from .loop_inputs import LoopInputs as LoopInputs, TwoClocks as TwoClocks, law_of as law_of
 from .simulated_signals import (
     Simulation as Simulation,
     logged_control as logged_control,

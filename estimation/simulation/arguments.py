@@ -1,18 +1,22 @@
-"""What simulations are given, checked."""
+"""What simulations are given, checked, and why a loop is not simulated or ended early."""
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.codegen.lowering import LoopStart
+from axisid.codegen.lowering import STATUSES, LoopStart, stiffest_term
 from axisid.estimation.records import check_sample_period
+from axisid.modeling.derivation import forces_at_rest, state_limits
 from axisid.support.arrays import Array
 from axisid.support.errors import (
+    EstimationError,
     ModelError,
     UsageError,
+    first_case,
     first_of,
     is_real,
     is_whole,
@@ -20,9 +24,8 @@ from axisid.support.errors import (
     real_array,
 )
 
-from .integration_steps import MOST_SUBSTEPS
-from .loop_inputs import LoopInputs, law_of
-from .multirate import clocks_of
+from .integration_steps import MOST_SUBSTEPS, Recorded, most_substeps, rates_at_start
+from .loop_inputs import LoopInputs, clocks_of, law_of
 
 
 def no_control_law(name: str) -> ModelError:
@@ -253,3 +256,231 @@ def in_order(
             code="simulation-input",
         )
     return np.stack(np.broadcast_arrays(*values.values()), axis=-1)
+
+
+#: Position and velocity, and the recorded signals there.
+Place = tuple[tuple[float, float], tuple[float, ...]]
+
+_ROUNDING = 1e-9
+_EPSILON = float(np.finfo(float).eps)
+#: Force and friction direction: pushed, left alone, held by friction forward and backward.
+_PUSHES = np.array([1.0, 0.0, 0.0, 0.0])
+_DIRECTIONS = np.array([0.0, 0.0, 1.0, -1.0])
+
+
+def place_at(signals: Mapping[str, Array], sample: int, recorded: Sequence[Array]) -> Place:
+    """Motion and recorded signals at a sample."""
+    motion = (float(signals["position"][sample]), float(signals["velocity"][sample]))
+    return motion, tuple(float(values[sample]) for values in recorded)
+
+
+def too_stiff(
+    axis: GeneratedAxis, parameters: Array, at: Place, period: float, samples: int, left: int
+) -> EstimationError:
+    """The error of a parameter set that `most_substeps` in a sample do not resolve."""
+    most = most_substeps(samples, left)
+    alone = most == most_substeps(samples)
+    whose = "so many samples may take" if alone else "other simulations of its search leave to it"
+    return EstimationError(
+        f"axis {axis.axis.name!r} is too stiff to simulate with {axis.describe(parameters)}: "
+        f"{_why(axis, parameters, at, period)} asks for more than {most} steps in a sample, the "
+        f"most that {whose}. Check the nominal values and units, or leave so fast a motion out of "
+        "the model.",
+        code="simulation",
+    )
+
+
+def _why(axis: GeneratedAxis, parameters: Array, at: Place, period: float) -> str:
+    """What asks for short steps: a term, and where; else whatever does."""
+    term, rate = stiffest_term(axis.axis, parameters.tolist(), *at)
+    if rate * period > 1:
+        q, (position, velocity) = axis.axis.coordinate, at[0]
+        return (
+            f"the term {term} at {q.name} = {position:.4g} {q.unit} and {q.velocity} = "
+            f"{velocity:.4g} {q.unit}/s"
+        )
+    return "its damping, its stiffness or the speed at which it passes a wave of the position"
+
+
+def failure(
+    axis: GeneratedAxis,
+    parameters: Array,
+    status: int,
+    sample: int,
+    period: float,
+    at: Place,
+) -> str:
+    """What happened, where, with which parameters, and what to do."""
+    where = f"at sample {sample} ({sample * period:g} s) with {axis.describe(parameters)}"
+    what = f"the simulated closed loop of axis {axis.axis.name!r}"
+    if STATUSES[status] == "chatter":
+        or_side = ", or the side of a kink or jump over the position," if axis.has_sides else ""
+        return (
+            f"{what} changes the friction direction{or_side} without end {where}; check the "
+            "equation of motion there."
+        )
+    if STATUSES[status] == "unresolved":
+        return (
+            f"{what} is too fast to follow {where}: a contact is too stiff, or a wave of the "
+            f"position too short for the speed; {_why(axis, parameters, at, period)} takes too "
+            "many steps. Check the nominal values and units, or leave so fast a motion out of the "
+            "model."
+        )
+    how = "leaves the range" if STATUSES[status] == "out of range" else "is not finite"
+    return (
+        f"{what} diverges: the position {how} {where}. Check the control law's gains and period, "
+        "the drive gain and the nominal values."
+    )
+
+
+def states_refusal(axis: GeneratedAxis, parameters: Array) -> str:
+    """What to say of parameters (p,) with which friction cannot remember; empty if it can."""
+    for part, value_of in state_limits(axis.axis):
+        value = value_of(parameters.tolist())
+        if not part.allows(value):
+            named = "" if part.value.is_Number else f", {part.value},"
+            return (
+                f"{part.what}{named} is {value:.6g} {part.unit}, with which axis "
+                f"{axis.axis.name!r} is not simulated; it must be {part.least}. Correct the "
+                "nominal value, or give a fit a bound."
+            )
+    return ""
+
+
+def at_rest(
+    axis: GeneratedAxis, parameters: Array, position: Array, recorded: Recorded
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_], Array]:
+    """What lanes with parameters (B, p) are at rest, (B,) each; recorded signals (s,) or (s, B).
+
+    Returns
+    -------
+    array of bool
+        Which have a positive and finite inertia at their positions, (B,).
+    array of bool
+        Which have no friction that drives the axis from there.
+    array
+        Rates of damping and stiffness, 0 where the loop looks for them on its way.
+    """
+    library = axis.native.evaluator("from_rest")
+    if library is None:
+        # For each of the cases, (B, 4).
+        cases, count = len(_PUSHES), len(position)
+        forces, directions = np.repeat(_PUSHES, count), np.repeat(_DIRECTIONS, count)
+        motion = np.tile(position, cases), np.zeros(len(forces)), forces, directions
+        tiled = (np.tile(np.broadcast_to(s, count), cases) for s in recorded)
+        sets = np.tile(parameters, (cases, 1))
+        rows = axis.evaluate("direct_dynamics", *motion, *tiled, sets)[0]
+        accelerations = rows.reshape(cases, count).T
+    else:
+        lanes = [np.broadcast_to(values, len(position)) for values in recorded]
+        signals = np.array(lanes, dtype=float).reshape(-1, len(position)).T
+        accelerations, rates = library.from_rest(
+            *map(np.ascontiguousarray, (position, signals, parameters))
+        )
+    if axis.has_sides:
+        rates = np.zeros((len(position), 1))
+    elif library is None or axis.states:  # the compiled start has no rates of internal states
+        rates = rates_at_start(axis, parameters, position, recorded)
+    with np.errstate(invalid="ignore"):
+        push, rest, forward, backward = accelerations.T
+        pushed, rounding = push - rest, _ROUNDING * (abs(forward) + abs(backward))
+        has_mass = (pushed > 0) & (pushed < np.inf) & np.isfinite(parameters).all(axis=1)
+        return has_mass, ~(forward - backward > rounding), rates.max(axis=1)
+
+
+def checked_rate(
+    axis: GeneratedAxis,
+    parameters: Array,
+    position: float,
+    recorded: tuple[float, ...],
+    *,
+    bounded: bool,
+) -> float:
+    """The rate of damping and stiffness at a start, 0 where the loop looks for it on its way.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    parameters : (p,) array
+    position : float
+    recorded : tuple of float
+    bounded : bool
+        Whether parameters beyond their bounds are refused, and friction that drives the axis.
+
+    Raises
+    ------
+    UsageError
+        A parameter is beyond a bound.
+    EstimationError
+        There is no inertia, or no force, friction drives the axis, or a state of friction is
+        declared by what cannot be.
+    """
+    if refusal := states_refusal(axis, parameters):
+        raise EstimationError(refusal, code="simulation")
+    has_mass, friction_holds, rate = _rest(axis, parameters.tobytes(), position, recorded)
+    if not has_mass:
+        raise _no_inertia(axis, parameters, position, recorded)
+    for p, value in zip(axis.axis.parameters, parameters, strict=True):
+        if bounded and not p.allows(value):
+            side, bound = ("above", p.upper) if value > p.upper else ("below", p.lower)
+            raise UsageError(
+                f"{p.name} = {value:.6g} {p.unit} is {side} its declared bound of {bound:g} "
+                f"{p.unit}, so axis {axis.axis.name!r} is not simulated with it: friction beyond "
+                "its bounds drives the axis. Give a value within them, or declare others."
+            )
+    if bounded and not friction_holds:
+        raise EstimationError(
+            f"the friction of axis {axis.axis.name!r} drives it with {axis.describe(parameters)}: "
+            "it would accelerate the axis in the direction of its motion. Check the signs of the "
+            "friction."
+        )
+    return rate
+
+
+def _no_inertia(
+    axis: GeneratedAxis, parameters: Array, position: float, recorded: Sequence[float]
+) -> EstimationError:
+    """The error of a parameter set that no motion starts with: it has no inertia, or no force."""
+    q, given = axis.axis.coordinate, axis.describe(parameters)
+    forces = forces_at_rest(axis.axis, parameters.tolist(), float(position), recorded)
+    # What is no number is the largest.
+    term, force = max(forces, key=lambda pair: (math.isnan(pair[1]), abs(pair[1])))
+    where = f"at rest at {q.name} = {position:g} {q.unit} with {given}"
+    why = first_case(
+        (
+            not np.isfinite(parameters).all(),
+            f"cannot be simulated with {given}. Give finite parameters.",
+        ),
+        (
+            math.isnan(force),
+            f"cannot be simulated: its force has no finite value {where}; see the term {term}. "
+            "Write one that is finite wherever the axis can be and at rest: "
+            "b*v/(v**2 + v0**2) in place of b/v, a root or logarithm of what is positive.",
+        ),
+        (
+            abs(force) * _EPSILON > 1,
+            f"cannot be simulated: its force is {force:.3g} {q.force_unit} {where}, beside "
+            f"which no drive counts; see the term {term}. Correct its factor, its units, or the "
+            "parameters in it.",
+        ),
+        (
+            True,
+            f"has no positive inertia with {given}, so it cannot be simulated. Give its inertial "
+            "parameters a positive nominal value, or check the signs of force and position in the "
+            "record.",
+        ),
+    )
+    return EstimationError(f"axis {axis.axis.name!r} {why}", code="simulation")
+
+
+@lru_cache(maxsize=64)
+def _rest(
+    axis: GeneratedAxis, parameters: bytes, position: float, recorded: tuple[float, ...]
+) -> tuple[bool, bool, float]:
+    """Whether one parameter set has an inertia, whether the friction holds, and the rate there.
+
+    A loop is often simulated again with other noise or reference.
+    """
+    lane = np.frombuffer(parameters)[None, :], np.array([position])
+    has_mass, friction_holds, rates = at_rest(axis, *lane, np.array(recorded))
+    return bool(has_mass[0]), bool(friction_holds[0]), float(rates[0])

@@ -26,8 +26,16 @@ from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import AxisidError, EstimationError, UsageError, quoted
 
-from .arguments import check_whole, checked_loop
-from .initial_state import lane_starts, loop_start
+from .arguments import (
+    at_rest,
+    check_whole,
+    checked_loop,
+    checked_rate,
+    failure,
+    place_at,
+    states_refusal,
+    too_stiff,
+)
 from .integration_steps import (
     MOST_SUBSTEPS,
     StepBudget,
@@ -39,10 +47,8 @@ from .integration_steps import (
     visited_signals,
     widened_distance,
 )
-from .loop_inputs import LoopInputs, axis_of
-from .multirate import at_log_samples, lines
-from .refusals import at_rest, checked_rate, failure, place_at, states_refusal, too_stiff
-from .simulated_signals import Simulation, measured_positions
+from .loop_inputs import LoopInputs, at_log_samples, axis_of, lines
+from .simulated_signals import Simulation, lane_starts, loop_start, measured_positions
 
 _MOST_THREADS = 1024
 

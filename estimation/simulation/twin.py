@@ -21,8 +21,7 @@ from axisid.support.errors import ModelError, UsageError, is_real, is_whole, quo
 
 from .arguments import checked_loop, optional_array
 from .closed_loop import simulate_loop
-from .loop_inputs import law_of
-from .multirate import TwoClocks, clocks_of
+from .loop_inputs import TwoClocks, clocks_of, law_of
 from .simulated_signals import Simulation, logged_control, signals_about
 
 _MOST_SAMPLES = 2e6

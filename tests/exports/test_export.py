@@ -24,7 +24,7 @@ from axisid import (
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.commands.axes import scaffold
 from axisid.estimation.estimates import COVARIANCES
-from axisid.estimation.estimates.value import Value
+from axisid.estimation.estimates.estimated_values import Value
 from axisid.export_targets import TARGETS
 from axisid.exports import scaled
 from tests.command_line import Refused, Run

@@ -17,7 +17,7 @@ from axisid.estimation import choices
 from axisid.estimation.identification import Identification
 from axisid.estimation.methods import METHODS
 from axisid.estimation.methods.instrumental import StepControl
-from axisid.estimation.methods.m_estimation import robust_solution
+from axisid.estimation.methods.least_squares import robust_solution
 from axisid.estimation.regression import Hac, Robust, factor
 from axisid.estimation.thresholds import CONVERGED
 from axisid.support.arrays import Array

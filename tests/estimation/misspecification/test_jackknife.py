@@ -5,7 +5,7 @@ import pytest
 
 from axisid import Identification, Record, build, identify, leave_out, load_axis, twin_record
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.misspecification.jackknife import groupings, jackknife_intervals
+from axisid.estimation.misspecification.model_error import groupings, jackknife_intervals
 
 
 @pytest.fixture(scope="module")

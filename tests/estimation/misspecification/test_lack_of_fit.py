@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 
 from axisid import Identification, Prefilter, Record, identify, twin_record
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.misspecification.lack_of_fit import LackOfFit, lack_of_fit, repeated_part
+from axisid.estimation.misspecification.model_error import LackOfFit, lack_of_fit, repeated_part
 from axisid.support.arrays import Array
 
 

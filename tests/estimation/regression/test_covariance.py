@@ -20,7 +20,6 @@ from axisid.estimation.regression.covariance import (
     PublishedCovariance,
     Robust,
     lags_of,
-    score_autocovariances,
 )
 from axisid.estimation.regression.linear import (
     CovarianceEstimate,
@@ -188,7 +187,7 @@ def test_products_of_rows_with_gaps_are_those_of_the_pairs(
     scores = lfilter([1.0], [1.0, -0.9], rng.standard_normal((n, 2)), axis=0)
     places = np.cumsum(rng.choice([1, 1, 3, 2000], n)) if missing else np.arange(n)
     order = RowTimes(places)
-    found = score_autocovariances(scores, order, lags)
+    found = order.autocovariances(scores, lags)
     for lag in (0, 1, 3, lags):
         late, early = order.pairs(lag)
         pairs = scores[late].T @ scores[early]

@@ -22,10 +22,9 @@ from axisid import (
 )
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation.methods import filtered_record
-from axisid.estimation.signals.excitation import motion_lacks, one_direction, resting
 from axisid.estimation.signals.filtered_record import FilteredRecord
 from axisid.estimation.signals.sample_selection import near_turns
-from axisid.estimation.signals.signals import Signals
+from axisid.estimation.signals.signals import Signals, motion_lacks, one_direction, resting
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling import Move
 from tests.axes.bodies import stage

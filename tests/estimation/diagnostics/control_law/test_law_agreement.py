@@ -32,7 +32,7 @@ from axisid.modeling.declaration.ready_laws import CASCADES
 from axisid.support.errors import Missing
 from tests.axes.cascaded import cascaded
 from tests.axes.ready_laws import LAWS, with_law
-from tests.estimation.law_replay.test_initial_state import carried
+from tests.estimation.law_replay.test_initial_state_of_record import carried
 from tests.estimation.simulation.test_initial_state import vertical
 
 
