@@ -3,12 +3,12 @@ from .batched import (
     RecordLanes as RecordLanes,
     identify_lanes as identify_lanes,
 )
+from .checks import Check as Check, Levels as Levels
 from .control_law_search import (
     ExplainedLaw as ExplainedLaw,
     LawSearch as LawSearch,
     find_law as find_law,
 )
-from .diagnostic_checks import Check as Check, Levels as Levels
 from .diagnostics import (
     Alignment as Alignment,
     Diagnosis as Diagnosis,

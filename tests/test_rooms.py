@@ -24,7 +24,7 @@ FLOORS = (
     ("codegen.runtime",),
     ("codegen.generated_axes",),
     ("estimation.thresholds", "estimation.choices"),
-    ("estimation.diagnostic_checks",),
+    ("estimation.checks",),
     ("estimation.raw_tables",),
     ("estimation.logs.text",),
     ("estimation.logs",),

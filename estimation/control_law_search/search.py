@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
-from axisid.estimation.diagnostic_checks import Check, Checked
+from axisid.estimation.checks import Check, Checked
 from axisid.estimation.diagnostics.control_law import GainRegression, comparison_filter
 from axisid.estimation.law_replay import (
     LawAlong,

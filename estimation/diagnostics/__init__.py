@@ -4,6 +4,14 @@ In: estimates and what they were made from. Out: `Diagnosis` with what rooms bel
 Knows nothing of how it is shown.
 """
 
+from .agreement_of_estimates import (
+    DDM_LESS_IDM as DDM_LESS_IDM,
+    SECOND_OPINION as SECOND_OPINION,
+    InstrumentStrength as InstrumentStrength,
+    InstrumentTests as InstrumentTests,
+    forms_check as forms_check,
+    method_check as method_check,
+)
 from .alignment import (
     Alignment as Alignment,
     estimate_delay as estimate_delay,
@@ -20,14 +28,6 @@ from .column_comparison import (
     ColumnComparison as ColumnComparison,
     compared_motion as compared_motion,
     derivative_check as derivative_check,
-)
-from .estimator_checks import (
-    DDM_LESS_IDM as DDM_LESS_IDM,
-    SECOND_OPINION as SECOND_OPINION,
-    InstrumentStrength as InstrumentStrength,
-    InstrumentTests as InstrumentTests,
-    forms_check as forms_check,
-    method_check as method_check,
 )
 from .model_error_checks import misspecification_check as misspecification_check
 from .overlapping_records import (

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.diagnostic_checks import Check, status_of
+from axisid.estimation.checks import Check, status_of
 from axisid.estimation.diagnostics.control_law import LawAgreement
 from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.methods import METHODS, filtered_record

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
-from axisid.estimation.diagnostic_checks import Check, joined, made, unless_faulty, value_or
+from axisid.estimation.checks import Check, joined, made, unless_faulty, value_or
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_check
 from axisid.estimation.estimates import HausmanTest
 from axisid.estimation.misspecification import JackknifeInterval, LackOfFit
@@ -17,10 +17,10 @@ from axisid.estimation.signals import advice_on_rests
 from axisid.support.arrays import Exact
 from axisid.support.errors import Missing
 
+from .agreement_of_estimates import InstrumentTests, forms_check, method_check
 from .alignment import Alignment
 from .case import ONE_RECORD, Case
 from .column_comparison import ColumnComparison, derivative_check, force_check, limit_check
-from .estimator_checks import InstrumentTests, forms_check, method_check
 from .model_error_checks import (
     fails,
     lack_of_fit_check,

@@ -6,7 +6,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from axisid.estimation.diagnostic_checks import (
+from axisid.estimation.checks import (
     DEFAULT_LEVELS,
     Check,
     Levels,
@@ -40,9 +40,7 @@ from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
 
-from .alignment import Alignment, alignment_check, alignment_of, force_timing, law_in_time
-from .column_comparison import ColumnComparison, compared_motion
-from .estimator_checks import (
+from .agreement_of_estimates import (
     DDM_LESS_IDM,
     FEWEST_STEPS,
     LESS,
@@ -53,6 +51,8 @@ from .estimator_checks import (
     strength_check,
     tests_of_instruments,
 )
+from .alignment import Alignment, alignment_check, alignment_of, force_timing, law_in_time
+from .column_comparison import ColumnComparison, compared_motion
 from .parameter_checks import Excitation, excitation
 from .pooling import PoolingTest, pooling_test
 

@@ -17,7 +17,7 @@ import scipy
 from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.diagnostic_checks import Check, status_of
+from axisid.estimation.checks import Check, status_of
 from axisid.estimation.records import Record, advised_interpolation, advised_shift, samples_apart
 from axisid.estimation.records.columns import scale_remedy
 from axisid.estimation.regression import Hac, Solution, factor, least_squares

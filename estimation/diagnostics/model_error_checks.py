@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Levels, status_of
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, status_of
 from axisid.estimation.estimates import Estimate, NotSimulated
 from axisid.estimation.misspecification import LackOfFit, Misspecification, misspecification_text
 from axisid.estimation.records import Record, advised_shift
@@ -17,9 +17,9 @@ from axisid.estimation.thresholds import (
 )
 from axisid.support.errors import Missing, unless_missing
 
+from .agreement_of_estimates import method_check
 from .alignment import declared_lateness
 from .case import Case
-from .estimator_checks import method_check
 
 #: By check of what is lacking: what is said where there is nothing.
 _NOTHING: Mapping[str, str] = {

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.diagnostic_checks import Check, status_of
+from axisid.estimation.checks import Check, status_of
 from axisid.estimation.estimates import Estimate, Value, physical_parameters
 from axisid.estimation.estimation_problem import (
     ParameterAtBound,

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.special import stdtr
 
-from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Levels
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.estimates import Estimate, estimate_of_record
 from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.regression import (

@@ -11,7 +11,6 @@ from .estimate import (
     Iterate as Iterate,
     NotSimulated as NotSimulated,
 )
-from .estimate_of_record import estimate_of_record as estimate_of_record
 from .estimated_values import (
     CORRECTED as CORRECTED,
     COVARIANCES as COVARIANCES,
@@ -29,6 +28,7 @@ from .hausman import (
     hausman as hausman,
     significant_differences as significant_differences,
 )
+from .part_of_joint_estimate import estimate_of_record as estimate_of_record
 from .physical_parameters import (
     Physical as Physical,
     PhysicalByMethod as PhysicalByMethod,

@@ -4,7 +4,7 @@ In: `Axis`, `Record`, `Prefilter`. Out: `Identification`.
 Knows nothing of how it is shown.
 """
 
-from .drive_lag_or_delay import (
+from .drive_delay_estimation import (
     check_drive_time as check_drive_time,
     with_drive_time as with_drive_time,
 )

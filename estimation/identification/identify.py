@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
+from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.choices import INSTRUMENT_STARTS, ROW_LOSSES, is_output_error
-from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.diagnostics import Case
 from axisid.estimation.estimates import COVARIANCES, Estimate
 from axisid.estimation.estimation_problem import Problem, check_has_rows
@@ -21,7 +21,7 @@ from axisid.modeling.declaration import Axis
 from axisid.support.errors import EstimationError, ModelError, UsageError, check_among, listed
 
 from .bounded_identification import axis_at_bounds, bounded_identification
-from .drive_lag_or_delay import identify_with_drive_time
+from .drive_delay_estimation import identify_with_drive_time
 from .joint_records import joint_records
 from .result import Identification
 

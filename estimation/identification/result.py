@@ -8,7 +8,7 @@ from typing import Any, Generic, Self, TypeAlias, TypeVar
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked, Levels
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.estimation.diagnostics import Case, Diagnosis, diagnose
 from axisid.estimation.estimates import (
     Estimate,

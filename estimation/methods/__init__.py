@@ -10,4 +10,4 @@ from .least_squares import robust_scale as robust_scale
 from .method import Method as Method
 from .methods import METHODS as METHODS
 from .parametric_bootstrap import Bootstrap as Bootstrap
-from .rows_without_reversals import filtered_record as filtered_record
+from .reversals_of_simulated_loop import filtered_record as filtered_record

@@ -12,7 +12,7 @@ from itertools import takewhile
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels
+from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.records import Record
 from axisid.support.arrays import Array
 from axisid.support.errors import first_case, unless_missing

@@ -11,8 +11,8 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.estimation.choices import INSTRUMENT_STARTS, comparison_methods, is_output_error
-from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.estimation.diagnostics.control_law import LawAgreement, first_failing
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import (

@@ -28,8 +28,8 @@ from functools import partial
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Checked, made
 from axisid.estimation.choices import INSTRUMENT_STARTS, same_estimates
-from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked, made
 from axisid.estimation.diagnostics.control_law import LawAgreement, first_failing, law_check
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification, identify, records_of

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.checks import Check, Levels
 from axisid.estimation.choices import OPEN_LOOP, is_output_error
-from axisid.estimation.diagnostic_checks import Check, Levels
 from axisid.estimation.diagnostics import RecordDifference, common_samples, difference_of
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_agreement
 from axisid.estimation.estimates import Estimate, SamplingDistribution

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked, Levels
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.estimation.diagnostics import RecordDifference
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_check
 from axisid.estimation.records import Record

@@ -16,6 +16,7 @@ from typing import TypeAlias
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
+from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.choices import (
     INSTRUMENT_STARTS,
     ROW_LOSSES,
@@ -23,7 +24,6 @@ from axisid.estimation.choices import (
     fitted_output,
     method_names,
 )
-from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.identification import check_choices, requested_methods
 from axisid.estimation.noise_models import DEFAULT_TWIN_COUNT, Chain, check_twin_count
 from axisid.estimation.signals import Prefilter

@@ -16,7 +16,7 @@ from msgspec.structs import force_setattr
 from numpy.typing import NDArray
 from scipy.special import ndtr, stdtrit
 
-from axisid.estimation.diagnostic_checks import Check, Checked
+from axisid.estimation.checks import Check, Checked
 from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_BIAS
 from axisid.support.arrays import Array, MaybeNan
 from axisid.support.errors import Missing, UsageError, quoted

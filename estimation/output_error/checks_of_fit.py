@@ -6,8 +6,8 @@ from functools import partial
 
 import numpy as np
 
+from axisid.estimation.checks import Check, joined, made, status_of
 from axisid.estimation.choices import POSITION
-from axisid.estimation.diagnostic_checks import Check, joined, made, status_of
 from axisid.estimation.diagnostics import (
     NOMINAL_VALUES,
     RecordRegressor,

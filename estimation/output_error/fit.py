@@ -8,8 +8,8 @@ from functools import partial
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
+from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.choices import FIT_STARTS, LOSSES, OPEN_LOOP, RESTS, SQUARES
-from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.identification import joint_records, records_of, with_drive_time
 from axisid.estimation.noise_models import DEFAULT_TWIN_COUNT, check_twin_count
 from axisid.estimation.nonlinear_least_squares import best_of

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.special import log_ndtr, ndtri_exp
 
 from axisid.codegen.generated_axes import Quantity
+from axisid.estimation.checks import unless_faulty, value_or
 from axisid.estimation.choices import SQUARES
-from axisid.estimation.diagnostic_checks import unless_faulty, value_or
 from axisid.estimation.estimates import (
     NamedValues,
     SamplingDistribution,

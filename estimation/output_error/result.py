@@ -8,8 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.choices import OPEN_LOOP
-from axisid.estimation.diagnostic_checks import (
+from axisid.estimation.checks import (
     DEFAULT_LEVELS,
     Check,
     Checked,
@@ -17,6 +16,7 @@ from axisid.estimation.diagnostic_checks import (
     unless_faulty,
     value_or,
 )
+from axisid.estimation.choices import OPEN_LOOP
 from axisid.estimation.diagnostics.control_law import (
     EstimatedGains,
     LawAgreement,

@@ -8,7 +8,7 @@ from .closed_loop_errors import (
     ClosedLoopErrors as ClosedLoopErrors,
     measured_output as measured_output,
 )
-from .multiple_shooting_errors import (
+from .open_loop_multiple_shooting import (
     FEWEST_IN_WINDOW as FEWEST_IN_WINDOW,
     OpenLoopErrors as OpenLoopErrors,
     default_horizon as default_horizon,

@@ -20,7 +20,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.diagnostic_checks import Check, status_of
+from axisid.estimation.checks import Check, status_of
 from axisid.estimation.records import Record, law_clock
 from axisid.estimation.regression import hotelling_p_value, lacking_law, lacking_loop, wald
 from axisid.estimation.signals import hides_command

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 import msgspec
 
-from axisid.estimation.diagnostic_checks import Belief, Check, Checked
+from axisid.estimation.checks import Belief, Check, Checked
 from axisid.estimation.estimates import Value
 from axisid.presentation.result_files import JsonObject, about
 from axisid.support.arrays import MaybeNan, from_json

@@ -8,7 +8,7 @@ from time import process_time
 from typing import Any
 
 from axisid.codegen.generated_axes import GeneratedAxis, build
-from axisid.estimation.diagnostic_checks import by_weight
+from axisid.estimation.checks import by_weight
 from axisid.estimation.identification import Identification, identify
 from axisid.estimation.records import log_of, read_record
 from axisid.estimation.signals import Prefilter

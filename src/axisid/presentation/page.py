@@ -19,8 +19,8 @@ import msgspec
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.checks import Check, by_weight, conclusion
 from axisid.estimation.choices import INSTRUMENT_STARTS
-from axisid.estimation.diagnostic_checks import Check, by_weight, conclusion
 from axisid.estimation.identification import Identification
 from axisid.estimation.model_selection import Sweep, default_cutoffs, sweep
 from axisid.estimation.model_validation import Validation

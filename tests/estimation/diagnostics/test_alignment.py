@@ -23,7 +23,7 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.control import cascade_pd_difference
 from axisid.elements import Drive, coulomb, viscous
 from axisid.estimation import law_agreement
-from axisid.estimation.diagnostic_checks import Check
+from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import estimate_delay
 from axisid.modeling import Experiment, back_and_forth
 

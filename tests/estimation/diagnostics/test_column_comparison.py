@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 
 from axisid import Prefilter, Record, build, identify, load_axis, twin_record
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
-from axisid.estimation.diagnostic_checks import Check
+from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import (
     compared_motion,
     derivative_check,

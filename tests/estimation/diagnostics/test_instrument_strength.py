@@ -8,7 +8,7 @@ import statsmodels.api as sm
 from linearmodels.iv import IV2SLS
 
 from axisid import Identification
-from axisid.estimation.diagnostics.estimator_checks import (
+from axisid.estimation.diagnostics.agreement_of_estimates import (
     InstrumentTests,
     instrument_tests,
     tests_of_instruments as strength_of,

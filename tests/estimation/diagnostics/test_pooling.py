@@ -8,7 +8,7 @@ import pytest
 
 from axisid import Identification, build, identify, leave_out
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
-from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Levels
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.diagnostics.pooling import (
     PoolingTest,
     RecordRegressor,

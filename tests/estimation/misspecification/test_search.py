@@ -25,7 +25,7 @@ from axisid import (
 )
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.elements import asymmetric_viscous, periodic_coulomb, quadratic, spring, stribeck
-from axisid.estimation.diagnostic_checks import Check, Levels
+from axisid.estimation.checks import Check, Levels
 from axisid.estimation.misspecification import Misspecification
 from axisid.modeling.quantities import Constant
 from tests.axes.recorded import AREA, recorded_axis, recorded_values

@@ -6,7 +6,7 @@ import numpy as np
 
 from axisid import Record, simulate
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.diagnostic_checks import Check
+from axisid.estimation.checks import Check
 from axisid.estimation.output_error import OutputFit
 from axisid.estimation.simulation import Simulation
 from axisid.support.arrays import Array

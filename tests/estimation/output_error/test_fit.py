@@ -16,7 +16,7 @@ from axisid import (
 )
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.elements import Drive
-from axisid.estimation.diagnostic_checks import conclusion
+from axisid.estimation.checks import conclusion
 from axisid.estimation.output_error import OutputFit
 from tests.axes.cascaded import cascaded
 from tests.axes.unseen import with_bump, with_bump_somewhere

@@ -127,8 +127,9 @@ _SAID = {
 }
 
 
-#: A setting in a sentence: ``gaps="split"``, ``resample=HZ``, ``columns position=NAME``.
-_SETTING = r'(?<![\w-])({})(?:="([\w.-]+)"|=([A-Z]+)\b| (\w+=\w+|FROM\.\.TO))'
+#: A setting in a sentence: ``gaps="split"``, ``resample=HZ``, ``columns position=NAME``,
+#: ``skip_bad=True``.
+_SETTING = r'(?<![\w-])({})(?:="([\w.-]+)"|=([A-Z]+)\b| (\w+=\w+|FROM\.\.TO)|=True)'
 
 
 class Command(click.Command):
@@ -155,7 +156,8 @@ class Command(click.Command):
         ]
 
         def typed(found: re.Match[str]) -> str:
-            return f"--{found[1].replace('_', '-')} {found[2] or found[3] or found[4]}"
+            option, value = found[1].replace("_", "-"), found[2] or found[3] or found[4]
+            return f"--{option} {value}" if value else f"--{option}"
 
         return re.sub(_SETTING.format("|".join(names)), typed, sentence)
 

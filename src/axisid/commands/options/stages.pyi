@@ -8,8 +8,8 @@ from axisid.codegen.generated_axes import (
     expected_files as expected_files,
     write_files as write_files,
 )
+from axisid.estimation.checks import joined as joined
 from axisid.estimation.control_law_search import find_law as find_law
-from axisid.estimation.diagnostic_checks import joined as joined
 from axisid.estimation.identification import (
     Identification as Identification,
     check_usable as check_usable,

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 from msgspec import UNSET, UnsetType, structs
 
 from axisid.codegen.generated_axes import GeneratedAxis, build
-from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Levels
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.diagnostics import (
     ColumnComparison,
     InstrumentTests,

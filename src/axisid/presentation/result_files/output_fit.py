@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import numpy as np
 from msgspec import UNSET, UnsetType
 
-from axisid.estimation.diagnostic_checks import DEFAULT_LEVELS, Check, Checked, Levels
+from axisid.estimation.checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.estimation.estimates import NamedValues, Value
 from axisid.estimation.misspecification import misspecification_text
 from axisid.estimation.model_validation import FitValidation

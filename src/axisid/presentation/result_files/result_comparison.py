@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
-from axisid.estimation.diagnostic_checks import Check
+from axisid.estimation.checks import Check
 from axisid.estimation.identification import Identification
 from axisid.presentation.documents import (
     Block,

@@ -5,8 +5,8 @@ from typing import Annotated, Any, cast
 
 from msgspec import UNSET, UnsetType
 
+from axisid.estimation.checks import Levels
 from axisid.estimation.control_law_search import LawSearch
-from axisid.estimation.diagnostic_checks import Levels
 from axisid.estimation.model_selection import Comparison, Criteria, NestedTest, Sweep
 from axisid.estimation.model_validation import MethodValidation, Validation
 from axisid.estimation.monte_carlo import (

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from axisid.estimation.diagnostic_checks import Check
+from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import within_bounds
 from axisid.estimation.estimates import NotSimulated, Value
 from axisid.estimation.model_selection import Candidate, Comparison

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from axisid.estimation.diagnostic_checks import Check
+from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import ColumnComparison, InstrumentTests
 from axisid.estimation.estimates import COVARIANCES, HausmanTest, Physical, Value
 from axisid.estimation.misspecification import JackknifeInterval, LackOfFit

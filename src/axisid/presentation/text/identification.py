@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from axisid.codegen.generated_axes import Quantity
-from axisid.estimation.diagnostic_checks import KINDS, Check, by_weight, conclusion, lines_of
+from axisid.estimation.checks import KINDS, Check, by_weight, conclusion, lines_of
 from axisid.estimation.estimates import CORRECTED, COVARIANCES, Value
 from axisid.estimation.misspecification import JackknifeInterval
 from axisid.estimation.parameters import GAIN

@@ -11,7 +11,7 @@ from dataclasses import replace
 from functools import partial
 
 from axisid.codegen.generated_axes import GeneratedAxis, build
-from axisid.estimation.diagnostic_checks import unless_faulty
+from axisid.estimation.checks import unless_faulty
 from axisid.estimation.estimates import Estimate, student_interval
 from axisid.estimation.records import Record
 from axisid.modeling.declaration import HIDDEN_FROM, Axis

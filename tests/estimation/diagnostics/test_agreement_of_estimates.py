@@ -9,7 +9,7 @@ import pytest
 from axisid import Identification, Record, build, identify, read_record
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd_difference
-from axisid.estimation.diagnostic_checks import Check
+from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import DDM_LESS_IDM, SECOND_OPINION, forms_check, method_check
 from axisid.estimation.estimates import Estimate, HausmanTest
 from benchmarks.machines import Machine, records, white

@@ -10,8 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from axisid.estimation.choices import OPEN_LOOP_FIT, instruments_of
-from axisid.estimation.diagnostic_checks import (
+from axisid.estimation.checks import (
     DEFAULT_LEVELS,
     WORST_FIRST,
     Check,
@@ -19,6 +18,7 @@ from axisid.estimation.diagnostic_checks import (
     status_of,
     unless_faulty,
 )
+from axisid.estimation.choices import OPEN_LOOP_FIT, instruments_of
 from axisid.estimation.estimates import (
     NOTICEABLE_SHIFT,
     Estimate,
