@@ -29,6 +29,7 @@ from .column_comparison import (
     compared_motion as compared_motion,
     derivative_check as derivative_check,
 )
+from .hausman import HausmanTest as HausmanTest
 from .model_error_checks import misspecification_check as misspecification_check
 from .overlapping_records import (
     common_samples as common_samples,

@@ -19,16 +19,13 @@ from axisid.estimation.checks import (
     unless_faulty,
 )
 from axisid.estimation.choices import OPEN_LOOP_FIT, instruments_of
-from axisid.estimation.estimates import (
-    NOTICEABLE_SHIFT,
-    Estimate,
-    HausmanTest,
-    significant_differences,
-)
+from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import factor
 from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION, MIN_FIRST_STAGE_F
 from axisid.support.arrays import Array, MaybeInfinite, MaybeNan
 from axisid.support.errors import Missing, first_case, unless_missing
+
+from .hausman import NOTICEABLE_SHIFT, HausmanTest, significant_differences
 
 #: Of a logged position: fewer are no noise.
 FEWEST_STEPS = 64  # in a motion: 32 moved a stiffness by 22 %, of which as much again told nothing

@@ -10,7 +10,6 @@ from functools import partial
 
 from axisid.estimation.checks import Check, joined, made, unless_faulty, value_or
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_check
-from axisid.estimation.estimates import HausmanTest
 from axisid.estimation.misspecification import JackknifeInterval, LackOfFit
 from axisid.estimation.records import record_labels
 from axisid.estimation.signals import advice_on_rests
@@ -21,6 +20,7 @@ from .agreement_of_estimates import InstrumentTests, forms_check, method_check
 from .alignment import Alignment
 from .case import ONE_RECORD, Case
 from .column_comparison import ColumnComparison, derivative_check, force_check, limit_check
+from .hausman import HausmanTest
 from .model_error_checks import (
     fails,
     lack_of_fit_check,

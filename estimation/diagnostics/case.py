@@ -14,14 +14,8 @@ from axisid.estimation.checks import (
     value_or,
 )
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_agreement
-from axisid.estimation.estimates import (
-    Estimate,
-    HausmanTest,
-    estimate_of_record,
-    hausman,
-    significant_differences,
-)
-from axisid.estimation.estimation_problem import Problem, quantisation_bias
+from axisid.estimation.estimates import Estimate, estimate_of_record
+from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.misspecification import (
     JackknifeInterval,
     LackOfFit,
@@ -53,8 +47,10 @@ from .agreement_of_estimates import (
 )
 from .alignment import Alignment, alignment_check, alignment_of, force_timing, law_in_time
 from .column_comparison import ColumnComparison, compared_motion
+from .hausman import HausmanTest, hausman, significant_differences
 from .parameter_checks import Excitation, excitation
 from .pooling import PoolingTest, pooling_test
+from .quantisation_bias import quantisation_bias
 
 ONE_RECORD = Missing("there is one record")
 

@@ -22,12 +22,6 @@ from .estimated_values import (
     least_freedom as least_freedom,
     student_interval as student_interval,
 )
-from .hausman import (
-    NOTICEABLE_SHIFT as NOTICEABLE_SHIFT,
-    HausmanTest as HausmanTest,
-    hausman as hausman,
-    significant_differences as significant_differences,
-)
 from .part_of_joint_estimate import estimate_of_record as estimate_of_record
 from .physical_parameters import (
     Physical as Physical,

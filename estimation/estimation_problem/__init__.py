@@ -13,4 +13,3 @@ from .detectability import (
 )
 from .parameter_at_bound import ParameterAtBound as ParameterAtBound
 from .problem import Problem as Problem, Solver as Solver
-from .quantisation_bias import quantisation_bias as quantisation_bias

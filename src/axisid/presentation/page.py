@@ -418,6 +418,8 @@ def report_sweep(
         methods or list(result.estimates),
         progress=progress,
         start=next(started, INSTRUMENT_STARTS[0]),
+        level=result.levels.level,
+        least_share=result.levels.least_share,
         **shared,
     )
     return swept.with_result(result)

@@ -10,8 +10,14 @@ from axisid import Identification, Record, build, identify, read_record
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd_difference
 from axisid.estimation.checks import Check
-from axisid.estimation.diagnostics import DDM_LESS_IDM, SECOND_OPINION, forms_check, method_check
-from axisid.estimation.estimates import Estimate, HausmanTest
+from axisid.estimation.diagnostics import (
+    DDM_LESS_IDM,
+    SECOND_OPINION,
+    HausmanTest,
+    forms_check,
+    method_check,
+)
+from axisid.estimation.estimates import Estimate
 from benchmarks.machines import Machine, records, white
 
 BOTH = ("idm-iv", "didim")

@@ -14,12 +14,12 @@ from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.diagnostics import (
     ColumnComparison,
+    HausmanTest,
     InstrumentTests,
     RecordDiagnosis,
     RecordDifference,
 )
 from axisid.estimation.estimates import (
-    HausmanTest,
     Physical,
     PhysicalByMethod,
     physical_parameters,

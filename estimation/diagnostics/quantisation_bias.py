@@ -2,11 +2,10 @@
 
 import numpy as np
 
+from axisid.estimation.estimation_problem import Solver
 from axisid.estimation.regression import Form
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
-
-from .problem import Solver
 
 _DRAWS = 4  # each once with either sign
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtr
 
+from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import (
     Hac,
     checked_columns,
@@ -25,8 +26,6 @@ from axisid.estimation.regression import (
 from axisid.estimation.thresholds import CHECK_LEVEL
 from axisid.support.arrays import Array, MaybeNan
 from axisid.support.errors import EstimationError, Missing
-
-from .estimate import Estimate
 
 NOTICEABLE_SHIFT = 0.5  # deviations: up to there a 95 % interval holds the truth in 92 % of cases
 
