@@ -175,7 +175,7 @@ def _which_to_believe(
         (
             True,
             "the control law is not the declared one, on which didim rests, so believe the "
-            "instruments",
+            "instruments where units and columns are right",
         ),
     )
 

@@ -119,7 +119,7 @@ def _screen(result: SavedIdentification) -> Document:
                 *(Sentence(text=each) for each in shared_remarks([result.preferred])),
                 *(Sentence(text=each) for each in without),
                 Sentence(
-                    text=f"{_rows_in_short(result, why=not fails)} See {more}every method with "
+                    text=f"{_rows_in_short(result)} See {more}every method with "
                     "--all, summary(every=True)."
                 ),
             )
@@ -127,11 +127,11 @@ def _screen(result: SavedIdentification) -> Document:
     )
 
 
-def _rows_in_short(result: SavedIdentification, *, why: bool) -> str:
+def _rows_in_short(result: SavedIdentification) -> str:
     """Of what rows an estimate is, what its deviations are, and why there are no twins."""
     judged, sampling = result.preferred, result.sampling
     name = judged.covariance_names[judged.chosen]
-    without = re.search(rf", by no twins{': [^;]*' * why}", name)
+    without = re.search(r", by no twins(: [^;]*)?", name)
     twins = re.search(r", as \d+ twins", name)
     noise = f"{twins[0]} of the record scatter" if twins else without[0] if without else ""
     gain = judged.gain_relative_sd
