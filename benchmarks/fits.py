@@ -27,8 +27,8 @@ from output_error import CASES, TRUTH, declared, reference
 
 from axisid import AxisidError, build, fit, load_axis, read_record, twin_record
 from axisid.estimation.output_error import OutputFit
+from axisid.estimation.output_residuals import ClosedLoopErrors, jacobian_at
 from axisid.estimation.regression import InverseForm
-from axisid.estimation.simulation_errors import ClosedLoopErrors, jacobian_at
 
 ROOT = Path(__file__).resolve().parents[1]
 OUTPUTS = {

@@ -17,9 +17,9 @@ from figures import give, parser_of
 
 from axisid import Record, identify, load_axis
 from axisid.codegen.generated_axes import GeneratedAxis, build
-from axisid.estimation.checks import DEFAULT_LEVELS
 from axisid.estimation.diagnostics import RecordDifference, pooling_test
 from axisid.estimation.simulation import twin_record
+from axisid.estimation.verdict_checks import DEFAULT_LEVELS
 from axisid.modeling.declaration import Axis, leave_out
 from axisid.modeling.quantities import Parameter
 from axisid.support.errors import Missing

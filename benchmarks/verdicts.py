@@ -31,7 +31,7 @@ from figures import give, parser_of
 
 from axisid import AxisidError, Record, fit, identify
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.checks import Check, belief, by_weight
+from axisid.estimation.verdict_checks import Check, belief, by_weight
 from axisid.support.jobs import Failure, run_jobs
 
 OUTPUTS = {

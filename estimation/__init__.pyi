@@ -3,7 +3,6 @@ from .batched import (
     RecordLanes as RecordLanes,
     identify_lanes as identify_lanes,
 )
-from .checks import Check as Check, Levels as Levels
 from .control_law_search import (
     ExplainedLaw as ExplainedLaw,
     LawSearch as LawSearch,
@@ -65,3 +64,4 @@ from .simulation import (
     Simulation as Simulation,
     simulate_batch as simulate_batch,
 )
+from .verdict_checks import Check as Check, Levels as Levels

@@ -11,8 +11,8 @@ from emps_ladder_models import axis_with
 
 from axisid import Record, build, read_record
 from axisid.codegen import GeneratedAxis
+from axisid.estimation.output_residuals import OpenLoopErrors
 from axisid.estimation.regression import InverseForm
-from axisid.estimation.simulation_errors import OpenLoopErrors
 
 STEP = 1e-3  # s
 TURNS = (0.0, 6.224, 12.464, 18.704, 24.841)  # s: where the reference begins its cycles

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
-from axisid.estimation.checks import Check, Checked
 from axisid.estimation.diagnostics.control_law import GainRegression, comparison_filter
 from axisid.estimation.law_replay import (
     LawAlong,
@@ -27,6 +26,7 @@ from axisid.estimation.thresholds import (
     MAX_LAW_RESIDUAL,
     MIN_SAMPLES_PER_FACTOR,
 )
+from axisid.estimation.verdict_checks import Check, Checked
 from axisid.modeling.declaration import ANTI_WINDUP, Axis, ControlLaw
 from axisid.support.arrays import Array, least_squares_step, relative_error_percent
 from axisid.support.errors import DataError, ModelError, refuse

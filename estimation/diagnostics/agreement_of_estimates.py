@@ -10,7 +10,11 @@ from functools import partial
 
 import numpy as np
 
-from axisid.estimation.checks import (
+from axisid.estimation.choices import OPEN_LOOP_FIT, instruments_of
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.regression import factor
+from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION, MIN_FIRST_STAGE_F
+from axisid.estimation.verdict_checks import (
     DEFAULT_LEVELS,
     WORST_FIRST,
     Check,
@@ -18,10 +22,6 @@ from axisid.estimation.checks import (
     status_of,
     unless_faulty,
 )
-from axisid.estimation.choices import OPEN_LOOP_FIT, instruments_of
-from axisid.estimation.estimates import Estimate
-from axisid.estimation.regression import factor
-from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION, MIN_FIRST_STAGE_F
 from axisid.support.arrays import Array, MaybeInfinite, MaybeNan
 from axisid.support.errors import Missing, first_case, unless_missing
 

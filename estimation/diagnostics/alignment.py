@@ -16,7 +16,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.checks import Check, status_of
 from axisid.estimation.diagnostics.control_law import LawAgreement
 from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.methods import METHODS, filtered_record
@@ -29,6 +28,7 @@ from axisid.estimation.thresholds import (
     MIN_DISTANCE_FROM_NOISE,
     NO_DELAY,
 )
+from axisid.estimation.verdict_checks import Check, status_of
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import Missing, first_case, unless_missing
 

@@ -8,11 +8,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
-from axisid.estimation.checks import Check, joined, made, unless_faulty, value_or
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_check
 from axisid.estimation.misspecification import JackknifeInterval, LackOfFit
 from axisid.estimation.records import record_labels
 from axisid.estimation.signals import advice_on_rests
+from axisid.estimation.verdict_checks import Check, joined, made, unless_faulty, value_or
 from axisid.support.arrays import Exact
 from axisid.support.errors import Missing
 

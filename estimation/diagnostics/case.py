@@ -6,13 +6,6 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from axisid.estimation.checks import (
-    DEFAULT_LEVELS,
-    Check,
-    Levels,
-    unless_faulty,
-    value_or,
-)
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_agreement
 from axisid.estimation.estimates import Estimate, estimate_of_record
 from axisid.estimation.estimation_problem import Problem
@@ -31,6 +24,13 @@ from axisid.estimation.noise_models import noise_free_record
 from axisid.estimation.records import position_step
 from axisid.estimation.regression import DirectForm, recorded_loops
 from axisid.estimation.signals import FilteredRecord
+from axisid.estimation.verdict_checks import (
+    DEFAULT_LEVELS,
+    Check,
+    Levels,
+    unless_faulty,
+    value_or,
+)
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
 

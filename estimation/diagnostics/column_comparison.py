@@ -17,7 +17,6 @@ import scipy
 from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.checks import Check, status_of
 from axisid.estimation.records import Record, advised_interpolation, advised_shift, samples_apart
 from axisid.estimation.records.columns import scale_remedy
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
@@ -36,6 +35,7 @@ from axisid.estimation.thresholds import (
     MAX_SCALE_ERROR,
     MIN_DISTANCE_FROM_NOISE,
 )
+from axisid.estimation.verdict_checks import Check, status_of
 from axisid.support.arrays import Array, MaybeNan, mask_of, relative_error_percent
 from axisid.support.errors import EstimationError, Missing, first_case, unless_missing
 

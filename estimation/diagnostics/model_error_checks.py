@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels, status_of
 from axisid.estimation.estimates import Estimate, NotSimulated
 from axisid.estimation.misspecification import LackOfFit, Misspecification, misspecification_text
 from axisid.estimation.records import Record, advised_shift
@@ -15,6 +14,7 @@ from axisid.estimation.thresholds import (
     MIN_DISTANCE_FROM_NOISE,
     MIN_MODEL_SHARE,
 )
+from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Levels, status_of
 from axisid.support.errors import Missing, unless_missing
 
 from .agreement_of_estimates import method_check

@@ -13,9 +13,9 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.checks import Check
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.thresholds import MAX_REPEATED_SAMPLES, MIN_COMMON_SAMPLES
+from axisid.estimation.verdict_checks import Check
 
 _MIN_COMMON_ROWS = 25  # each once in either record
 

@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.checks import Check, status_of
 from axisid.estimation.estimates import Estimate, Value, physical_parameters
 from axisid.estimation.estimation_problem import (
     ParameterAtBound,
@@ -23,7 +22,6 @@ from axisid.estimation.estimation_problem import (
     SignalRanges,
     typical_magnitudes,
 )
-from axisid.estimation.parameters import GAIN
 from axisid.estimation.regression import Equations, Form, InverseForm
 from axisid.estimation.signals import (
     FilteredRecord,
@@ -41,6 +39,8 @@ from axisid.estimation.thresholds import (
     NEGLIGIBLE_FORCE,
     NEGLIGIBLE_PEAK_FORCE,
 )
+from axisid.estimation.unknowns import GAIN
+from axisid.estimation.verdict_checks import Check, status_of
 from axisid.modeling.declaration import Drive, known_text
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array, MaybeInfinite

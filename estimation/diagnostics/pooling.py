@@ -15,7 +15,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.special import stdtr
 
-from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.estimates import Estimate, estimate_of_record
 from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.regression import (
@@ -27,6 +26,7 @@ from axisid.estimation.regression import (
     instrumental_variables,
     wald,
 )
+from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Levels
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, Missing, first_case, unless_missing
 

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.estimation.estimation_problem import Problem
-from axisid.estimation.parameters import JointForm
 from axisid.estimation.regression import (
     LossWeights,
     condition_number,
     simulated_loops,
     simulated_rows,
 )
+from axisid.estimation.unknowns import JointForm
 from axisid.support.arrays import relative_error_percent
 
 from .estimate import Estimate, NotSimulated

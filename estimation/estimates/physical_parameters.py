@@ -15,8 +15,8 @@ from itertools import product
 import numpy as np
 
 from axisid.codegen.generated_axes import Quantity
-from axisid.estimation.parameters import JointForm
 from axisid.estimation.regression import Form, delta_method, hotelling_p_value
+from axisid.estimation.unknowns import JointForm
 from axisid.modeling.derivation import BaseModel, describe_undetermined, undetermined_names
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array, BoolArray, Exact

@@ -10,7 +10,6 @@ from typing import Any, cast
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.parameters import JointForm
 from axisid.estimation.regression import (
     Equations,
     Form,
@@ -26,6 +25,7 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import FilteredRecord, RowTimes, Signals, motion_lacks
 from axisid.estimation.simulation import Simulation, StepBudget
+from axisid.estimation.unknowns import JointForm
 from axisid.support.arrays import Array, Uncached
 from axisid.support.errors import AxisidError, EstimationError, ModelError
 

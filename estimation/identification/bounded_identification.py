@@ -17,9 +17,9 @@ from scipy.special import stdtrit
 from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.estimation_problem import ParameterAtBound
-from axisid.estimation.parameters import bounded_quadratic_minimum
 from axisid.estimation.regression import covariance_root
 from axisid.estimation.thresholds import INTERVAL_LEVEL
+from axisid.estimation.unknowns import bounded_quadratic_minimum
 from axisid.modeling.declaration import leave_out
 from axisid.support.errors import AxisidError, EstimationError
 

@@ -11,9 +11,9 @@ from dataclasses import replace
 from functools import partial
 
 from axisid.codegen.generated_axes import GeneratedAxis, build
-from axisid.estimation.checks import unless_faulty
 from axisid.estimation.estimates import Estimate, student_interval
 from axisid.estimation.records import Record
+from axisid.estimation.verdict_checks import unless_faulty
 from axisid.modeling.declaration import HIDDEN_FROM, Axis
 from axisid.modeling.quantities import Parameter
 from axisid.support.errors import EstimationError, Missing, UsageError, refuse

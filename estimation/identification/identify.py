@@ -6,17 +6,17 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
-from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.choices import INSTRUMENT_STARTS, ROW_LOSSES, is_output_error
 from axisid.estimation.diagnostics import Case
 from axisid.estimation.estimates import COVARIANCES, Estimate
 from axisid.estimation.estimation_problem import Problem, check_has_rows
 from axisid.estimation.methods import METHODS, Bootstrap, estimate_by
 from axisid.estimation.noise_models import DEFAULT_TWIN_COUNT, check_twin_count
-from axisid.estimation.parameters import KnownValue
 from axisid.estimation.records import Record, check_record
 from axisid.estimation.regression import LoopDataError
 from axisid.estimation.signals import Prefilter
+from axisid.estimation.unknowns import KnownValue
+from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Levels
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import EstimationError, ModelError, UsageError, check_among, listed
 

@@ -13,13 +13,6 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.choices import ROW_LOSSES
 from axisid.estimation.estimation_problem import Problem, check_time_known
 from axisid.estimation.methods import METHODS, filtered_record, robust_scale
-from axisid.estimation.parameters import (
-    JointForm,
-    KnownValue,
-    declared_names,
-    joint_form_of,
-    known_of,
-)
 from axisid.estimation.records import Record, is_same_period, record_labels
 from axisid.estimation.signals import (
     FilteredRecord,
@@ -27,6 +20,13 @@ from axisid.estimation.signals import (
     matching_decimation,
     searches_friction,
     show_too_little,
+)
+from axisid.estimation.unknowns import (
+    JointForm,
+    KnownValue,
+    declared_names,
+    joint_form_of,
+    known_of,
 )
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, DataError, UsageError, check_among, listed

@@ -8,7 +8,6 @@ from typing import Any, Generic, Self, TypeAlias, TypeVar
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.estimation.diagnostics import Case, Diagnosis, diagnose
 from axisid.estimation.estimates import (
     Estimate,
@@ -19,6 +18,7 @@ from axisid.estimation.estimates import (
 from axisid.estimation.estimation_problem import ParameterAtBound, Problem
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.signals import FilteredRecord, Prefilter, Sampling
+from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Exact, Uncached
 from axisid.support.errors import Missing, UsageError, is_whole, quoted

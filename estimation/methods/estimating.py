@@ -19,7 +19,6 @@ from axisid.estimation.estimates import (
 )
 from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.noise_models import Chain, noise_free_record
-from axisid.estimation.parameters import perturbed_joint_forms
 from axisid.estimation.regression import (
     Covariance,
     CovarianceEstimate,
@@ -31,6 +30,7 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import advice_on_rests
 from axisid.estimation.thresholds import NO_RELATION
+from axisid.estimation.unknowns import perturbed_joint_forms
 from axisid.support.arrays import Array, Deferred, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError
 

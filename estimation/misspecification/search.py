@@ -12,8 +12,8 @@ from itertools import takewhile
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.records import Record
+from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Levels
 from axisid.support.arrays import Array
 from axisid.support.errors import first_case, unless_missing
 

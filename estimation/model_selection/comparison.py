@@ -11,7 +11,6 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
-from axisid.estimation.checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.estimation.choices import INSTRUMENT_STARTS, comparison_methods, is_output_error
 from axisid.estimation.diagnostics.control_law import LawAgreement, first_failing
 from axisid.estimation.estimates import Estimate
@@ -22,10 +21,11 @@ from axisid.estimation.identification import (
     joint_records,
     records_of,
 )
-from axisid.estimation.parameters import KnownValue, KnownValues, declared_names
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds import NO_RELATION
+from axisid.estimation.unknowns import KnownValue, KnownValues, declared_names
+from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Exact, MaybeNan
 from axisid.support.errors import (

@@ -28,21 +28,21 @@ from functools import partial
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
-from axisid.estimation.checks import DEFAULT_LEVELS, Check, Checked, made
 from axisid.estimation.choices import INSTRUMENT_STARTS, same_estimates
 from axisid.estimation.diagnostics.control_law import LawAgreement, first_failing, law_check
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification, identify, records_of
 from axisid.estimation.methods import METHODS
-from axisid.estimation.parameters import KnownValue
+from axisid.estimation.output_residuals import OpenLoopErrors
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, matching_decimation
-from axisid.estimation.simulation_errors import OpenLoopErrors
 from axisid.estimation.thresholds import (
     MAX_RELATIVE_DEVIATION,
     MIN_ROWS_PER_PARAMETER,
     MIN_SWEPT_CUTOFFS,
 )
+from axisid.estimation.unknowns import KnownValue
+from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Checked, made
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import (

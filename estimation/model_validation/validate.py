@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.checks import Check, Levels
 from axisid.estimation.choices import OPEN_LOOP, is_output_error
 from axisid.estimation.diagnostics import RecordDifference, common_samples, difference_of
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_agreement
@@ -24,7 +23,7 @@ from axisid.estimation.identification import Identification, RecordInfo
 from axisid.estimation.methods import METHODS, Bootstrap, estimate_by, filtered_record
 from axisid.estimation.noise_models import DEFAULT_TWIN_COUNT
 from axisid.estimation.output_error import OutputFit, checked_horizon
-from axisid.estimation.parameters import GAIN, INITIAL_STATE_PARAMETERS, by_declared_gain
+from axisid.estimation.output_residuals import ClosedLoopErrors, OpenLoopErrors, SimulationErrors
 from axisid.estimation.records import Record, check_record, law_clock
 from axisid.estimation.regression import (
     Hac,
@@ -37,8 +36,9 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import FilteredRecord, RowTimes
 from axisid.estimation.simulation import Simulation
-from axisid.estimation.simulation_errors import ClosedLoopErrors, OpenLoopErrors, SimulationErrors
 from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE
+from axisid.estimation.unknowns import GAIN, INITIAL_STATE_PARAMETERS, by_declared_gain
+from axisid.estimation.verdict_checks import Check, Levels
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import (
     DataError,

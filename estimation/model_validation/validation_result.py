@@ -12,11 +12,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.estimation.diagnostics import RecordDifference
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_check
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds import MIN_COMMON_SAMPLES
+from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import Missing, check_among
 from axisid.support.presentable import Presentable

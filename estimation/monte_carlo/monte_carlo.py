@@ -16,7 +16,6 @@ from typing import TypeAlias
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
-from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.choices import (
     INSTRUMENT_STARTS,
     ROW_LOSSES,
@@ -28,6 +27,7 @@ from axisid.estimation.identification import check_choices, requested_methods
 from axisid.estimation.noise_models import DEFAULT_TWIN_COUNT, Chain, check_twin_count
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_plan
+from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Levels
 from axisid.modeling.declaration import Axis, Move
 from axisid.support.arrays import Array
 from axisid.support.errors import (

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.choices import fitted_output
 from axisid.estimation.noise_models import Chain
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_plan
+from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Levels
 from axisid.support.errors import UsageError, is_whole, quoted, refuse
 from axisid.support.mappings import FrozenMapping
 

@@ -16,8 +16,8 @@ from msgspec.structs import force_setattr
 from numpy.typing import NDArray
 from scipy.special import ndtr, stdtrit
 
-from axisid.estimation.checks import Check, Checked
 from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_BIAS
+from axisid.estimation.verdict_checks import Check, Checked
 from axisid.support.arrays import Array, MaybeNan
 from axisid.support.errors import Missing, UsageError, quoted
 

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.choices import HUBER, SOFT_L1, SQUARES
-from axisid.estimation.parameters import Unknowns
-from axisid.estimation.simulation_errors import SimulationErrors, jacobian_at
+from axisid.estimation.output_residuals import SimulationErrors, jacobian_at
+from axisid.estimation.unknowns import Unknowns
 from axisid.support.arrays import Array
 from axisid.support.progress import Progress
 

@@ -6,7 +6,6 @@ from functools import partial
 
 import numpy as np
 
-from axisid.estimation.checks import Check, joined, made, status_of
 from axisid.estimation.choices import POSITION
 from axisid.estimation.diagnostics import (
     NOMINAL_VALUES,
@@ -23,10 +22,9 @@ from axisid.estimation.diagnostics import (
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_check
 from axisid.estimation.estimates import student_interval
 from axisid.estimation.nonlinear_least_squares import MOST_STEPS
-from axisid.estimation.parameters import GAIN
+from axisid.estimation.output_residuals import OpenLoopErrors, record_rows
 from axisid.estimation.records import record_labels
 from axisid.estimation.signals import Prefilter
-from axisid.estimation.simulation_errors import OpenLoopErrors, record_rows
 from axisid.estimation.thresholds import (
     ADVISED_WINDOWS,
     MAX_GROWTH,
@@ -37,6 +35,8 @@ from axisid.estimation.thresholds import (
     NEGLIGIBLE_PEAK_FORCE,
     NOTICEABLE_BIAS,
 )
+from axisid.estimation.unknowns import GAIN
+from axisid.estimation.verdict_checks import Check, joined, made, status_of
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from axisid.estimation.diagnostics import covariance_of_twins
 from axisid.estimation.nonlinear_least_squares import SearchResult, WeightedLoss
-from axisid.estimation.parameters import Unknowns
+from axisid.estimation.output_residuals import SimulationErrors, record_rows
 from axisid.estimation.records import Record
 from axisid.estimation.regression import (
     Autoregression,
@@ -28,8 +28,8 @@ from axisid.estimation.regression import (
     clustered_covariance,
     sum_covariances,
 )
-from axisid.estimation.simulation_errors import SimulationErrors, record_rows
 from axisid.estimation.thresholds import MIN_SHOWN
+from axisid.estimation.unknowns import Unknowns
 from axisid.support.arrays import Array, BoolArray, column_sizes
 
 # of the largest change of the outputs along a direction that they do not show; a parameter with

@@ -8,12 +8,18 @@ from functools import partial
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
-from axisid.estimation.checks import DEFAULT_LEVELS, Levels
 from axisid.estimation.choices import FIT_STARTS, LOSSES, OPEN_LOOP, RESTS, SQUARES
 from axisid.estimation.identification import joint_records, records_of, with_drive_time
 from axisid.estimation.noise_models import DEFAULT_TWIN_COUNT, check_twin_count
 from axisid.estimation.nonlinear_least_squares import best_of
-from axisid.estimation.parameters import (
+from axisid.estimation.output_residuals import (
+    ClosedLoopErrors,
+    OpenLoopErrors,
+    SimulationErrors,
+    default_horizon,
+)
+from axisid.estimation.records import Record
+from axisid.estimation.unknowns import (
     BoundOrNone,
     ExtendedForm,
     KnownValue,
@@ -22,13 +28,7 @@ from axisid.estimation.parameters import (
     perturbed_joint_forms,
     unknowns_of,
 )
-from axisid.estimation.records import Record
-from axisid.estimation.simulation_errors import (
-    ClosedLoopErrors,
-    OpenLoopErrors,
-    SimulationErrors,
-    default_horizon,
-)
+from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Levels
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array

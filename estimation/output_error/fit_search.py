@@ -18,11 +18,11 @@ from axisid.estimation.nonlinear_least_squares import (
     WeightedLoss,
     cost_of,
 )
-from axisid.estimation.parameters import ExtendedForm, KnownValues, Unknowns, least_sizes
+from axisid.estimation.output_residuals import SimulationErrors, jacobian_at, record_rows
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter
-from axisid.estimation.simulation_errors import SimulationErrors, jacobian_at, record_rows
 from axisid.estimation.thresholds import HUBER_TUNING
+from axisid.estimation.unknowns import ExtendedForm, KnownValues, Unknowns, least_sizes
 from axisid.support.arrays import Array, BoolArray, mask_of
 from axisid.support.errors import AxisidError, EstimationError
 from axisid.support.progress import Progress

@@ -18,7 +18,10 @@ from axisid.estimation.choices import (
 )
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import JointRecords, check_drive_time, identify
-from axisid.estimation.parameters import (
+from axisid.estimation.output_residuals import FEWEST_IN_WINDOW
+from axisid.estimation.records import Record
+from axisid.estimation.regression import InverseForm
+from axisid.estimation.unknowns import (
     GAIN,
     INITIAL_STATE_PARAMETERS,
     START,
@@ -27,9 +30,6 @@ from axisid.estimation.parameters import (
     Unknowns,
     least_sizes,
 )
-from axisid.estimation.records import Record
-from axisid.estimation.regression import InverseForm
-from axisid.estimation.simulation_errors import FEWEST_IN_WINDOW
 from axisid.modeling.declaration import HIDDEN_FROM
 from axisid.modeling.quantities import Parameter, State
 from axisid.support.arrays import Array

@@ -9,7 +9,6 @@ import numpy as np
 from scipy.special import log_ndtr, ndtri_exp
 
 from axisid.codegen.generated_axes import Quantity
-from axisid.estimation.checks import unless_faulty, value_or
 from axisid.estimation.choices import SQUARES
 from axisid.estimation.estimates import (
     NamedValues,
@@ -18,10 +17,11 @@ from axisid.estimation.estimates import (
     degrees_of_freedom_of,
 )
 from axisid.estimation.estimation_problem import ParameterAtBound
-from axisid.estimation.parameters import START, Unknowns, bounded_quadratic_minimum, least_sizes
+from axisid.estimation.output_residuals import ClosedLoopErrors, jacobian_at
 from axisid.estimation.regression import CovarianceEstimate, widened
-from axisid.estimation.simulation_errors import ClosedLoopErrors, jacobian_at
 from axisid.estimation.thresholds import INTERVAL_LEVEL
+from axisid.estimation.unknowns import START, Unknowns, bounded_quadratic_minimum, least_sizes
+from axisid.estimation.verdict_checks import unless_faulty, value_or
 from axisid.support.arrays import Array, BoolArray, IntArray
 from axisid.support.errors import EstimationError, Missing
 

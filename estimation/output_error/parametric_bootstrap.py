@@ -20,11 +20,11 @@ from axisid.estimation.diagnostics.control_law import (
     found_law_agreement,
 )
 from axisid.estimation.noise_models import Chain, measured_noise, noise_free_record, twins_of
-from axisid.estimation.parameters import ExtendedForm, axis_at
+from axisid.estimation.output_residuals import SimulationErrors, record_rows
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Hac, recorded_loops
 from axisid.estimation.signals import FilteredRecord, Prefilter, RowTimes
-from axisid.estimation.simulation_errors import SimulationErrors, record_rows
+from axisid.estimation.unknowns import ExtendedForm, axis_at
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, Missing
 

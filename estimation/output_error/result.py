@@ -8,14 +8,6 @@ from typing import Any, Literal
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.checks import (
-    DEFAULT_LEVELS,
-    Check,
-    Checked,
-    Levels,
-    unless_faulty,
-    value_or,
-)
 from axisid.estimation.choices import OPEN_LOOP
 from axisid.estimation.diagnostics.control_law import (
     EstimatedGains,
@@ -26,9 +18,17 @@ from axisid.estimation.diagnostics.control_law import (
 from axisid.estimation.estimates import Value, degrees_of_freedom_of
 from axisid.estimation.methods import filtered_record
 from axisid.estimation.misspecification import Misspecification, find_misspecification, scores_of
-from axisid.estimation.parameters import axis_at
+from axisid.estimation.output_residuals import record_rows
 from axisid.estimation.signals import Prefilter
-from axisid.estimation.simulation_errors import record_rows
+from axisid.estimation.unknowns import axis_at
+from axisid.estimation.verdict_checks import (
+    DEFAULT_LEVELS,
+    Check,
+    Checked,
+    Levels,
+    unless_faulty,
+    value_or,
+)
 from axisid.modeling.parsing import FunctionLike
 from axisid.support.arrays import Array, Exact, MaybeInfinite
 from axisid.support.errors import Missing

@@ -12,10 +12,10 @@ import pytest
 from axisid import AxisidError, Record, UsageError, read_record
 from axisid.commands.options.inputs import read_known
 from axisid.estimation.logs import read_table
-from axisid.estimation.parameters import known_of
 from axisid.estimation.records import Repairs
 from axisid.estimation.records.columns.units import ScalingError, is_scaling, read_scaling
 from axisid.estimation.records.segments import checked_windows
+from axisid.estimation.unknowns import known_of
 from tests.fuzz.cases import Fuzz, WrongError, one_of, readable_columns, spoilt
 
 _UNITS = ("", "mm", "deg", "counts", "rpm", "V", "m/s^2", "1/min", "mm/rev", "furlong", "N m", "%")

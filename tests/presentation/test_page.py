@@ -23,7 +23,7 @@ from axisid import (
 )
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation import Sweep
-from axisid.estimation.checks import conclusion
+from axisid.estimation.verdict_checks import conclusion
 from axisid.presentation.documents import readable_text
 from axisid.presentation.page import report_html, report_sweep, script_json, thinned
 from tests.command_line import Run

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from axisid.estimation.checks import Check, status_of
+from axisid.estimation.verdict_checks import Check, status_of
 
 from .case import Case
 

@@ -20,7 +20,6 @@ import numpy as np
 from scipy.special import ndtri
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.checks import Check, status_of
 from axisid.estimation.records import Record, law_clock
 from axisid.estimation.regression import hotelling_p_value, lacking_law, lacking_loop, wald
 from axisid.estimation.signals import hides_command
@@ -31,6 +30,7 @@ from axisid.estimation.thresholds import (
     MIN_DISTANCE_FROM_NOISE,
     MIN_SAMPLES_PER_FACTOR,
 )
+from axisid.estimation.verdict_checks import Check, status_of
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import Missing, first_case, unless_missing

@@ -9,8 +9,8 @@ from typing import Annotated, Literal
 
 import msgspec
 
-from axisid.estimation.checks import Belief, Check, Checked
 from axisid.estimation.estimates import Value
+from axisid.estimation.verdict_checks import Belief, Check, Checked
 from axisid.presentation.result_files import JsonObject, about
 from axisid.support.arrays import MaybeNan, from_json
 from axisid.support.errors import DataError, UsageError, first_of

@@ -8,10 +8,10 @@ from time import process_time
 from typing import Any
 
 from axisid.codegen.generated_axes import GeneratedAxis, build
-from axisid.estimation.checks import by_weight
 from axisid.estimation.identification import Identification, identify
 from axisid.estimation.records import log_of, read_record
 from axisid.estimation.signals import Prefilter
+from axisid.estimation.verdict_checks import by_weight
 from axisid.modeling.declaration import Axis, fix, leave_out
 from axisid.modeling.parsing import load_axis
 from axisid.support.errors import AxisidError, DataError, UsageError

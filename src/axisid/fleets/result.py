@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from axisid.estimation.checks import Belief, Check, Checked
 from axisid.estimation.raw_tables import UNITS_ENTRY, split_labels
 from axisid.estimation.thresholds import FLEET_LEVEL
+from axisid.estimation.verdict_checks import Belief, Check, Checked
 from axisid.presentation.documents import (
     Block,
     Document,

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.checks import Check, Checked
 from axisid.estimation.thresholds import TREND_LEVEL
+from axisid.estimation.verdict_checks import Check, Checked
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import Missing, first_of
 from axisid.support.mappings import grouped

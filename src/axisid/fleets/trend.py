@@ -15,9 +15,9 @@ import numpy as np
 from msgspec import structs
 from scipy.special import ndtri
 
-from axisid.estimation.checks import Check, Checked
 from axisid.estimation.choices import FIT
 from axisid.estimation.thresholds import INTERVAL_LEVEL
+from axisid.estimation.verdict_checks import Check, Checked
 from axisid.presentation.documents import Document
 from axisid.presentation.result_files import SavedIdentification, SavedOutputFit, load_result
 from axisid.support.errors import DataError, Missing, UsageError, first_of, quoted

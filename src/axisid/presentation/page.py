@@ -19,7 +19,6 @@ import msgspec
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.checks import Check, by_weight, conclusion
 from axisid.estimation.choices import INSTRUMENT_STARTS
 from axisid.estimation.identification import Identification
 from axisid.estimation.model_selection import Sweep, default_cutoffs, sweep
@@ -27,6 +26,7 @@ from axisid.estimation.model_validation import Validation
 from axisid.estimation.monte_carlo import MonteCarlo
 from axisid.estimation.output_error import OutputFit
 from axisid.estimation.records import Record
+from axisid.estimation.verdict_checks import Check, by_weight, conclusion
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Formula
 from axisid.presentation.documents import (

@@ -3,7 +3,7 @@
 import pytest
 
 from axisid.commands.options.inputs import read_known
-from axisid.estimation.parameters import known_of
+from axisid.estimation.unknowns import known_of
 from tests.refusals import refuses
 
 

@@ -9,7 +9,6 @@ import pytest
 from axisid import Identification, Record, build, identify, read_record
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd_difference
-from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import (
     DDM_LESS_IDM,
     SECOND_OPINION,
@@ -18,6 +17,7 @@ from axisid.estimation.diagnostics import (
     method_check,
 )
 from axisid.estimation.estimates import Estimate
+from axisid.estimation.verdict_checks import Check
 from benchmarks.machines import Machine, records, white
 
 BOTH = ("idm-iv", "didim")

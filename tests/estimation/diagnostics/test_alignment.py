@@ -23,8 +23,8 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.control import cascade_pd_difference
 from axisid.elements import Drive, coulomb, viscous
 from axisid.estimation import law_agreement
-from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import estimate_delay
+from axisid.estimation.verdict_checks import Check
 from axisid.modeling import Experiment, back_and_forth
 
 FINE = Prefilter(cutoff=180.0, decimate=3, drop=(50, 50))

@@ -26,8 +26,8 @@ from axisid import (
 )
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.elements import stribeck
-from axisid.estimation.checks import Check, Status, belief, conclusion
 from axisid.estimation.diagnostics.all_diagnostics import DIAGNOSTICS, Diagnostic
+from axisid.estimation.verdict_checks import Check, Status, belief, conclusion
 from axisid.modeling import LIBRARY
 from axisid.paper import APPROPRIATE, INAPPROPRIATE
 from axisid.presentation.page import report_html

@@ -9,12 +9,12 @@ from scipy.signal import lfilter
 
 from axisid import Prefilter, Record, build, identify, load_axis, twin_record
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
-from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import (
     compared_motion,
     derivative_check,
 )
 from axisid.estimation.diagnostics.column_comparison import force_check, limit_check
+from axisid.estimation.verdict_checks import Check
 
 GAIN = 35.15
 

@@ -17,8 +17,8 @@ from axisid import (
 )
 from axisid.control import cascade_pd
 from axisid.elements import Drive, offset, spring
-from axisid.estimation.checks import Check
 from axisid.estimation.simulation.twin import trajectory
+from axisid.estimation.verdict_checks import Check
 from axisid.modeling import Experiment, Move, back_and_forth
 from tests.axes.bodies import k, stage, x
 

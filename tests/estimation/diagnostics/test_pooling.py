@@ -8,7 +8,6 @@ import pytest
 
 from axisid import Identification, build, identify, leave_out
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
-from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.diagnostics.pooling import (
     PoolingTest,
     RecordRegressor,
@@ -16,6 +15,7 @@ from axisid.estimation.diagnostics.pooling import (
     pooling_test_of,
 )
 from axisid.estimation.output_error.covariance import Sandwich
+from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Levels
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
 from tests.axes.stage import generated, stage, stage_record

@@ -11,12 +11,8 @@ from scipy.special import stdtrit
 from axisid import Identification, Record, identify, load_result, read_record
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation import choices
-from axisid.estimation.estimates import (
-    COVARIANCES,
-    HausmanTest,
-    hausman,
-    significant_differences,
-)
+from axisid.estimation.diagnostics.hausman import HausmanTest, hausman, significant_differences
+from axisid.estimation.estimates import COVARIANCES
 from axisid.support.errors import Missing
 from benchmarks.machines import Machine, records, white
 from tests.recipes import row_of_recipe

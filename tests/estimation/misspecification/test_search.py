@@ -25,8 +25,8 @@ from axisid import (
 )
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.elements import asymmetric_viscous, periodic_coulomb, quadratic, spring, stribeck
-from axisid.estimation.checks import Check, Levels
 from axisid.estimation.misspecification import Misspecification
+from axisid.estimation.verdict_checks import Check, Levels
 from axisid.modeling.quantities import Constant
 from tests.axes.recorded import AREA, recorded_axis, recorded_values
 from tests.refusals import refuses

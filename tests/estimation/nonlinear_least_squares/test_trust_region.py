@@ -13,10 +13,10 @@ from axisid.estimation.nonlinear_least_squares import (
     SearchResult,
     WeightedLoss,
 )
-from axisid.estimation.parameters import Unknowns
 from axisid.estimation.thresholds import HUBER_TUNING
+from axisid.estimation.unknowns import Unknowns
 from axisid.support.arrays import Array
-from tests.estimation.simulation_errors.formula import Formula
+from tests.estimation.output_residuals.formula import Formula
 from tests.refusals import refuses
 
 TIME = np.linspace(0.0, 4.0, 400)

@@ -6,9 +6,9 @@ import numpy as np
 
 from axisid import Record, simulate
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.checks import Check
 from axisid.estimation.output_error import OutputFit
 from axisid.estimation.simulation import Simulation
+from axisid.estimation.verdict_checks import Check
 from axisid.support.arrays import Array
 
 #: Of the axis `emps2015`.

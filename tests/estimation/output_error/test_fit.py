@@ -16,8 +16,8 @@ from axisid import (
 )
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.elements import Drive
-from axisid.estimation.checks import conclusion
 from axisid.estimation.output_error import OutputFit
+from axisid.estimation.verdict_checks import conclusion
 from tests.axes.cascaded import cascaded
 from tests.axes.unseen import with_bump, with_bump_somewhere
 from tests.estimation.output_error.fits import TRUTH, checks, looped, off

@@ -8,7 +8,6 @@ from axisid.codegen.generated_axes import (
     expected_files as expected_files,
     write_files as write_files,
 )
-from axisid.estimation.checks import joined as joined
 from axisid.estimation.control_law_search import find_law as find_law
 from axisid.estimation.identification import (
     Identification as Identification,
@@ -33,7 +32,6 @@ from axisid.estimation.monte_carlo import (
 )
 from axisid.estimation.noise_models import Chain as Chain
 from axisid.estimation.output_error import OutputFit as OutputFit, fit as fit
-from axisid.estimation.parameters import known_of as known_of
 from axisid.estimation.records import (
     Record as Record,
     Repairs as Repairs,
@@ -43,6 +41,8 @@ from axisid.estimation.records import (
 )
 from axisid.estimation.signals import FilteredRecord as FilteredRecord, Prefilter as Prefilter
 from axisid.estimation.simulation import twin_record as twin_record
+from axisid.estimation.unknowns import known_of as known_of
+from axisid.estimation.verdict_checks import joined as joined
 from axisid.exports import export as export
 from axisid.fleets import (
     Trend as Trend,

@@ -10,8 +10,8 @@ from axisid.estimation.identification import Identification
 from axisid.estimation.misspecification import LackOfFit
 from axisid.estimation.model_validation import friction_curve
 from axisid.estimation.output_error import OutputFit
+from axisid.estimation.output_residuals import measured_output
 from axisid.estimation.regression import power_density
-from axisid.estimation.simulation_errors import measured_output
 from axisid.estimation.thresholds import CONVERGED
 from axisid.presentation.result_files import SavedEstimate
 from axisid.support.arrays import Array

@@ -22,8 +22,8 @@ from axisid.estimation.estimates import (
     Value,
 )
 from axisid.estimation.noise_models import Chain
-from axisid.estimation.parameters import JointForm
 from axisid.estimation.regression import Drawn, DrawSummary, ResidualTests, correlation
+from axisid.estimation.unknowns import JointForm
 from axisid.modeling.parsing import FunctionLike
 from axisid.support.arrays import Array, Exact, MaybeInfinite
 from axisid.support.errors import UsageError, is_among, is_whole, quoted

@@ -11,7 +11,6 @@ from typing import Annotated, Any
 from msgspec import UNSET, UnsetType, structs
 
 from axisid.codegen.generated_axes import GeneratedAxis, build
-from axisid.estimation.checks import DEFAULT_LEVELS, Check, Levels
 from axisid.estimation.diagnostics import (
     ColumnComparison,
     HausmanTest,
@@ -34,10 +33,11 @@ from axisid.estimation.identification import (
 )
 from axisid.estimation.misspecification import JackknifeInterval, LackOfFit
 from axisid.estimation.model_validation import Validation, validate
-from axisid.estimation.parameters import joint_form_of, known_of
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Drawn, InverseForm
 from axisid.estimation.signals import Prefilter, SampledFilter, Sampling
+from axisid.estimation.unknowns import joint_form_of, known_of
+from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Levels
 from axisid.modeling.declaration import Axis, Drive, left_out_text
 from axisid.modeling.quantities import Parameter, Signal
 from axisid.support.arrays import Exact

@@ -8,11 +8,11 @@ from typing import Annotated, Literal
 import numpy as np
 from msgspec import UNSET, UnsetType
 
-from axisid.estimation.checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.estimation.estimates import NamedValues, Value
 from axisid.estimation.misspecification import misspecification_text
 from axisid.estimation.model_validation import FitValidation
 from axisid.estimation.output_error import FittedParameters, OutputFit, RecordError
+from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.modeling.parsing import FunctionLike
 from axisid.support.arrays import Array, Exact, MaybeInfinite
 from axisid.support.errors import Missing

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
-from axisid.estimation.checks import Check
 from axisid.estimation.identification import Identification
+from axisid.estimation.verdict_checks import Check
 from axisid.presentation.documents import (
     Block,
     Document,

@@ -5,7 +5,6 @@ from typing import Annotated, Any, cast
 
 from msgspec import UNSET, UnsetType
 
-from axisid.estimation.checks import Levels
 from axisid.estimation.control_law_search import LawSearch
 from axisid.estimation.model_selection import Comparison, Criteria, NestedTest, Sweep
 from axisid.estimation.model_validation import MethodValidation, Validation
@@ -20,6 +19,7 @@ from axisid.estimation.monte_carlo import (
     declared_figures,
 )
 from axisid.estimation.noise_models import Chain
+from axisid.estimation.verdict_checks import Levels
 from axisid.support.presentable import Presentable
 
 from .diagnosis import written_law

@@ -3,11 +3,11 @@
 import math
 from collections.abc import Sequence
 
-from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import within_bounds
 from axisid.estimation.estimates import NotSimulated, Value
 from axisid.estimation.model_selection import Candidate, Comparison
 from axisid.estimation.thresholds import SIGNIFICANCE_LEVEL
+from axisid.estimation.verdict_checks import Check
 from axisid.modeling.declaration import left_out_text
 from axisid.presentation.documents import (
     Cell,

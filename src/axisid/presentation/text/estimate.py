@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping, Sequence
 
-from axisid.estimation.checks import Check
 from axisid.estimation.diagnostics import ColumnComparison, HausmanTest, InstrumentTests
 from axisid.estimation.estimates import COVARIANCES, Physical, Value
 from axisid.estimation.misspecification import JackknifeInterval, LackOfFit
+from axisid.estimation.verdict_checks import Check
 from axisid.modeling.declaration import known_text
 from axisid.presentation.documents import (
     Cell,

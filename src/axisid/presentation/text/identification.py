@@ -5,10 +5,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from axisid.codegen.generated_axes import Quantity
-from axisid.estimation.checks import KINDS, Check, by_weight, conclusion, lines_of
 from axisid.estimation.estimates import CORRECTED, COVARIANCES, Value
 from axisid.estimation.misspecification import JackknifeInterval
-from axisid.estimation.parameters import GAIN
+from axisid.estimation.unknowns import GAIN
+from axisid.estimation.verdict_checks import KINDS, Check, by_weight, conclusion, lines_of
 from axisid.modeling.declaration import known_text
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.documents import (

@@ -13,7 +13,7 @@ from .open_loop_multiple_shooting import (
     OpenLoopErrors as OpenLoopErrors,
     default_horizon as default_horizon,
 )
-from .simulation_errors import (
+from .output_residuals import (
     SimulationErrors as SimulationErrors,
     jacobian_at as jacobian_at,
     record_rows as record_rows,

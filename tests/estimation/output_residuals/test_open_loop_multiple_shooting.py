@@ -8,8 +8,8 @@ import pytest
 
 from axisid import Record, build, fit, load_axis, twin_record
 from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.output_residuals import OpenLoopErrors
 from axisid.estimation.regression import InverseForm
-from axisid.estimation.simulation_errors import OpenLoopErrors
 from axisid.support.arrays import Array
 from tests.refusals import refuses
 

@@ -24,7 +24,7 @@ from axisid.modeling.declaration import cascade_pd
 from axisid.support.arrays import Array, mask_of
 from axisid.support.errors import DataError, EstimationError, UsageError
 
-from .simulation_errors import Piece, SimulationErrors
+from .output_residuals import Piece, SimulationErrors
 
 _HORIZON = 1.0  # s, of the windows of an open loop where none is given
 

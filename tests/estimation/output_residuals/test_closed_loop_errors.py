@@ -7,18 +7,18 @@ import pytest
 
 from axisid import Record, build, load_axis, twin_record
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.parameters import ExtendedForm
-from axisid.estimation.regression import Form, InverseForm, simulated_loops
-from axisid.estimation.simulation_errors import (
+from axisid.estimation.output_residuals import (
     ClosedLoopErrors,
     OpenLoopErrors,
     SimulationErrors,
     jacobian_at,
 )
+from axisid.estimation.regression import Form, InverseForm, simulated_loops
+from axisid.estimation.unknowns import ExtendedForm
 from axisid.modeling.quantities import Parameter
 from tests.axes.complex_loop import control_of, derivative_of
 from tests.axes.lagging import THETA as LAGGING, lagging
-from tests.estimation.simulation_errors.formula import Formula
+from tests.estimation.output_residuals.formula import Formula
 from tests.refusals import refuses
 
 THETA = np.array([100.2, 236.9, 24.8])

@@ -15,11 +15,11 @@ from axisid import Axis, Record, build, fit, fix, load_axis, twin_record
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.elements import CONTROL, DRIVE_GAIN, formula_drive, voltage_drive
 from axisid.estimation.model_validation import validate_fit
-from axisid.estimation.parameters import ExtendedForm
-from axisid.estimation.parameters.joint_parameters import joint_form_of, perturbed_joint_forms
-from axisid.estimation.parameters.known_values import known_of
+from axisid.estimation.output_residuals import ClosedLoopErrors
 from axisid.estimation.regression import InverseForm
-from axisid.estimation.simulation_errors import ClosedLoopErrors
+from axisid.estimation.unknowns import ExtendedForm
+from axisid.estimation.unknowns.joint_parameters import joint_form_of, perturbed_joint_forms
+from axisid.estimation.unknowns.known_values import known_of
 from axisid.modeling.quantities import Constant
 from axisid.support.arrays import Array
 from tests.axes.bodies import rod

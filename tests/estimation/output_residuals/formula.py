@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from axisid.estimation.simulation_errors.simulation_errors import Lanes
+from axisid.estimation.output_residuals.output_residuals import Lanes
 from axisid.support.arrays import Array
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from axisid.estimation.checks import Check, Fault, joined, unless_faulty
+from axisid.estimation.verdict_checks import Check, Fault, joined, unless_faulty
 from axisid.support.errors import CandidateError, EstimationError, Missing
 
 PASSED = Check(name="lack of fit", status="pass", meaning="nothing", figure=1.0, threshold=2.0)

@@ -13,14 +13,14 @@ import numpy as np
 from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.choices import CONTROL, FORCE
 from axisid.estimation.law_replay import loop_starts, recorded_inputs
-from axisid.estimation.parameters import gains_in, started_at
 from axisid.estimation.records import Record, sensor_steps
 from axisid.estimation.regression import Form, loop_reference
 from axisid.estimation.simulation import most_substeps, settled_substeps
+from axisid.estimation.unknowns import gains_in, started_at
 from axisid.support.arrays import Array, mask_of
 from axisid.support.errors import DataError, EstimationError
 
-from .simulation_errors import SimulationErrors, Stretch, interleaved
+from .output_residuals import SimulationErrors, Stretch, interleaved
 
 
 def measured_output(output: str, axis: GeneratedAxis, record: Record) -> tuple[str, str, Array]:

@@ -17,7 +17,6 @@ from axisid.estimation.law_replay import (
     law_terms_along,
     state_at_rest,
 )
-from axisid.estimation.parameters import axis_at, inputs_at, started_at
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form
 from axisid.estimation.simulation import (
@@ -26,6 +25,7 @@ from axisid.estimation.simulation import (
     gains_by_lane,
     simulate_lanes,
 )
+from axisid.estimation.unknowns import axis_at, inputs_at, started_at
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
