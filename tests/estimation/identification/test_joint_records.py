@@ -200,7 +200,7 @@ def test_records_that_cannot_be_used_are_named_all_at_once_and_can_be_skipped(pl
     good = [stage_record(1), stage_record(2)]
     short = {role: values[:60] for role, values in good[0].channels().items()}
     bad = Record(**short, provenance=replace(good[0].provenance, source="short"))
-    with pytest.raises(DataError, match=r"1 of 3 records cannot be used: short.*skip-bad"):
+    with pytest.raises(DataError, match=r"1 of 3 records cannot be used: short.*skip_bad=True"):
         identify(plain, [good[0], bad, good[1]], methods=METHOD)
     result = identify(plain, [good[0], bad, good[1]], methods=METHOD, skip_bad=True)
     assert list(result.set_aside) == ["short"]
