@@ -327,11 +327,8 @@ class _AlongRecord:
     def _left(self, law: ControlLaw) -> float:
         """What a law leaves of the rows as it is; infinite where it runs away along them."""
         by_gains = self._by_gains(law)
-        return float(
-            np.nan_to_num(
-                np.linalg.norm(by_gains.control - by_gains.output), nan=np.inf, posinf=np.inf
-            )
-        )
+        left = np.linalg.norm(by_gains.control - by_gains.output)
+        return float(np.nan_to_num(left, nan=np.inf, posinf=np.inf))
 
 
 def _commands(axis: GeneratedAxis, record: Record) -> tuple[Array, NDArray[np.bool_]]:

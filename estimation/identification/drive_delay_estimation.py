@@ -70,6 +70,7 @@ def identify_with_drive_time(
     return replace(
         result,
         estimates={n: _widened(result.estimates[n], each) for n, each in longer.estimates.items()},
+        failed={**result.failed, **longer.failed},
         drive_time=DriveTime(
             name=name,
             parameter=parameter,
