@@ -37,7 +37,15 @@ OUTPUTS = {
     "both": ("control", "position"),
 }
 _AT_ONCE, _TIMED = 50, 7
-_NAMES = ("white noise", "coarse encoder", "kp +1 %", "plain difference", "one sample late")
+_NAMES = (
+    "white noise",
+    "coarse encoder",
+    "at its limit",
+    "kp +1 %",
+    "limit +0.7 %",
+    "plain difference",
+    "one sample late",
+)
 
 
 @dataclass(kw_only=True)

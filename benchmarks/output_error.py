@@ -56,6 +56,8 @@ _MACHINE = Machine(
     position_noise=white(3.8e-6),
 )
 
+_LIMITED = replace(_MACHINE, limit=3.6)  # in 5 % of the samples
+
 
 def _law(kp: float = 1.0, kv: float = 1.0) -> ControlLaw:
     """The machine's, its gains times factors."""
@@ -71,12 +73,15 @@ class Case:
     machine : Machine
     prefilter : Prefilter
     law : ControlLaw
+    limit : float
+        Of the drive, as it is declared, V.
     has_right_law : bool
     """
 
     machine: Machine = _MACHINE
     prefilter: Prefilter = APPROPRIATE
     law: ControlLaw = field(default_factory=_law)
+    limit: float = 10.0
     has_right_law: bool = True
 
 
@@ -95,6 +100,8 @@ CASES: dict[str, Case] = {
     "kv +1 %": _wrong(_law(kv=1.01)),
     "plain difference": _wrong(cascade_pd_difference(kp=_KP, kv=_KV, period=_PERIOD)),
     "one sample late": _wrong(replace(_law(), delay=1)),
+    "at its limit": Case(machine=_LIMITED, limit=_LIMITED.limit),
+    "limit +0.7 %": Case(machine=_LIMITED, limit=1.007 * _LIMITED.limit, has_right_law=False),
 }
 
 
@@ -141,7 +148,8 @@ def reference() -> Array:
 @cache
 def declared(name: str) -> GeneratedAxis:
     """The axis with the law of a case."""
-    return build(replace(load_axis("emps2015"), control=CASES[name].law))
+    axis, case = load_axis("emps2015"), CASES[name]
+    return build(replace(axis, control=case.law, drive=replace(axis.drive, limit=case.limit)))
 
 
 def figures_of(name: str, *, runs: int, seed: int) -> Figures:

@@ -1,6 +1,6 @@
 """How fast everything is: ratios to yardsticks, and to another commit, measured in one run.
 
-A figure is CPU time, of memory the greatest, so that what else the machine does disturbs little.
+A figure is CPU time of the fastest run, of memory the greatest,
 The yardsticks are hand-written C of the same loop (`hand_written.c`: one simulation, and one of 32
 side by side in registers), the parts that no fit of instruments can avoid, and an interpreter
 that imports NumPy. With another commit both are measured in turn, figure by figure and round by

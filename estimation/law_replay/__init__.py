@@ -17,6 +17,7 @@ from .initial_state_of_record import (
 )
 from .initial_velocity import first_velocity as first_velocity, position_noise as position_noise
 from .replay import (
+    LIMIT as LIMIT,
     LawInputs as LawInputs,
     control_along as control_along,
     control_at_ticks as control_at_ticks,

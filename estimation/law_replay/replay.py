@@ -25,6 +25,8 @@ from axisid.estimation.thresholds import COMPARISON_CUTOFF, MIN_PHASE_AGREEMENT
 from axisid.support.arrays import Array
 from axisid.support.caching import cached_while_alive
 
+LIMIT = "drive's limit"  # beside the terms of a law that may be other than declared
+
 
 @cached_while_alive
 def two_clocks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> TwoClocks | None:

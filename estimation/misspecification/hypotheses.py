@@ -125,7 +125,9 @@ def _of_user(term: Term, make: Callable[..., Array], *arguments: Any) -> Array:
 
 def _columns(term: Term, most: int, along: Along, places: Array) -> Array:
     """Columns of a term, (n, m, g), which a user's own may give otherwise; so many at most."""
-    found, rows = _of_user(term, term.columns, along, places), len(along.place)
+    # One place at a time: of all samples those of every place would take much memory.
+    each = [_of_user(term, term.columns, along, places[[i]]) for i in range(len(places))]
+    found, rows = np.concatenate(each, axis=1), len(along.place)
     finite, is_block = bool((np.abs(found) < _HUGE).all()), found.shape[:-1] == (rows, len(places))
     if not (is_block and found.size and found.shape[2] <= most and finite):
         raise CandidateError(

@@ -127,13 +127,13 @@ def find_misspecification(
         How many are searched by themselves, which share the level.
     levels : Levels
     """
-    lasting = [(each, each.columns(each.places)) for each in hypotheses_of(scores)]
+    lasting = hypotheses_of(scores)
     # Without twins nothing tells what the filter itself moves the parameters by.
     half = half_widths[scores.free] if scores.twins else np.full(len(scores.free), np.inf)
     level, lacks = levels.level / records, list[Misspecification]()
     while len(lacks) < 3:
-        every = [*lasting, *((each, each.columns(each.places)) for each in outliers_of(scores))]
-        tests = [_tested(scores, *each, half, level / len(every)) for each in every]
+        every = [*lasting, *outliers_of(scores)]
+        tests = [_tested(scores, each, half, level / len(every)) for each in every]
         tests.sort(key=lambda each: each.p_value)
         holm = zip(tests, level / np.arange(len(tests), 0, -1), strict=True)
         # Any part of the force, or more than rounding and moves a parameter.
@@ -156,9 +156,10 @@ def find_misspecification(
 
 
 def _tested(
-    scores: RecordScores, hypothesis: Hypothesis, columns: Array, half: Array, sure: float
+    scores: RecordScores, hypothesis: Hypothesis, half: Array, sure: float
 ) -> TestedHypothesis:
     """It at the place that takes most of those that are sure, else at the surest."""
+    columns = hypothesis.columns(hypothesis.places)
     tested = scores.test(columns)
     first, taken = tested.values[:, 0], tested.powers
     if hypothesis.is_whole:
@@ -173,7 +174,7 @@ def _tested(
     return TestedHypothesis(
         hypothesis=hypothesis,
         at=float(hypothesis.places[best]),
-        columns=columns[:, best],
+        columns=columns[:, best].copy(),
         p_value=float(p_values[best]),
         share=float(np.sqrt(tested.powers[best])) / (float(np.std(scores.force)) or 1.0),
         moved=float(far.max(initial=0.0)),

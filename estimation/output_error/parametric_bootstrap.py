@@ -19,6 +19,7 @@ from axisid.estimation.diagnostics.control_law import (
     LawAgreement,
     found_law_agreement,
 )
+from axisid.estimation.law_replay import LIMIT
 from axisid.estimation.noise_models import Chain, measured_noise, noise_free_record, twins_of
 from axisid.estimation.output_residuals import SimulationErrors, record_rows
 from axisid.estimation.records import Record
@@ -219,6 +220,8 @@ def move_by_record(
     names = [*of_records[0]]
     factors = [law.factors if isinstance(law, LawAgreement) else {} for law in laws]
     # Of a law with another sign, straight lines from the declared one tell nothing.
+    # A record that does not show the drive's limit says nothing against the declared one.
+    factors = [{LIMIT: 1.0} | f for f in factors]
     factors = [f if all(f.get(name, 0.0) > 0 for name in names) else {} for f in factors]
     telling = [each for each in factors if each]
     if not telling or not names:
@@ -227,7 +230,7 @@ def move_by_record(
     shifts, variances = [], []
     for moves, of_record, law, loops in zip(of_records, factors, laws, every, strict=True):
         twins = factors_in_twins(law, loops, found)
-        table = np.array([[f[n] for n in names] for f in (of_record or mean, *twins)])
+        table = np.array([[f.get(n, 1.0) for n in names] for f in (of_record or mean, *twins)])
         slopes = np.array([moves[n] for n in names]) / PERCENT
         shift, *of_twins = (table - 1) @ slopes
         if twins:

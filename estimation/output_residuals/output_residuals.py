@@ -9,8 +9,9 @@ from itertools import islice, pairwise, starmap
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.law_replay import (
+    LIMIT,
     LawAlong,
     LawInputs,
     law_memory,
@@ -25,6 +26,7 @@ from axisid.estimation.simulation import (
     gains_by_lane,
     simulate_lanes,
 )
+from axisid.estimation.thresholds import LIMIT_TOLERANCE
 from axisid.estimation.unknowns import axis_at, inputs_at, started_at
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
@@ -215,9 +217,13 @@ class SimulationErrors(ABC):
         None is given without a law that has terms of its own, or where a loop cannot be simulated.
         """
         slopes = [jacobian_by_law(*self._at(each, physical)) for each in self.stretches]
-        names = (name for each in slopes[:1] for name in each)
-        shared = [name for name in names if all(name in each for each in slopes)]
-        return {name: np.concatenate([each[name] for each in slopes]) for name in shared}
+        names = dict.fromkeys(name for each in slopes for name in each) if all(slopes) else ()
+        pairs = [*zip(slopes, (np.zeros(len(s.counted)) for s in self.stretches), strict=True)]
+        return {
+            name: np.concatenate([each.get(name, none) for each, none in pairs])
+            for name in names
+            if name == LIMIT or all(name in each for each in slopes)  # not each loop reaches it
+        }
 
     def velocities(self, physical: Array) -> tuple[Array, ...]:
         """Of the loops of parameters (P,) at the samples of each record.
@@ -271,7 +277,8 @@ class SimulationErrors(ABC):
 def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
     """Slopes of a stretch's outputs, (n,), by a factor of each product of gains, or of each gain.
 
-    Of gains where the law is no sum of products of them, as what it is off by is told then.
+    Of gains where the law is no sum of products of them, as what it is off by is told then. And by
+    a factor of the drive's limit, where the loop reaches it.
 
     Parameters
     ----------
@@ -287,10 +294,10 @@ def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
     law, inputs = stretch.axis.axis.control, stretch.inputs
     if law is None or law.continuous:
         return {}
-    wanted = ("position", "velocity")
+    wanted = ("position", "velocity", "control")
     if (loop := stretch.simulated(theta[None, :], replace(inputs, clocks=None), wanted)).failures:
         return {}
-    position, velocity = (loop[name][:, 0] for name in wanted)
+    position, velocity, control = (loop[name][:, 0] for name in wanted)
     ticks = LawInputs.at_samples(inputs.reference, position, velocity, inputs.signals)
     # The loop's memory has the drive's behind the law's, whose terms do not depend on it.
     memory, count = inputs.start.memory, law_memory(stretch.axis)
@@ -312,8 +319,16 @@ def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
     if failures:
         return {}
     more, less = np.split(out, 2, axis=1)
-    slopes = stretch.counted[:, None] * (more - less) / (2 * _ADDED_SHARE)
-    return dict(zip(names, slopes.T, strict=True))
+    slopes = (more - less) / (2 * _ADDED_SHARE)
+    drive = stretch.axis.axis.drive
+    if np.any(np.abs(control) >= (1 - LIMIT_TOLERANCE.value) * drive.limit):
+        wider = replace(drive, limit=(1 + _ADDED_SHARE) * drive.limit)
+        other = replace(stretch, axis=build(replace(stretch.axis.axis, drive=wider)))
+        (here, _), (there, failures) = (s.rows(theta[None, :], inputs) for s in (stretch, other))
+        if failures:
+            return {}
+        names, slopes = [*names, LIMIT], np.hstack([slopes, (there - here) / _ADDED_SHARE])
+    return dict(zip(names, (stretch.counted[:, None] * slopes).T, strict=True))
 
 
 def record_rows(spans: Sequence[slice], place: int = 0, outputs: int = 1) -> slice:

@@ -47,6 +47,7 @@ from axisid.estimation.simulation import (
     simulate_loop,
 )
 from axisid.support.arrays import Array
+from axisid.support.caching import cached_while_alive
 from axisid.support.errors import AxisidError, DataError, ModelError, refuse
 
 from .inverse_and_direct import Equations, Form
@@ -83,6 +84,7 @@ def lacking_law(axis: GeneratedAxis) -> ModelError:
     return ModelError(f"{error}{_WITHOUT}", code=error.code)
 
 
+@cached_while_alive
 def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
     """Reference of a loop that was both declared and recorded, (N,); anything less is refused.
 

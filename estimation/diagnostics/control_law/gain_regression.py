@@ -19,14 +19,15 @@ from numpy.typing import NDArray
 from scipy.linalg import qr
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.law_replay import LawAlong, LawInputs, position_noise, two_clocks
+from axisid.estimation.law_replay import LIMIT, LawAlong, LawInputs, position_noise, two_clocks
 from axisid.estimation.records import Record, at_times, quantisation_step
-from axisid.estimation.signals import RowTimes, as_logged
+from axisid.estimation.signals import RowTimes, as_logged, limit_in_log
 from axisid.estimation.thresholds import (
     MAX_LAW_RESIDUAL,
     MAX_ROUNDED_SHARE,
     MAX_SCALE_ERROR,
     MIN_DISTANCE_FROM_NOISE,
+    MIN_SAMPLES_PER_FACTOR,
 )
 from axisid.modeling.declaration import ControlLaw, gain
 from axisid.support.arrays import Array, relative_error_percent
@@ -86,6 +87,9 @@ class GainRegression:
         Whether it reads between the samples of the log.
     free : tuple of str
         Gains that have other values than the declared ones.
+    at_limit : dict of str to (float, float)
+        How many times the drive's declared limit the control is where the law asks for more, and
+        the deviation of that, by `LIMIT`; empty of a record that shows it in too few samples.
     """
 
     along: LawAlong
@@ -97,6 +101,7 @@ class GainRegression:
     possible: tuple[LawInputs, ...] = ()
     between: bool = False
     free: tuple[str, ...] = ()
+    at_limit: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -126,6 +131,15 @@ class GainRegression:
         # A control that a converter's noise took from the limit is none that the law gave.
         limited = limited | (np.abs(along.output) > along.limit)
         used = used & ~limited
+        # Clearly and mostly, as the law may read noise that the record does not have.
+        noise = np.std((along.control - along.output)[used]) if used.any() else 0.0
+        excess = np.abs(along.output) - along.limit
+        asks_more = excess > MIN_DISTANCE_FROM_NOISE.value * noise
+        shown = (np.sign(along.output) * record.control)[asks_more] / limit_in_log(axis)
+        at_limit = {}
+        if len(shown) >= MIN_SAMPLES_PER_FACTOR.value:
+            of_median = float(np.std(shown)) * (np.pi / 2 / len(shown)) ** 0.5
+            at_limit[LIMIT] = (float(np.median(shown)), of_median)
         if law.takes_velocity:  # what the limit cut off would be spread far over the neighbours
             control = np.where(limited, along.output, along.control)
             declared, along = (replace(each, control=control) for each in (declared, along))
@@ -146,6 +160,7 @@ class GainRegression:
             put_in=limited,
             possible=tuple(_possible(ticks, record, times if between else None)),
             between=between,
+            at_limit=at_limit,
             # With noise the first controls show what is remembered less well than all of them do.
         ).best(())
 
@@ -283,6 +298,7 @@ class GainRegression:
     def factors(self) -> dict[str, tuple[float, float]]:
         """How many times itself each term of the law should be, to first order; its deviation.
 
+        And the drive's limit where the record shows it.
         By product of gains; by gain of a law that is no sum of such products.
         """
         steps, covariance, _ = self.gain_steps
@@ -299,7 +315,7 @@ class GainRegression:
             if np.allclose(shown, [*powers.values()], rtol=MAX_SCALE_ERROR.value):
                 deviation = float(np.hypot(np.sqrt(of @ covariance @ of), blur))
                 factors[term] = (float(1 + of @ [*steps.values()]), deviation)
-        return factors
+        return {**factors, **self.at_limit}
 
     @property
     def powers(self) -> dict[str, dict[str, float]]:

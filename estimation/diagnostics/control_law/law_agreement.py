@@ -269,7 +269,7 @@ def _fault(
         name: float(np.prod([times[gain] ** power for gain, power in powers.items()]))
         for name, powers in by_gains.powers.items()
         if powers.keys() <= times.keys()
-    }
+    } | {name: value for name, (value, _) in by_gains.at_limit.items()}
     check = replace(
         check,
         factors=factors,

@@ -18,6 +18,7 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.elements import Drive
 from axisid.estimation.output_error import OutputFit
 from axisid.estimation.verdict_checks import conclusion
+from axisid.modeling.declaration.experiment import back_and_forth
 from tests.axes.cascaded import cascaded
 from tests.axes.unseen import with_bump, with_bump_somewhere
 from tests.estimation.output_error.fits import TRUTH, checks, looped, off
@@ -182,6 +183,20 @@ def test_a_gain_of_a_law_with_an_integral_is_named_with_what_it_moves() -> None:
     assert (said.status, told.status) == ("pass", "fail")
     moved = found.physical - expected.physical
     assert np.abs(moved).max() > 10 * np.abs(moved + found.law_move).max()
+
+
+def test_a_limit_that_is_declared_a_little_wrong_is_named_with_what_it_moves(
+    emps: GeneratedAxis,
+) -> None:
+    experiment, drive = emps.axis.experiment, emps.axis.drive
+    moves = back_and_forth(speeds=(0.15,), acceleration=3.0, seconds=0.3, repeat=4)
+    quick = replace(emps.axis, experiment=replace(experiment, moves=moves))
+    record, wider = twin_record(quick, seed=7), replace(drive, limit=1.007 * drive.limit)
+    right, wrong = (fit(replace(quick, drive=each), record) for each in (drive, wider))
+    said, told = (checks(each)["law's factors"] for each in (right, wrong))
+    assert (said.status, told.status) == ("pass", "fail")
+    assert "most by drive's limit (0.993" in told.meaning
+    np.testing.assert_allclose(wrong.law_move, right.physical - wrong.physical, rtol=0.1)
 
 
 @pytest.mark.slow
