@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtr, stdtrit
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.law_replay import (
@@ -30,6 +31,7 @@ from axisid.estimation.thresholds import (
     LIMIT_TOLERANCE,
     MAX_LAW_RESIDUAL,
     MAX_LIMIT_EXCESS,
+    MIN_DISTANCE_FROM_NOISE,
 )
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
@@ -47,7 +49,6 @@ INJECTED = "injected"
 NO_GAINS = "1"
 #: Samples over which a shift of the control is looked for.
 MOST_SHIFT = 5
-LAGS = 50  # samples over which what the law leaves may be alike
 # periods from even times, from which a law may have read something else; rounding is below
 _MIN_UNEVEN = 1e-6
 # what a law leaves, by what noise between samples with jitter makes, up to which it cannot be
@@ -127,7 +128,10 @@ def at_limit(control: Array, made: Array, limit: float) -> NDArray[np.bool_]:
 def hac_fit(
     target: Array, columns: Array, names: Sequence[str], neighbours: RowTimes
 ) -> tuple[Solution, Array]:
-    """Least squares of residuals that may be alike over `LAGS` samples, and its covariance.
+    """Least squares of coloured residuals, and its covariance.
+
+    Of few independent samples it is wider, so that what is `MIN_DISTANCE_FROM_NOISE` deviations off
+    is as unlikely as that many of a normal one.
 
     Raises
     ------
@@ -135,7 +139,9 @@ def hac_fit(
         The columns cannot be told apart.
     """
     fit = least_squares(target, factor(columns, names, neighbours=neighbours))
-    return fit, Hac(min(LAGS, len(target) // 4)).matrix(fit)
+    applied, far = Hac().applied(fit), MIN_DISTANCE_FROM_NOISE.value
+    wider = stdtrit(applied.freedom, ndtr(far)) / far
+    return fit, applied.matrix * np.outer(wider, wider)
 
 
 def offset_and_drift(left: Array, neighbours: RowTimes) -> tuple[Array, Array]:
