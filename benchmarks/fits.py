@@ -27,7 +27,7 @@ from output_error import CASES, TRUTH, declared, reference
 
 from axisid import AxisidError, build, fit, load_axis, read_record, twin_record
 from axisid.estimation.output_error import OutputFit
-from axisid.estimation.output_residuals import ClosedLoopErrors, jacobian_at
+from axisid.estimation.output_residuals import ClosedLoopResiduals, jacobian_at
 from axisid.estimation.regression import InverseForm
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -114,7 +114,7 @@ def slopes_off() -> dict[str, float]:
 
     axis, theta = build(load_axis("emps2015")), np.array([*TRUTH.values()])
     record = twin_record(axis)
-    predictions = ClosedLoopErrors(InverseForm(axis), [axis], [record], "control")
+    predictions = ClosedLoopResiduals(InverseForm(axis), [axis], [record], "control")
     predictions.settle(theta)
     _, found = jacobian_at(predictions, theta, theta, np.zeros(3), np.full(3, np.inf))
     start = predictions.stretches[0].inputs.start.position

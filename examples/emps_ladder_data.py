@@ -11,7 +11,7 @@ from emps_ladder_models import axis_with
 
 from axisid import Record, build, read_record
 from axisid.codegen import GeneratedAxis
-from axisid.estimation.output_residuals import OpenLoopErrors
+from axisid.estimation.output_residuals import MultipleShootingResiduals
 from axisid.estimation.regression import InverseForm
 
 STEP = 1e-3  # s
@@ -124,7 +124,7 @@ def read_data(file: Path) -> Data:
 def left(model: Model, record: Record, values: Mapping[str, float], horizon: float) -> Array:
     """What parameters leave in open loop along a record, m; `validate_fit` without a fit."""
     axis = model.axis
-    windows = OpenLoopErrors(InverseForm(axis), [axis], [record], horizon)
+    windows = MultipleShootingResiduals(InverseForm(axis), [axis], [record], horizon)
     theta = np.array([values[p.name] for p in axis.declared.parameters])
     windows.settle(theta)
     return np.asarray(windows(theta[None, :]).errors[:, 0])

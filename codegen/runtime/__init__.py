@@ -19,4 +19,4 @@ from .casadi_functions import (
 )
 from .interpreted_loop import VirtualLoop as VirtualLoop
 from .library import slices as slices
-from .native import Native as Native
+from .native_availability import Native as Native

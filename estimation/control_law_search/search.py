@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.estimation.diagnostics.control_law import GainRegression, comparison_filter
 from axisid.estimation.law_replay import (
-    LawAlong,
     LawInputs,
+    LawReplay,
     measured_velocity,
     unlimited,
 )
@@ -273,7 +273,7 @@ class _AlongRecord:
 
     def _by_gains(self, law: ControlLaw) -> GainRegression:
         smooth = comparison_filter(law, self.record)
-        along = LawAlong.of(self.axis, law, self.ticks, self.record)
+        along = LawReplay.of(self.axis, law, self.ticks, self.record)
         return GainRegression(
             along=along,
             declared=along,
@@ -309,7 +309,7 @@ class _AlongRecord:
 
     def wound(self, form: LawForm, law: ControlLaw) -> list[ExplainedLaw]:
         """A law with each anti-windup, where the drive came near its limit; each the best start."""
-        along = LawAlong.of(self.axis, law, self.ticks, self.record)
+        along = LawReplay.of(self.axis, law, self.ticks, self.record)
         if "sum of error" not in form.columns or not np.any(np.isfinite(along.limit)):
             return []  # no integral that may have wound up
         starts, found = [law, self.begun(form, apart=True)], list[ExplainedLaw | None]()

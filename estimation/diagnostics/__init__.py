@@ -23,12 +23,12 @@ from .all_diagnostics import (
     RecordDiagnosis as RecordDiagnosis,
     diagnose as diagnose,
 )
-from .case import Case as Case
 from .column_comparison import (
     ColumnComparison as ColumnComparison,
     compared_motion as compared_motion,
     derivative_check as derivative_check,
 )
+from .diagnostic_inputs import DiagnosticInputs as DiagnosticInputs
 from .hausman import HausmanTest as HausmanTest
 from .model_error_checks import misspecification_check as misspecification_check
 from .overlapping_records import (

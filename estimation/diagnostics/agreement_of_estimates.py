@@ -58,7 +58,8 @@ def method_check(
     compared : mapping of str to mapping of str to HausmanTest, or Missing
         By parameter, of one estimate less another; by what is compared, see `SECOND_OPINION`.
     steps : mapping of str to float
-        What the steps of a logged position move a judged least squares by, see `Case.steps`.
+        What the steps of a logged position move a judged least squares by, see
+        `DiagnosticInputs.steps`.
     levels : Levels
     law_passed : bool or None
         Whether the recorded control is the declared law's; None where that cannot be checked.

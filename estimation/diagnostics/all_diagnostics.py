@@ -18,8 +18,8 @@ from axisid.support.errors import Missing
 
 from .agreement_of_estimates import InstrumentTests, forms_check, method_check
 from .alignment import Alignment
-from .case import ONE_RECORD, Case
 from .column_comparison import ColumnComparison, derivative_check, force_check, limit_check
+from .diagnostic_inputs import ONE_RECORD, DiagnosticInputs
 from .hausman import HausmanTest
 from .model_error_checks import (
     fails,
@@ -116,12 +116,12 @@ class Diagnostic:
     """
 
     name: str
-    check: Callable[[Case], Check | Missing | None]
+    check: Callable[[DiagnosticInputs], Check | Missing | None]
     by_record: bool = False
     several: bool = False
 
 
-def _method(case: Case) -> Check | Missing | None:
+def _method(case: DiagnosticInputs) -> Check | Missing | None:
     if len(case.estimates) == 1 and case.preferred.Z is not None:
         return None  # nothing is beside it
     return method_check(
@@ -271,7 +271,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
 }
 
 
-def diagnose(case: Case) -> Diagnosis:
+def diagnose(case: DiagnosticInputs) -> Diagnosis:
     """What every diagnostic finds in a result."""
     by_record = {
         d.name: [made(d.name, partial(d.check, part)) for part in case.parts]

@@ -21,7 +21,7 @@ from axisid.estimation.records import Record, advised_interpolation, advised_shi
 from axisid.estimation.records.columns import scale_remedy
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
 from axisid.estimation.signals import (
-    DriveAlong,
+    DriveReplay,
     Prefilter,
     RowTimes,
     SampledFilter,
@@ -297,7 +297,7 @@ def _commanded(axis: GeneratedAxis, record: Record) -> tuple[Array, float]:
         (record.position, velocity, np.gradient(velocity, record.period)),
         recorded_signals(axis, record.provenance.source, record.signals),
     )
-    drive = DriveAlong(
+    drive = DriveReplay(
         axis=axis, starts=[0], period=record.period, held=True, delay=0.0, mean=False
     )
     commanded, slope = (drive.force(*along, by_gain=by_gain) for by_gain in (False, True))

@@ -19,7 +19,7 @@ from axisid.support.errors import Missing, unless_missing
 
 from .agreement_of_estimates import method_check
 from .alignment import declared_lateness
-from .case import Case
+from .diagnostic_inputs import DiagnosticInputs
 
 #: By check of what is lacking: what is said where there is nothing.
 _NOTHING: Mapping[str, str] = {
@@ -30,7 +30,7 @@ _NOTHING: Mapping[str, str] = {
 }
 
 
-def outliers_check(case: Case) -> Check | Missing:
+def outliers_check(case: DiagnosticInputs) -> Check | Missing:
     """Whether single samples leave their course, by twins of the record."""
     if not isinstance(case.lacking, Missing) and not case.preferred.inference.chains:
         # HAC takes their size from the samples themselves.
@@ -48,7 +48,9 @@ def outliers_check(case: Case) -> Check | Missing:
 
 
 @unless_missing
-def missing_terms_check(lacking: Sequence[Misspecification], case: Case) -> Check | Missing:
+def missing_terms_check(
+    lacking: Sequence[Misspecification], case: DiagnosticInputs
+) -> Check | Missing:
     """Whether the model lacks terms, unless what else is wrong may make them."""
     aligned = case.aligned  # which says how late, where it fails
     terms = [lack for lack in lacking if not (lack.kind == "delay" and fails(aligned))]

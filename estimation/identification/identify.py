@@ -7,7 +7,7 @@ import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.estimation.choices import INSTRUMENT_STARTS, ROW_LOSSES, is_output_error
-from axisid.estimation.diagnostics import Case
+from axisid.estimation.diagnostics import DiagnosticInputs
 from axisid.estimation.estimates import COVARIANCES, Estimate
 from axisid.estimation.estimation_problem import Problem, check_has_rows
 from axisid.estimation.methods import METHODS, Bootstrap, estimate_by
@@ -187,7 +187,7 @@ def identify_problem(
         problem=problem,
         count=bootstrap,
         methods=chosen,
-        has_laws=lambda: Case(problem=problem, estimates={}).laws_hold,
+        has_laws=lambda: DiagnosticInputs(problem=problem, estimates={}).laws_hold,
         loss=loss,
     )
     for method in dict.fromkeys(chosen):

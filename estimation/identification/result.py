@@ -8,7 +8,7 @@ from typing import Any, Generic, Self, TypeAlias, TypeVar
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.diagnostics import Case, Diagnosis, diagnose
+from axisid.estimation.diagnostics import Diagnosis, DiagnosticInputs, diagnose
 from axisid.estimation.estimates import (
     Estimate,
     PhysicalByMethod,
@@ -349,9 +349,9 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
         return self.estimates[self.case.method]
 
     @cached_property
-    def case(self) -> Case:
+    def case(self) -> DiagnosticInputs:
         """What is judged of it, and what was measured to tell."""
-        return Case(problem=self.problem, estimates=self.estimates, levels=self.levels)
+        return DiagnosticInputs(problem=self.problem, estimates=self.estimates, levels=self.levels)
 
     @cached_property
     def diagnosis(self) -> Diagnosis:

@@ -3,7 +3,7 @@
 In: `Record`, axis. Out: `LawInputs`, `LoopStart`. Knows nothing of rows and parameters.
 """
 
-from .gain_estimation import LAW_SETTLING as LAW_SETTLING, LawAlong as LawAlong
+from .gain_estimation import LAW_SETTLING as LAW_SETTLING, LawReplay as LawReplay
 from .initial_state_of_record import (
     START_SAMPLES as START_SAMPLES,
     at_rest_misses as at_rest_misses,

@@ -43,7 +43,7 @@ _CLEAR = 1e-8  # singular value of unit columns, by the largest, of what the rec
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LawAlong:
+class LawReplay:
     """A law along recorded signals.
 
     Attributes
@@ -81,7 +81,7 @@ class LawAlong:
     @classmethod
     def of(
         cls, axis: GeneratedAxis, law: ControlLaw, ticks: LawInputs, record: Record
-    ) -> "LawAlong":
+    ) -> "LawReplay":
         """A law, which need not be the axis's, along a record of one piece with a control.
 
         With its declared gains, and the memory of an axis at rest.
@@ -109,7 +109,7 @@ class LawAlong:
         )
 
     @classmethod
-    def of_loop(cls, axis: GeneratedAxis, ticks: LawInputs, start: Array) -> "LawAlong":
+    def of_loop(cls, axis: GeneratedAxis, ticks: LawInputs, start: Array) -> "LawReplay":
         """The law along a simulated loop, before the drive, whose limit it knows.
 
         Of what the loop remembers at the start the law's memory comes first.
@@ -162,7 +162,7 @@ class LawAlong:
             for effect, size in zip(effects, sizes, strict=True)
         ]
 
-    def _slopes(self, ends: "Sequence[LawAlong]") -> Array:
+    def _slopes(self, ends: "Sequence[LawReplay]") -> Array:
         """Slopes of the output towards laws that are `_STEP` away, (N, k)."""
         here, *there = (self.logged(each._applied, steps=False) for each in (self, *ends))
         return np.asarray((np.reshape(there, (len(ends), len(here))).T - here[:, None]) / _STEP)
@@ -172,7 +172,7 @@ class LawAlong:
         """The output that is applied at each sample, before the drive, (N,)."""
         return np.asarray(self._run[1][np.maximum(self.ticks.held - self.law.delay, 0)])
 
-    def fitted(self, compared: Callable[[Array], Array], free: Sequence[int]) -> "LawAlong":
+    def fitted(self, compared: Callable[[Array], Array], free: Sequence[int]) -> "LawReplay":
         """The gains that give the control best, some of them free, with the memory at the start.
 
         Parameters
@@ -184,7 +184,7 @@ class LawAlong:
 
         Returns
         -------
-        LawAlong
+        LawReplay
             With the best that were met.
         """
         best = self

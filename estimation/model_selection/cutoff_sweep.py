@@ -33,7 +33,7 @@ from axisid.estimation.diagnostics.control_law import LawAgreement, first_failin
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import Identification, identify, records_of
 from axisid.estimation.methods import METHODS
-from axisid.estimation.output_residuals import OpenLoopErrors
+from axisid.estimation.output_residuals import MultipleShootingResiduals
 from axisid.estimation.records import Record
 from axisid.estimation.signals import Prefilter, matching_decimation
 from axisid.estimation.thresholds import (
@@ -209,7 +209,7 @@ def motion_errors(results: Sequence[tuple[Identification, Estimate]]) -> list[fl
     (first, estimate), *_ = results
     data, errors = first.problem.data, list[float]()
     try:
-        predictions = OpenLoopErrors(
+        predictions = MultipleShootingResiduals(
             estimate.form, [d.axis for d in data], [d.record for d in data], _HORIZON
         )
     except (DataError, EstimationError, ModelError):

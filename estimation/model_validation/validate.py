@@ -23,7 +23,11 @@ from axisid.estimation.identification import Identification, RecordInfo
 from axisid.estimation.methods import METHODS, Bootstrap, estimate_by, filtered_record
 from axisid.estimation.noise_models import DEFAULT_TWIN_COUNT
 from axisid.estimation.output_error import OutputFit, checked_horizon
-from axisid.estimation.output_residuals import ClosedLoopErrors, OpenLoopErrors, SimulationErrors
+from axisid.estimation.output_residuals import (
+    ClosedLoopResiduals,
+    MultipleShootingResiduals,
+    OutputResiduals,
+)
 from axisid.estimation.records import Record, check_record, law_clock
 from axisid.estimation.regression import (
     Hac,
@@ -365,10 +369,10 @@ def validate_fit(
     physical = result.physical[: len(form.physical_quantities)]
     if GAIN in result.names:
         physical = by_declared_gain(axis, physical, result[GAIN].value)
-    predictions: SimulationErrors = (
-        ClosedLoopErrors(form, [axis], [record], followed)
+    predictions: OutputResiduals = (
+        ClosedLoopResiduals(form, [axis], [record], followed)
         if length is None
-        else OpenLoopErrors(form, [axis], [record], length)
+        else MultipleShootingResiduals(form, [axis], [record], length)
     )
     predictions.settle(physical)
     if (lanes := predictions(physical[None, :])).failures:

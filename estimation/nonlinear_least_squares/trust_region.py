@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.estimation.choices import HUBER, SOFT_L1, SQUARES
-from axisid.estimation.output_residuals import SimulationErrors, jacobian_at
+from axisid.estimation.output_residuals import OutputResiduals, jacobian_at
 from axisid.estimation.unknowns import Unknowns
 from axisid.support.arrays import Array
 from axisid.support.progress import Progress
@@ -105,7 +105,7 @@ class Search:
 
     Parameters
     ----------
-    predictions : SimulationErrors
+    predictions : OutputResiduals
     unknowns : Unknowns
     scale : (P,) array
     weighing : WeightedLoss
@@ -114,7 +114,7 @@ class Search:
 
     def __init__(
         self,
-        predictions: SimulationErrors,
+        predictions: OutputResiduals,
         unknowns: Unknowns,
         scale: Array,
         weighing: WeightedLoss,

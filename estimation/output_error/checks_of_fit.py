@@ -22,7 +22,7 @@ from axisid.estimation.diagnostics import (
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_check
 from axisid.estimation.estimates import student_interval
 from axisid.estimation.nonlinear_least_squares import MOST_STEPS
-from axisid.estimation.output_residuals import OpenLoopErrors, record_rows
+from axisid.estimation.output_residuals import MultipleShootingResiduals, record_rows
 from axisid.estimation.records import record_labels
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds import (
@@ -192,7 +192,7 @@ def starts_check(of: OutputFit) -> Check | None:
 
 def windows_check(of: OutputFit) -> Check | None:
     """Whether nothing drives the axis away in the windows of an open loop, and they are enough."""
-    if not isinstance(of.predictions, OpenLoopErrors) or of.horizon is None:
+    if not isinstance(of.predictions, MultipleShootingResiduals) or of.horizon is None:
         return None
     steady = of.predictions.steady_horizon(of.physical)
     windows, advised = sum(map(len, of.predictions.spans)), ADVISED_WINDOWS.value

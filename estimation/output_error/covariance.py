@@ -18,7 +18,7 @@ import numpy as np
 
 from axisid.estimation.diagnostics import covariance_of_twins
 from axisid.estimation.nonlinear_least_squares import SearchResult, WeightedLoss
-from axisid.estimation.output_residuals import SimulationErrors, record_rows
+from axisid.estimation.output_residuals import OutputResiduals, record_rows
 from axisid.estimation.records import Record
 from axisid.estimation.regression import (
     Autoregression,
@@ -240,7 +240,7 @@ def sandwich_of(
     found: SearchResult,
     weighing: WeightedLoss,
     unknowns: Unknowns,
-    predictions: SimulationErrors,
+    predictions: OutputResiduals,
     records: Sequence[Record],
     chosen: BoolArray,
 ) -> Sandwich:

@@ -13,9 +13,9 @@ from axisid.estimation.identification import joint_records, records_of, with_dri
 from axisid.estimation.noise_models import DEFAULT_TWIN_COUNT, check_twin_count
 from axisid.estimation.nonlinear_least_squares import best_of
 from axisid.estimation.output_residuals import (
-    ClosedLoopErrors,
-    OpenLoopErrors,
-    SimulationErrors,
+    ClosedLoopResiduals,
+    MultipleShootingResiduals,
+    OutputResiduals,
     default_horizon,
 )
 from axisid.estimation.records import Record
@@ -318,16 +318,20 @@ def _predictions(
     outputs: Sequence[str],
     physical: Array,
     horizon: float | None,
-) -> SimulationErrors:
+) -> OutputResiduals:
     """What is predicted; windows of an open loop are such that errors do not grow in them.
 
     At parameters (P,), where a length, s, is not asked for. Where they cannot be simulated, the
     search tells it.
     """
     if OPEN_LOOP not in outputs:
-        return ClosedLoopErrors(form, form.axes, records, outputs)
-    longest = OpenLoopErrors(form, form.axes, records, horizon or default_horizon(records))
+        return ClosedLoopResiduals(form, form.axes, records, outputs)
+    longest = MultipleShootingResiduals(
+        form, form.axes, records, horizon or default_horizon(records)
+    )
     if horizon is None:
         with suppress(EstimationError):
-            return OpenLoopErrors(form, form.axes, records, longest.steady_horizon(physical))
+            return MultipleShootingResiduals(
+                form, form.axes, records, longest.steady_horizon(physical)
+            )
     return longest

@@ -18,7 +18,7 @@ from axisid.estimation.nonlinear_least_squares import (
     WeightedLoss,
     cost_of,
 )
-from axisid.estimation.output_residuals import SimulationErrors, jacobian_at, record_rows
+from axisid.estimation.output_residuals import OutputResiduals, jacobian_at, record_rows
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.estimation.thresholds import HUBER_TUNING
@@ -43,7 +43,7 @@ class FitSearch:
         As `fit` takes them.
     form : ExtendedForm
     unknowns : Unknowns
-    predictions : SimulationErrors
+    predictions : OutputResiduals
     start, scale : (P,) array
         Where the first search begins, and by how much its parameters change.
     started : str
@@ -53,7 +53,7 @@ class FitSearch:
     best : SearchResult
         The search that is told.
     searches : tuple of SearchResult
-    doubts : tuple of (ExtendedForm, SimulationErrors)
+    doubts : tuple of (ExtendedForm, OutputResiduals)
         Of each value that is known with a deviation: where it is larger by that.
     rests_count : bool
         Whether samples near rests count, as without them a parameter is hardly shown.
@@ -67,7 +67,7 @@ class FitSearch:
     outputs: tuple[str, ...]
     loss: str
     unknowns: Unknowns = field(repr=False, compare=False)
-    predictions: SimulationErrors = field(repr=False, compare=False)
+    predictions: OutputResiduals = field(repr=False, compare=False)
     start: Array
     started: str
     scale: Array
@@ -78,7 +78,7 @@ class FitSearch:
     bootstrap: int
     seed: int
     known: KnownValues
-    doubts: tuple[tuple[ExtendedForm, SimulationErrors], ...] = field(repr=False, compare=False)
+    doubts: tuple[tuple[ExtendedForm, OutputResiduals], ...] = field(repr=False, compare=False)
     rests_count: bool = field(repr=False, compare=False)
     alone: SearchResult | None = field(repr=False, compare=False)
 
@@ -140,7 +140,7 @@ class FitRun:
 
     form: ExtendedForm
     records: Sequence[Record]
-    predictions: SimulationErrors
+    predictions: OutputResiduals
     unknowns: Unknowns
     loss: str
     given: tuple[float, ...]  # weights of the outputs, NaN where they are found

@@ -17,7 +17,7 @@ from axisid.estimation.estimates import (
     degrees_of_freedom_of,
 )
 from axisid.estimation.estimation_problem import ParameterAtBound
-from axisid.estimation.output_residuals import ClosedLoopErrors, jacobian_at
+from axisid.estimation.output_residuals import ClosedLoopResiduals, jacobian_at
 from axisid.estimation.regression import CovarianceEstimate, widened
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.estimation.unknowns import START, Unknowns, bounded_quadratic_minimum, least_sizes
@@ -300,7 +300,7 @@ def _slopes_by_start(of: FitSearch) -> Array:
     if of.of_start.any() or not any(in_motion):
         return np.zeros((len(of.best.errors), 0))
     form = replace(of.form, time=()).with_starts(of.records, [START])
-    predictions = ClosedLoopErrors(form, form.axes, of.records, of.outputs)
+    predictions = ClosedLoopResiduals(form, form.axes, of.records, of.outputs)
     first = len(of.best.physical) - len(of.form.time)
     at = np.append(of.best.physical[:first], form.start[first:])
     no_end = np.full(len(at), np.inf)

@@ -21,7 +21,7 @@ from axisid.estimation.diagnostics.control_law import (
 )
 from axisid.estimation.law_replay import LIMIT
 from axisid.estimation.noise_models import Chain, measured_noise, noise_free_record, twins_of
-from axisid.estimation.output_residuals import SimulationErrors, record_rows
+from axisid.estimation.output_residuals import OutputResiduals, record_rows
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Hac, recorded_loops
 from axisid.estimation.signals import FilteredRecord, Prefilter, RowTimes
@@ -80,7 +80,7 @@ class RecordLoops:
 def outputs_by_noise(
     records: Sequence[RecordLoops | Missing],
     physical: Array,
-    predictions: SimulationErrors,
+    predictions: OutputResiduals,
     count: int,
     *,
     disturbed: bool,
@@ -92,7 +92,7 @@ def outputs_by_noise(
     ----------
     records : sequence of RecordLoops or Missing
     physical : (P,) array
-    predictions : SimulationErrors
+    predictions : OutputResiduals
         Of the records, settled there.
     count : int
     disturbed : bool

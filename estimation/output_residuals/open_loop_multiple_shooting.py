@@ -24,7 +24,7 @@ from axisid.modeling.declaration import cascade_pd
 from axisid.support.arrays import Array, mask_of
 from axisid.support.errors import DataError, EstimationError, UsageError
 
-from .output_residuals import Piece, SimulationErrors
+from .output_residuals import OutputResiduals, Piece
 
 _HORIZON = 1.0  # s, of the windows of an open loop where none is given
 
@@ -133,7 +133,7 @@ class _Windows:
         return np.asarray(net.transpose(2, 0, 1).reshape(-1, errors.shape[1]))
 
 
-class OpenLoopErrors(SimulationErrors):
+class MultipleShootingResiduals(OutputResiduals):
     """Positions under the recorded control.
 
     Parameters
@@ -186,7 +186,7 @@ class OpenLoopErrors(SimulationErrors):
         super().__init__(form, records, pieces)
 
     def settle(self, physical: Array) -> None:
-        """See `SimulationErrors.settle`: steps of a sample, and where the windows start."""
+        """See `OutputResiduals.settle`: steps of a sample, and where the windows start."""
         for w in self._windows:
             theta = np.asarray(self._form.own(physical, w.record))
             inputs = w.inputs(w.first_states)
@@ -208,7 +208,7 @@ class OpenLoopErrors(SimulationErrors):
             yield w.rows(errors), failed
 
     def outputs_of(self, records: Sequence[Record], physical: Array) -> Array:
-        """See `SimulationErrors.outputs_of`; windows start where these records ask for."""
+        """See `OutputResiduals.outputs_of`; windows start where these records ask for."""
         controls, pieces = [*map(_control, self._axes, records)], []
         for each in self._windows:
             position = each.cut(records[each.record].position)
@@ -237,7 +237,7 @@ class OpenLoopErrors(SimulationErrors):
         steady = 0.5 * longest * 0.5**halvings
         for k in reversed(range(halvings + 1)):
             asked = longest * 0.5**k
-            windows = OpenLoopErrors(self._form, self._axes, self._records, asked)
+            windows = MultipleShootingResiduals(self._form, self._axes, self._records, asked)
             windows.settle(physical)
             grown = max(_growth(w, self._form.own(physical, w.record)) for w in windows._windows)
             if grown > MAX_GROWTH.value:

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.law_replay import (
     LIMIT,
-    LawAlong,
     LawInputs,
+    LawReplay,
     law_memory,
     law_terms_along,
     state_at_rest,
@@ -38,7 +38,7 @@ _ADDED_SHARE = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Lanes:
+class BatchResiduals:
     """Simulated less recorded outputs.
 
     Attributes
@@ -65,7 +65,7 @@ class Piece:
         Rows of each stretch without a gap.
     samples : (N,) array of int
     measured, counted : (n,) array
-        As of `SimulationErrors`.
+        As of `OutputResiduals`.
     """
 
     record: int
@@ -126,7 +126,7 @@ def interleaved(columns: Sequence[Array]) -> Array:
     return np.stack(columns, axis=1).reshape(-1, *columns[0].shape[1:])
 
 
-class SimulationErrors(ABC):
+class OutputResiduals(ABC):
     """An output as parameters simulate it less the recorded one, at the samples of all records.
 
     Attributes
@@ -193,7 +193,7 @@ class SimulationErrors(ABC):
             It cannot be simulated.
         """
 
-    def __call__(self, physical: Array) -> Lanes:
+    def __call__(self, physical: Array) -> BatchResiduals:
         """Errors of parameters (B, P)."""
         pieces, failed = zip(*self._errors(physical), strict=True)
         errors = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
@@ -201,7 +201,7 @@ class SimulationErrors(ABC):
         errors[:, [*failures]] = np.nan
         if self._slope_by_time is not None:
             errors += np.outer(self._slope_by_time, physical[:, -1] - self._time)
-        return Lanes(errors=errors, failures=failures)
+        return BatchResiduals(errors=errors, failures=failures)
 
     def _at(self, stretch: Stretch, physical: Array) -> tuple[Stretch, Array]:
         """A stretch under the law, and from the start, that parameters (P,) make; its own, (p,)."""
@@ -241,7 +241,7 @@ class SimulationErrors(ABC):
         return tuple(map(np.concatenate, filter(None, velocities)))
 
     def follow_time(
-        self, later: "SimulationErrors", physical: Array, time: float, step: float
+        self, later: "OutputResiduals", physical: Array, time: float, step: float
     ) -> None:
         """Let the last parameter be a time of the drive, for which the loops were generated.
 
@@ -250,7 +250,7 @@ class SimulationErrors(ABC):
 
         Parameters
         ----------
-        later : SimulationErrors
+        later : OutputResiduals
             The same, of drives whose time is longer by a step.
         physical : (P,) array
             Where the slope by the time is taken.
@@ -307,7 +307,7 @@ def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
         terms = law_terms_along(stretch.axis, ticks, start)
     else:
         names = [*law.gains]
-        terms = LawAlong.of_loop(stretch.axis, ticks, start).jacobian_by_gain()
+        terms = LawReplay.of_loop(stretch.axis, ticks, start).jacobian_by_gain()
     # They are those that are applied; what is injected is applied as late as they are.
     terms = np.vstack([terms[law.delay :], np.repeat(terms[-1:], law.delay, axis=0)])
     lanes = _ADDED_SHARE * np.hstack([terms, -terms])
@@ -341,7 +341,7 @@ _SHORTER = (1, 1 / 8, 1 / 64)  # of the step, where lanes fail
 
 
 def jacobian_at(
-    predictions: SimulationErrors,
+    predictions: OutputResiduals,
     physical: Array,
     scale: Array,
     lower: Array,
@@ -355,7 +355,7 @@ def jacobian_at(
 
     Parameters
     ----------
-    predictions : SimulationErrors
+    predictions : OutputResiduals
     physical : (P,) array
     scale : (P,) array
         Of each parameter: the step is `STEP` of it.

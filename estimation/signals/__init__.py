@@ -5,7 +5,7 @@ Knows nothing of methods.
 """
 
 from .drive_response import (
-    DriveAlong as DriveAlong,
+    DriveReplay as DriveReplay,
     acting_control as acting_control,
     as_logged as as_logged,
     commands_as_logged as commands_as_logged,

@@ -127,7 +127,7 @@ def _recursion(factor: float, added: Array, start: float) -> Array:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DriveAlong:
+class DriveReplay:
     """A drive along a recorded motion, for rows that pair the two as a hold does.
 
     Attributes

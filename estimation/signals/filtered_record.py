@@ -14,7 +14,7 @@ from axisid.estimation.thresholds import MIN_INFORMATION_LEFT, MIN_MOVING_SPEED
 from axisid.support.arrays import Array, Exact, Uncached, mask_of
 from axisid.support.errors import DataError
 
-from .drive_response import DriveAlong, acting_control
+from .drive_response import DriveReplay, acting_control
 from .prefilter import Prefilter, SampledFilter, Span
 from .sample_selection import Sampling
 from .signals import (
@@ -262,10 +262,10 @@ class FilteredRecord(Exact, Uncached):
         return self.sampling.reduce(columns)
 
     @property
-    def drive(self) -> DriveAlong:
+    def drive(self) -> DriveReplay:
         """The drive along the record's motion, as the hold pairs the two."""
         ratio = law_clock(self.axis.axis.control, self.record).ratio or 1.0
-        return DriveAlong(
+        return DriveReplay(
             axis=self.axis,
             starts=self._starts,
             period=self.period,

@@ -4,11 +4,6 @@ In: a reference, parameters. Out: `Simulation`.
 Knows nothing of filters and estimates.
 """
 
-from .arguments import (
-    at_rest as at_rest,
-    gains_by_lane as gains_by_lane,
-    no_control_law as no_control_law,
-)
 from .closed_loop import (
     BatchSimulation as BatchSimulation,
     settled_substeps as settled_substeps,
@@ -19,6 +14,11 @@ from .closed_loop import (
 )
 from .integration_steps import StepBudget as StepBudget, most_substeps as most_substeps
 from .loop_inputs import LoopInputs as LoopInputs, TwoClocks as TwoClocks, law_of as law_of
+from .refusals import (
+    at_rest as at_rest,
+    gains_by_lane as gains_by_lane,
+    no_control_law as no_control_law,
+)
 from .simulated_signals import (
     Simulation as Simulation,
     logged_control as logged_control,

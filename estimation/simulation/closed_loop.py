@@ -26,16 +26,6 @@ from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import AxisidError, EstimationError, UsageError, quoted
 
-from .arguments import (
-    at_rest,
-    check_whole,
-    checked_loop,
-    checked_rate,
-    failure,
-    place_at,
-    states_refusal,
-    too_stiff,
-)
 from .integration_steps import (
     MOST_SUBSTEPS,
     StepBudget,
@@ -48,6 +38,16 @@ from .integration_steps import (
     widened_distance,
 )
 from .loop_inputs import LoopInputs, at_log_samples, axis_of, lines
+from .refusals import (
+    at_rest,
+    check_whole,
+    checked_loop,
+    checked_rate,
+    failure,
+    place_at,
+    states_refusal,
+    too_stiff,
+)
 from .simulated_signals import Simulation, lane_starts, loop_start, measured_positions
 
 _MOST_THREADS = 1024

@@ -19,9 +19,9 @@ from axisid.modeling.declaration import Axis, ControlLaw, Experiment, Move
 from axisid.support.arrays import Array
 from axisid.support.errors import ModelError, UsageError, is_real, is_whole, quoted, refuse
 
-from .arguments import checked_loop, optional_array
 from .closed_loop import simulate_loop
 from .loop_inputs import TwoClocks, clocks_of, law_of
+from .refusals import checked_loop, optional_array
 from .simulated_signals import Simulation, logged_control, signals_about
 
 _MOST_SAMPLES = 2e6

@@ -5,6 +5,13 @@ In: axes, forms, records, values known of each record. Out: `JointForm` of sever
 and `Unknowns` of a search. Knows nothing of estimates, outputs and how a search is made.
 """
 
+from .bounds_and_priors import (
+    BoundOrNone as BoundOrNone,
+    Unknowns as Unknowns,
+    bounded_quadratic_minimum as bounded_quadratic_minimum,
+    check_enough as check_enough,
+    unknowns_of as unknowns_of,
+)
 from .joint_parameters import (
     GAIN as GAIN,
     JointForm as JointForm,
@@ -27,11 +34,4 @@ from .nuisance_parameters import (
     inputs_at as inputs_at,
     least_sizes as least_sizes,
     started_at as started_at,
-)
-from .unknowns import (
-    BoundOrNone as BoundOrNone,
-    Unknowns as Unknowns,
-    bounded_quadratic_minimum as bounded_quadratic_minimum,
-    check_enough as check_enough,
-    unknowns_of as unknowns_of,
 )

@@ -25,7 +25,6 @@ from .control_blocks import (
     reference_acceleration as reference_acceleration,
     reference_velocity as reference_velocity,
 )
-from .control_parts import ANTI_WINDUP as ANTI_WINDUP, integral as integral
 from .drive import (
     DRIVE_GAIN as DRIVE_GAIN,
     FORCE_TARGET as FORCE_TARGET,
@@ -86,3 +85,4 @@ from .variants import (
     left_out_text as left_out_text,
     read_fixed as read_fixed,
 )
+from .velocity_and_anti_windup import ANTI_WINDUP as ANTI_WINDUP, integral as integral

@@ -13,8 +13,8 @@ from axisid.modeling.quantities import MEASURED_POSITION, REFERENCE, Amount, num
 
 from .control import ControlLaw, gain
 from .control_blocks import added, in_range
-from .control_parts import commanded, formed_velocity, joined, ready_law, without_zeros
 from .single_loops import dynamixel_position, impedance, pid, pid_ideal, state_feedback
+from .velocity_and_anti_windup import commanded, formed_velocity, joined, ready_law, without_zeros
 
 
 def cascade_pd(*, kp: float, kv: float, period: float, continuous: bool = False) -> ControlLaw:

@@ -8,7 +8,7 @@ from axisid.modeling.quantities import MEASURED_POSITION, PERIOD, REFERENCE, Amo
 
 from .control import ControlLaw, Memory, gain
 from .control_blocks import Block, added, chosen, difference, in_range
-from .control_parts import (
+from .velocity_and_anti_windup import (
     commanded,
     formed_velocity,
     joined,

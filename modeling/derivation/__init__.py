@@ -16,16 +16,16 @@ from .description import (
 )
 from .direct import ParameterMap as ParameterMap
 from .friction_ladder import friction_ladder as friction_ladder
+from .friction_states import (
+    StateEquation as StateEquation,
+    forces_at_rest as forces_at_rest,
+    motion_point as motion_point,
+    state_limits as state_limits,
+)
 from .model import AxisModel as AxisModel, derive as derive
 from .null_space import (
     CommonParameter as CommonParameter,
     NullSpaceVector as NullSpaceVector,
     common_parameters as common_parameters,
     generic_points as generic_points,
-)
-from .state_equations import (
-    StateEquation as StateEquation,
-    forces_at_rest as forces_at_rest,
-    motion_point as motion_point,
-    state_limits as state_limits,
 )

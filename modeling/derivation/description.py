@@ -11,10 +11,10 @@ from axisid.support.errors import Missing
 
 from .base_model import BaseModel
 from .direct import ParameterMap
+from .friction_states import StateEquation
 from .inverse import Regressor
 from .model import AxisModel
 from .null_space import NullSpaceVector, generic_points
-from .state_equations import StateEquation
 
 _MOST_DIRECTIONS = 4
 

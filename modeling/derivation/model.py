@@ -15,9 +15,9 @@ from .direct import (
     direct_model,
     inertia_of,
 )
+from .friction_states import StateEquation, in_direction, state_equations
 from .inverse import Regressor, inverse_regressor, with_direction
 from .null_space import NullSpaceVector, unidentifiable_directions
-from .state_equations import StateEquation, in_direction, state_equations
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

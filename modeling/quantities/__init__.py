@@ -28,14 +28,14 @@ from .constants import (
     within as within,
 )
 from .derivative import jumping_node as jumping_node, plain_slope as plain_slope, slope as slope
-from .expression_units import NUMBER as NUMBER, UnitReader as UnitReader, UnitsError as UnitsError
-from .forms import (
+from .expression_rewriting import (
     intercept as intercept,
     joined_exponential as joined_exponential,
     multiplied_out as multiplied_out,
     where as where,
     without as without,
 )
+from .expression_units import NUMBER as NUMBER, UnitReader as UnitReader, UnitsError as UnitsError
 from .names import (
     check_distinct as check_distinct,
     check_name as check_name,

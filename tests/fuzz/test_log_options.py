@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from axisid import AxisidError, Record, UsageError, read_record
-from axisid.commands.options.inputs import read_known
+from axisid.commands.options.estimation_options import read_known
 from axisid.estimation.logs import read_table
 from axisid.estimation.records import Repairs
 from axisid.estimation.records.columns.units import ScalingError, is_scaling, read_scaling

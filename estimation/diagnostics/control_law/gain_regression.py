@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.linalg import qr
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.law_replay import LIMIT, LawAlong, LawInputs, position_noise, two_clocks
+from axisid.estimation.law_replay import LIMIT, LawInputs, LawReplay, position_noise, two_clocks
 from axisid.estimation.records import Record, at_times, quantisation_step
 from axisid.estimation.signals import RowTimes, as_logged, limit_in_log
 from axisid.estimation.thresholds import (
@@ -67,9 +67,9 @@ class GainRegression:
 
     Attributes
     ----------
-    along : LawAlong
+    along : LawReplay
         The law, with its declared gains, and the memory that the record's first controls show.
-    declared : LawAlong
+    declared : LawReplay
         With these gains too, and the memory of an axis at rest.
     compared : callable
         What is made of a control before it is compared.
@@ -92,8 +92,8 @@ class GainRegression:
         the deviation of that, by `LIMIT`; empty of a record that shows it in too few samples.
     """
 
-    along: LawAlong
-    declared: LawAlong
+    along: LawReplay
+    declared: LawReplay
     compared: Callable[[Array], Array]
     neighbours: RowTimes
     added: Mapping[str, Array] = field(default_factory=dict)
@@ -126,7 +126,7 @@ class GainRegression:
             Samples whose control is not the law's, see `compared_with_law`.
         """
         smooth, (ticks, start) = comparison_filter(law, record), noisy_ticks(axis, record)
-        declared = LawAlong.of(axis, law, ticks, record)
+        declared = LawReplay.of(axis, law, ticks, record)
         along = replace(declared, start=start[: len(law.memory)])
         # A control that a converter's noise took from the limit is none that the law gave.
         limited = limited | (np.abs(along.output) > along.limit)

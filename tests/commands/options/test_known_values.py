@@ -2,7 +2,7 @@
 
 import pytest
 
-from axisid.commands.options.inputs import read_known
+from axisid.commands.options.estimation_options import read_known
 from axisid.estimation.unknowns import known_of
 from tests.refusals import refuses
 

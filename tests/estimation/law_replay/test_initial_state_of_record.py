@@ -11,8 +11,8 @@ from axisid.codegen import GeneratedAxis
 from axisid.control import BALANCED
 from axisid.estimation import law_agreement
 from axisid.estimation.law_replay import (
-    LawAlong,
     LawInputs,
+    LawReplay,
     control_along,
     law_along,
     law_ticks,
@@ -156,12 +156,12 @@ def test_what_is_added_to_a_late_law_is_as_late(rng: np.random.Generator) -> Non
 
 
 @cache
-def _along(name: str, limit: float = 10.0) -> LawAlong:
+def _along(name: str, limit: float = 10.0) -> LawReplay:
     axis = with_law(name, limit)
     record = twin_record(axis)
     whole = (0, len(record))
     ticks = law_ticks(axis, record, whole)
-    along = LawAlong.of(axis, LAWS[name](), ticks, record)
+    along = LawReplay.of(axis, LAWS[name](), ticks, record)
     start = start_of_law(axis, record, whole, ticks)
     return replace(along, start=start)
 

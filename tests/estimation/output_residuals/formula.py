@@ -1,10 +1,10 @@
-"""SimulationErrors by a formula, in place of simulated loops."""
+"""OutputResiduals by a formula, in place of simulated loops."""
 
 from collections.abc import Callable
 
 import numpy as np
 
-from axisid.estimation.output_residuals.output_residuals import Lanes
+from axisid.estimation.output_residuals.output_residuals import BatchResiduals
 from axisid.support.arrays import Array
 
 
@@ -22,9 +22,9 @@ class Formula:
     def settle(self, physical: Array) -> None:
         """There is nothing to settle."""
 
-    def __call__(self, physical: Array) -> Lanes:
+    def __call__(self, physical: Array) -> BatchResiduals:
         self.seen.append(physical)
         failed = {i: "it runs away" for i, p in enumerate(physical) if p[-1] > self._limit}
         errors = self._errors(physical)
         errors[:, [*failed]] = np.nan
-        return Lanes(errors=errors, failures=failed)
+        return BatchResiduals(errors=errors, failures=failed)

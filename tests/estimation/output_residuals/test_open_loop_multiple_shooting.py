@@ -8,7 +8,7 @@ import pytest
 
 from axisid import Record, build, fit, load_axis, twin_record
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.output_residuals import OpenLoopErrors
+from axisid.estimation.output_residuals import MultipleShootingResiduals
 from axisid.estimation.regression import InverseForm
 from axisid.support.arrays import Array
 from tests.refusals import refuses
@@ -17,8 +17,10 @@ SLOW_SCREW = Path(__file__).parents[3] / "benchmarks" / "slow_screw.toml"
 THETA = np.array([100.2, 236.9, 24.8])
 
 
-def _predictions(axis: GeneratedAxis, record: Record, horizon: float = 0.5) -> OpenLoopErrors:
-    return OpenLoopErrors(InverseForm(axis), [axis], [record], horizon)
+def _predictions(
+    axis: GeneratedAxis, record: Record, horizon: float = 0.5
+) -> MultipleShootingResiduals:
+    return MultipleShootingResiduals(InverseForm(axis), [axis], [record], horizon)
 
 
 def _errors(axis: GeneratedAxis, record: Record, *sets: Array, horizon: float = 0.5) -> Array:

@@ -24,7 +24,7 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.commands.options.inputs import Filtering
+from axisid.commands.options.estimation_options import Filtering
 from axisid.elements import Drive
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.signals import FilteredRecord, RowTimes, SampledFilter, hold_mean

@@ -15,7 +15,7 @@ from axisid import Axis, Record, build, fit, fix, load_axis, twin_record
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.elements import CONTROL, DRIVE_GAIN, formula_drive, voltage_drive
 from axisid.estimation.model_validation import validate_fit
-from axisid.estimation.output_residuals import ClosedLoopErrors
+from axisid.estimation.output_residuals import ClosedLoopResiduals
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.unknowns import ExtendedForm
 from axisid.estimation.unknowns.joint_parameters import joint_form_of, perturbed_joint_forms
@@ -102,8 +102,8 @@ def test_a_loop_by_another_gain_is_that_of_the_drive_declared_so(name: str, outp
     form = ExtendedForm(
         declared, of_model=InverseForm(declared), axes=(declared,)
     ).with_drive_gain()
-    by_gain = ClosedLoopErrors(form, [declared], [record], output)
-    alone = ClosedLoopErrors(InverseForm(other), [other], [record], output)
+    by_gain = ClosedLoopResiduals(form, [declared], [record], output)
+    alone = ClosedLoopResiduals(InverseForm(other), [other], [record], output)
     found = by_gain(np.append(truth, other.axis.drive.gain)[None, :]).errors
     size = float(np.abs(by_gain.measured).max())
     np.testing.assert_allclose(found, alone(truth[None, :]).errors, atol=1e-9 * size)

@@ -5,18 +5,7 @@ what a terminal shows: colours, width, progress. Knows nothing of what a command
 of how a result looks.
 """
 
-from .groups import (
-    Command as Command,
-    Options as Options,
-    check_idle as check_idle,
-    check_needed as check_needed,
-    complete_axis as complete_axis,
-    complete_file as complete_file,
-    option as option,
-    reading as reading,
-    takes as takes,
-)
-from .inputs import (
+from .estimation_options import (
     VALUE as VALUE,
     Filtering as Filtering,
     Fitting as Fitting,
@@ -33,6 +22,17 @@ from .inputs import (
     loss_option as loss_option,
     method_option as method_option,
     one_or_all as one_or_all,
+)
+from .groups import (
+    Command as Command,
+    Options as Options,
+    check_idle as check_idle,
+    check_needed as check_needed,
+    complete_axis as complete_axis,
+    complete_file as complete_file,
+    option as option,
+    reading as reading,
+    takes as takes,
 )
 from .outputs import (
     ProgressLine as ProgressLine,

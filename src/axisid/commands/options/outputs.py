@@ -38,7 +38,7 @@ def print_document(document: "Document") -> None:
 
         click.echo(plain_text(document), nl=False)
         return
-    from .dressed import print_dressed
+    from .rich_terminal import print_dressed
 
     coloured = not os.environ.get("NO_COLOR")
     print_dressed(document, sys.stdout, shutil.get_terminal_size().columns, coloured=coloured)

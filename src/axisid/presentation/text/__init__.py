@@ -4,11 +4,6 @@ In: a result. Out: a document of blocks. Knows nothing of how statistics are com
 """
 
 from .comparison import comparison_document as comparison_document
-from .estimate import (
-    checks_table as checks_table,
-    details_document as details_document,
-    saved_estimate_document as saved_estimate_document,
-)
 from .fits_and_sweeps import (
     fit_validation_document as fit_validation_document,
     law_search_document as law_search_document,
@@ -22,6 +17,11 @@ from .identification import (
     missing_notes as missing_notes,
     saved_document as saved_document,
     verdict_block as verdict_block,
+)
+from .identification_details import (
+    checks_table as checks_table,
+    details_document as details_document,
+    saved_estimate_document as saved_estimate_document,
 )
 from .monte_carlo import (
     estimand_tables as estimand_tables,

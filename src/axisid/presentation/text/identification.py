@@ -33,7 +33,7 @@ from axisid.presentation.result_files import SavedEstimate, SavedIdentification
 from axisid.support.errors import is_nothing, or_dash, range_text
 from axisid.support.mappings import grouped
 
-from .estimate import (
+from .identification_details import (
     band_row,
     details_document,
     iterations,

@@ -26,7 +26,7 @@ from axisid.codegen.runtime.library_cache import (
     cached_library,
     find_compiler,
 )
-from axisid.codegen.runtime.native import Native
+from axisid.codegen.runtime.native_availability import Native
 from axisid.control import cascade_pd
 from axisid.modeling import LIBRARY
 from axisid.modeling.declaration.axis import Axis

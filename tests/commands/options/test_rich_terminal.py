@@ -7,7 +7,7 @@ import pytest
 from rich.cells import cell_len
 
 from axisid import Identification, Record, derive, load_axis, sweep
-from axisid.commands.options.dressed import print_dressed
+from axisid.commands.options.rich_terminal import print_dressed
 from axisid.presentation.documents import (
     Block,
     CheckGroup,

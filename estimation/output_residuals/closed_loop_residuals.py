@@ -20,7 +20,7 @@ from axisid.estimation.unknowns import gains_in, started_at
 from axisid.support.arrays import Array, mask_of
 from axisid.support.errors import DataError, EstimationError
 
-from .output_residuals import SimulationErrors, Stretch, interleaved
+from .output_residuals import OutputResiduals, Stretch, interleaved
 
 
 def measured_output(output: str, axis: GeneratedAxis, record: Record) -> tuple[str, str, Array]:
@@ -52,7 +52,7 @@ def measured_output(output: str, axis: GeneratedAxis, record: Record) -> tuple[s
     return name, str(unit), np.asarray(values)
 
 
-class ClosedLoopErrors(SimulationErrors):
+class ClosedLoopResiduals(OutputResiduals):
     """The simulated loops of the records.
 
     Parameters
@@ -90,7 +90,7 @@ class ClosedLoopErrors(SimulationErrors):
         super().__init__(form, records, stretches)
 
     def outputs_of(self, records: Sequence[Record], physical: Array) -> Array:
-        """See `SimulationErrors.outputs_of`; the first samples tell where a loop starts."""
+        """See `OutputResiduals.outputs_of`; the first samples tell where a loop starts."""
         pieces = []
         for each in self.stretches:
             record, (at, theta) = records[each.record], self._at(each, physical)
@@ -107,7 +107,7 @@ class ClosedLoopErrors(SimulationErrors):
         return np.concatenate(pieces)
 
     def settle(self, physical: Array) -> None:
-        """See `SimulationErrors.settle`: how many steps a sample is simulated in.
+        """See `OutputResiduals.settle`: how many steps a sample is simulated in.
 
         Raises
         ------

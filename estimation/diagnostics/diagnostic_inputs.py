@@ -56,7 +56,7 @@ ONE_RECORD = Missing("there is one record")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Case:
+class DiagnosticInputs:
     """A result to be judged, and what several diagnostics measure of it, each thing once.
 
     Attributes
@@ -67,7 +67,7 @@ class Case:
         By method.
     levels : Levels
         From when on a check tells something.
-    whole : Case or None
+    whole : DiagnosticInputs or None
         The case of all records, where this one is of one of several.
     number : int
         The record among these.
@@ -76,7 +76,7 @@ class Case:
     problem: Problem
     estimates: Mapping[str, Estimate]
     levels: Levels = DEFAULT_LEVELS
-    whole: "Case | None" = None
+    whole: "DiagnosticInputs | None" = None
     number: int = 0
 
     @cached_property
@@ -132,12 +132,12 @@ class Case:
         return self.problem.data[0]
 
     @cached_property
-    def parts(self) -> "tuple[Case, ...]":
+    def parts(self) -> "tuple[DiagnosticInputs, ...]":
         """What there is of each of several records by itself; one record is its own part."""
         if not self.has_parts:
             return (self,)
         return tuple(
-            Case(
+            DiagnosticInputs(
                 problem=Problem(axis=data.axis, data=(data,)),
                 estimates={
                     n: estimate_of_record(e, self.problem, i) for n, e in self.estimates.items()

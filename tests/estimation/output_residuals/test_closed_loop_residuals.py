@@ -1,4 +1,4 @@
-"""Lanes of a record's loops are single loops; their slopes by parameters, law and time."""
+"""BatchResiduals of a record's loops are single loops; their slopes by parameters, law and time."""
 
 from dataclasses import replace
 
@@ -8,9 +8,9 @@ import pytest
 from axisid import Record, build, load_axis, twin_record
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.output_residuals import (
-    ClosedLoopErrors,
-    OpenLoopErrors,
-    SimulationErrors,
+    ClosedLoopResiduals,
+    MultipleShootingResiduals,
+    OutputResiduals,
     jacobian_at,
 )
 from axisid.estimation.regression import Form, InverseForm, simulated_loops
@@ -25,8 +25,8 @@ THETA = np.array([100.2, 236.9, 24.8])
 SETS = np.array([THETA, 1.1 * THETA])
 
 
-def _predictions(axis: GeneratedAxis, output: str, *records: Record) -> ClosedLoopErrors:
-    return ClosedLoopErrors(InverseForm(axis), [axis] * len(records), records, output)
+def _predictions(axis: GeneratedAxis, output: str, *records: Record) -> ClosedLoopResiduals:
+    return ClosedLoopResiduals(InverseForm(axis), [axis] * len(records), records, output)
 
 
 @pytest.mark.parametrize(("output", "every"), [("control", 1), ("position", 1), ("control", 2)])
@@ -89,7 +89,7 @@ INFINITE = np.full(3, np.inf)
 def test_slopes_are_those_of_an_independent_derivative_through_reversals_and_rests(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
-    predictions = ClosedLoopErrors(InverseForm(emps2015), [emps2015], [twin], "control")
+    predictions = ClosedLoopResiduals(InverseForm(emps2015), [emps2015], [twin], "control")
     start = predictions.stretches[0].inputs.start
     assert start.velocity == 0.0
     reference = np.asarray(twin.reference)
@@ -135,12 +135,12 @@ def test_errors_are_a_straight_line_of_the_time(
     every_other = {name: values[::2] for name, values in record.channels().items()}
     slow = Record(**every_other, sample_period=2e-3)
 
-    def of(more: float, form: Form = form) -> SimulationErrors:
+    def of(more: float, form: Form = form) -> OutputResiduals:
         late = drive.with_time(name, 4e-4 + more)
         axis = build(replace(emps2015.declared, drive=late))
         if output == "open-loop":
-            return OpenLoopErrors(form, [axis, axis], [record, slow], 0.1)
-        return ClosedLoopErrors(form, [axis], [record], output)
+            return MultipleShootingResiduals(form, [axis, axis], [record, slow], 0.1)
+        return ClosedLoopResiduals(form, [axis], [record], output)
 
     time = (Parameter(name, "s", lower=0.0),)
     searched = ExtendedForm(emps2015, of_model=form, axes=(emps2015,), time=time)
