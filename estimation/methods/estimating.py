@@ -130,7 +130,7 @@ def _applied(
     method: Method,
     fit: Fit,
     models: dict[str, Covariance],
-    known: Array | None,
+    known: Array,
     jacobian: Array,
 ) -> dict[str, CovarianceEstimate]:
     """Covariances of the regression's own parameters, by name; refused where they are not finite.
@@ -148,8 +148,6 @@ def _applied(
             "row; check the signals' size and the known terms of the equation of motion.",
             code="not-finite",
         )
-    if known is None:
-        return found
     return {name: replace(each, matrix=each.matrix + known) for name, each in found.items()}
 
 
@@ -179,7 +177,7 @@ def _inference(
     fit: Fit,
     applied: Mapping[str, CovarianceEstimate],
     pivot: Covariance,
-    known: Array | None,
+    known: Array,
     bootstrap: Bootstrap | None,
 ) -> Inference:
     """What filter, noise and gain do to an estimate, and its covariances with that.
@@ -192,7 +190,7 @@ def _inference(
         The covariances of the regression's own parameters.
     pivot : Covariance
         That twins scale.
-    known : (k, k) array or None
+    known : (k, k) array
         What values that are known with a deviation add to each covariance.
     bootstrap : Bootstrap or None
         Whose twins tell what filter and noise do, where they can be drawn.
@@ -223,7 +221,6 @@ def _inference(
         if isinstance(told, str):
             names[_PIVOT] += told
         else:
-            known = np.zeros_like(own[_PIVOT]) if known is None else known
             by_known = delta_method(known, jacobian)
             own[_PIVOT] = _scaled(own[_PIVOT], known, *told.theta_scaled)
             mapped[_PIVOT] = _scaled(mapped[_PIVOT], by_known, *told.scaled)
@@ -318,22 +315,25 @@ def _own_rows(values: Array, weights: Array) -> Array:
     return values / (weights if values.ndim == 1 else weights[:, None])
 
 
-def _known_spread(problem: Problem, fit: Fit) -> Array | None:
-    """What wrong known values add to the regression's covariance, (k, k); None for exact ones.
+def _known_spread(problem: Problem, fit: Fit) -> Array:
+    """What wrong known values add to the regression's covariance, (k, k); 0 for exact ones.
 
     A value that is wrong by a deviation changes the force that the model needs, row by row, and the
     estimate by the influence of the rows.
     """
-    joint = problem.joint_form
+    joint, theta = problem.joint_form, fit.solution.theta
     if joint is None:
-        return None
-    values = dict(zip((q.name for q in joint.quantities), fit.solution.theta, strict=True))
+        return np.zeros((len(theta), len(theta)))
+    values = dict(zip((q.name for q in joint.quantities), theta, strict=True))
     unexplained = _unexplained(problem, joint, values)
-    changes = [
-        fit.solution.response.T @ (unexplained - _unexplained(problem, other, values))
-        for other in perturbed_joint_forms(problem.axis, joint)
-    ]
-    return np.transpose(changes) @ changes if changes else None
+    changes = np.reshape(
+        [
+            fit.solution.response.T @ (unexplained - _unexplained(problem, other, values))
+            for other in perturbed_joint_forms(problem.axis, joint)
+        ],
+        (-1, len(theta)),
+    )
+    return np.asarray(changes.T @ changes)
 
 
 def _unexplained(problem: Problem, form: Form, values: Mapping[str, float]) -> Array:

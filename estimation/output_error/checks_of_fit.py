@@ -37,7 +37,6 @@ from axisid.estimation.thresholds import (
 )
 from axisid.estimation.unknowns import GAIN
 from axisid.estimation.verdict_checks import Check, joined, made, status_of
-from axisid.support.arrays import Array
 from axisid.support.errors import Missing
 
 from .result import OutputFit
@@ -306,11 +305,12 @@ def records_alike_check(of: OutputFit) -> Check | Missing | None:
                 size=float(effects.max(initial=0.0)),
             )
         )
-
-    def extended(_: Array, columns: Array) -> tuple[Array, Array, Array]:
-        return sandwich.extended(columns, clustered=of.horizon is not None)
-
-    comparison = pooling_test_of(sandwich.jacobian, records, extended, of.levels)
+    comparison = pooling_test_of(
+        sandwich.jacobian,
+        records,
+        lambda _, columns: sandwich.extended(columns, clustered=of.horizon is not None),
+        of.levels,
+    )
     return pooling_check(comparison, record_labels(of.records), of.levels, "output")
 
 

@@ -162,18 +162,18 @@ class Sandwich:
 
         Or by the scatter over stretches, which are windows of an open loop. What was known is sure.
         """
-        columns, known, parts = self.jacobian @ self.inverse, self.by_known(), []
+        columns, known = self.jacobian @ self.inverse, self.by_known()
         if clustered:
-            parts.append(
-                clustered_covariance(
-                    columns, self.errors, [rows for spans in self.spans for rows in spans]
-                )
-            )
-        for r, rows in enumerate(() if clustered else map(record_rows, self.spans)):
-            curved = self.curvature[rows, None] * self.jacobian[rows]
-            parts.append(self._of_record(columns, r, float(np.sum(columns[rows] * curved))))
-        parts.append(CovarianceEstimate(matrix=known, freedom=np.full(len(known), np.inf)))
-        return sum_covariances(parts)
+            stretches = [rows for spans in self.spans for rows in spans]
+            parts = [clustered_covariance(columns, self.errors, stretches)]
+        else:
+            curved = self.curvature[:, None] * self.jacobian
+            parts = [
+                self._of_record(columns, r, float(np.sum(columns[rows] * curved[rows])))
+                for r, rows in enumerate(map(record_rows, self.spans))
+            ]
+        sure = CovarianceEstimate(matrix=known, freedom=np.full(len(known), np.inf))
+        return sum_covariances([*parts, sure])
 
     def _of_record(self, columns: Array, r: int, taken: float) -> CovarianceEstimate:
         """Of columns (n, j) and a record's errors, of which a fit took so many degrees."""

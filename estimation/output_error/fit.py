@@ -195,12 +195,12 @@ def fit(
         progress=progress,
     )
     levels = Levels(level=level, least_share=least_share)
-    if time is None:
-        first = last = search(generated, start, None)
-    else:
-        first, last = _with_time_found(generated, time, start, search, given[0].period)
-    best = replace(last, start=first.start, started=first.started, remarks=first.remarks)
-    return OutputFit.of(best, judged, levels)
+    found = (
+        search(generated, start, None)
+        if time is None
+        else _with_time_found(generated, time, start, search, given[0].period)
+    )
+    return OutputFit.of(found, judged, levels)
 
 
 def _with_time_found(
@@ -209,8 +209,8 @@ def _with_time_found(
     start: StartLike,
     search: Callable[[GeneratedAxis, StartLike, Parameter], FitSearch],
     period: float,
-) -> tuple[FitSearch, FitSearch]:
-    """The first search, and the one that ends where its loop has the time that it finds.
+) -> FitSearch:
+    """The search that ends where its loop has the time that it finds, from the first one's start.
 
     The period is that of the records, s: an open loop has no law with one.
 
@@ -226,7 +226,7 @@ def _with_time_found(
         first = first or last
         step = np.clip(last.best.physical[-1] - value, -_FURTHEST * period, _FURTHEST * period)
         if abs(step) < _MAX_TIME_STEP * period:
-            return first, last
+            return replace(last, start=first.start, started=first.started, remarks=first.remarks)
         start, value = last.ended, max(value + float(step), 0.0)
     raise EstimationError(
         f"the drive's {time.name} does not settle; it is about {value:.3g} s. See whether the law "

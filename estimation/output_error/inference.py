@@ -257,7 +257,7 @@ def _covariances(
         if starts.any():
             whole = sandwich.beside(weights[:, None] * starts).coloured()
             coloured = replace(coloured, matrix=whole.matrix[:k, :k])
-    covariances, iid = {"coloured": coloured.matrix}, sandwich.independent()
+    covariances = {"coloured": coloured.matrix, "iid": sandwich.independent()}
     if of.horizon is None and twins is not None:
         centred = twins - twins.mean(axis=1, keepdims=True)
         estimates = -influence @ centred
@@ -266,7 +266,7 @@ def _covariances(
         covariances["bootstrap"] = by_twins + sandwich.by_known()
     elif of.horizon is not None:
         # Of few windows next to nothing, as a fit makes their sum 0.
-        matrix = widened(coloured.matrix, np.diag(iid))
+        matrix = widened(coloured.matrix, np.diag(covariances["iid"]))
         coloured, covariances["coloured"] = replace(coloured, matrix=matrix), matrix
         if twins is not None:
             # Of two opposite twins it is what they do alike, which is what is taken off; the mean
@@ -285,7 +285,6 @@ def _covariances(
             raise EstimationError(lanes.failures[0], code="simulation")
         doubted.append(lanes.errors - of.best.errors[:, None])
     by_doubts = influence @ np.hstack(doubted)
-    covariances = {"coloured": covariances.pop("coloured"), "iid": iid, **covariances}
     return coloured, {
         name: matrix + by_doubts @ by_doubts.T for name, matrix in covariances.items()
     }

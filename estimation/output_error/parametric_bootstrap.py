@@ -180,9 +180,12 @@ def factors_in_twins(
         Of the record.
     found : EstimatedGains
     """
-    if isinstance(law, Missing) or isinstance(loops, Missing):
-        return []
-    if not law.factors or loops.chain.is_silent:
+    if (
+        isinstance(law, Missing)
+        or isinstance(loops, Missing)
+        or not law.factors
+        or loops.chain.is_silent
+    ):
         return []
     twins = loops.twins(loops.chain, _TWINS, paired=False)
     checked = (found_law_agreement(loops.data.axis, twin, found) for twin in twins)
@@ -218,10 +221,11 @@ def move_by_record(
         factors, or only those of another sign.
     """
     names = [*of_records[0]]
-    factors = [law.factors if isinstance(law, LawAgreement) else {} for law in laws]
-    # Of a law with another sign, straight lines from the declared one tell nothing.
     # A record that does not show the drive's limit says nothing against the declared one.
-    factors = [{LIMIT: 1.0} | f for f in factors]
+    factors = [
+        {LIMIT: 1.0} | (law.factors if isinstance(law, LawAgreement) else {}) for law in laws
+    ]
+    # Of a law with another sign, straight lines from the declared one tell nothing.
     factors = [f if all(f.get(name, 0.0) > 0 for name in names) else {} for f in factors]
     telling = [each for each in factors if each]
     if not telling or not names:

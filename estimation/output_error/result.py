@@ -126,8 +126,10 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         if search.alone is not None:
             alone = inferred(replace(search, unknowns=u.without_prior, best=search.alone))
             deviations = np.sqrt(np.maximum(alone.variances, 0.0))
-            for j in map(int, np.flatnonzero(u.has_prior)):
-                without[u.names[j]] = float(alone.physical[j]), float(deviations[j])
+            without = {
+                u.names[j]: (float(alone.physical[j]), float(deviations[j]))
+                for j in np.flatnonzero(u.has_prior)
+            }
         return cls(
             **vars(search),
             **vars(inference),

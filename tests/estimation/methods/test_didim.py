@@ -23,11 +23,11 @@ from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd_difference
 from axisid.estimation.diagnostics.model_error_checks import simulation_error_check
 from axisid.estimation.estimates import NotSimulated
-from axisid.estimation.estimates.estimate import Estimate
 from axisid.estimation.methods.instrumental import NEARLY_CONVERGED
 from axisid.estimation.thresholds import CONVERGED
 from benchmarks.machines import Machine, records, white
 from tests.axes.stage import generated, stage_record
+from tests.estimation.output_error.fits import checks
 from tests.refusals import refuses
 
 #: The paper's, of the published record.
@@ -37,10 +37,6 @@ PUBLISHED = Prefilter(cutoff=100.0, decimate=10, drop=(49, 0), hold="raw", rever
 @pytest.fixture(scope="module")
 def alone(emps2015: GeneratedAxis, twin: Record) -> Identification:
     return identify(emps2015, twin, methods="didim")
-
-
-def checks_of(result: Identification) -> dict[str, str]:
-    return {check.name: check.status for check in result.verdict}
 
 
 @pytest.mark.parametrize("mass", [5.0, 100.0, 400.0, 1000.0])
@@ -117,7 +113,7 @@ def test_noise_that_shakes_friction_is_taken_off(emps2015: GeneratedAxis) -> Non
         assert value.shift > 1.0
         missed += abs(value.value - 236.9) > 2 * value.deviation
         assert abs(value.corrected - 236.9) < 3 * value.deviation
-        assert checks_of(result)["missing terms"] == "pass"
+        assert checks(result)["missing terms"].status == "pass"
     assert missed >= 3
 
 
@@ -125,8 +121,8 @@ def test_noise_that_shakes_friction_is_taken_off(emps2015: GeneratedAxis) -> Non
 def test_alone_every_check_is_of_the_loops_rows(
     emps2015: GeneratedAxis, alone: Identification
 ) -> None:
-    assert "fail" not in checks_of(alone).values()
-    assert "method" not in checks_of(alone)
+    assert "fail" not in [check.status for check in alone.checks]
+    assert "method" not in checks(alone)
     diagnosis = alone.diagnosis
     assert diagnosis.instruments is None
     assert diagnosis.alignment.by_instruments  # type: ignore[union-attr]
@@ -146,15 +142,14 @@ def test_several_records_are_one_regression() -> None:
     found = identify(axis, records, methods=["idm-iv", "didim"], local="tau0")
     turned = identify(axis, records[::-1], methods="didim", local="tau0")
     didim = found["didim"]
-    own = found.local["tau0"]
-    assert [v.value for v in own] == pytest.approx([3.0, -2.0], abs=0.3)
+    assert [v.value for v in found.local["tau0"]] == pytest.approx([3.0, -2.0], abs=0.3)
     assert didim.weights is not None
     assert turned.preferred.physical[:3] == pytest.approx(didim.physical[:3], rel=1e-9)
     assert turned.preferred.physical[3:] == pytest.approx(didim.physical[:2:-1], rel=1e-9)
     for name, value in didim.parameters.items():
         assert value.deviation < 1.05 * found["idm-iv"].parameters[name].deviation
-    assert checks_of(found)["method"] == "pass"
-    assert "fail" not in checks_of(turned).values()
+    assert checks(found)["method"].status == "pass"
+    assert "fail" not in [check.status for check in turned.checks]
 
 
 def test_a_second_record_is_estimated_anew_by_its_own_loops_rows(
@@ -218,24 +213,17 @@ def test_a_loop_that_jumps_ends_near_and_says_so() -> None:
     assert float(told.split("ends ")[1].split()[0]) <= NEARLY_CONVERGED
 
 
-@pytest.fixture(scope="module")
-def fitted() -> Estimate:
-    axis = load_axis("emps2015")
-    return identify(axis, twin_record(axis), methods="idm-ls")["idm-ls"]
-
-
 @pytest.mark.slow
-def test_estimates_without_inertia_fail_the_simulation() -> None:
+def test_estimates_without_inertia_fail_the_simulation(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
     """Least squares needs no simulation, and yet says that there can be none."""
-    axis = load_axis("emps2015")
-    record = twin_record(axis)
-    turned = replace(record, control=-record.control)
-    result = identify(axis, turned, methods="idm-ls")
-    (check,) = (c for c in result.verdict if c.name == "simulation")
+    turned = replace(twin, control=-twin.control)
+    check = checks(identify(emps2015, turned, methods="idm-ls"))["simulation"]
     assert check.status == "fail"
     assert "no positive inertia" in check.meaning
     with refuses("simulation", says="no positive inertia"):
-        identify(axis, turned, methods="idm-iv")
+        identify(emps2015, turned, methods="idm-iv")
 
 
 _STIFF = NotSimulated("it is too stiff.", by_estimate=True)
@@ -256,20 +244,21 @@ _STIFF = NotSimulated("it is too stiff.", by_estimate=True)
     ],
 )
 def test_how_closely_the_loop_follows_is_said_and_what_keeps_it_from_it(
-    fitted: Estimate, changed: dict[str, Any], rest: float, said: str
+    result: Identification, changed: dict[str, Any], rest: float, said: str
 ) -> None:
-    check = simulation_error_check(replace(fitted, **changed), rest)
+    check = simulation_error_check(replace(result["idm-ls"], **changed), rest)
     assert re.search(said, check.meaning)
     assert (check.status == "fail") == (
         changed.get("simulated") is _STIFF or rest > 0 or "60" in said
     )
 
 
-def test_a_loop_that_no_law_makes_is_no_objection(fitted: Estimate) -> None:
+def test_a_loop_that_no_law_makes_is_no_objection(result: Identification) -> None:
     untried = replace(
-        fitted, simulated=NotSimulated("it has no law"), simulation_error_percent=None
+        result["idm-ls"].with_inference(noise_free=None),
+        simulated=NotSimulated("it has no law"),
+        simulation_error_percent=None,
     )
-    untried = untried.with_inference(noise_free=None)
     assert simulation_error_check(untried, 0.0) == untried.simulated
 
 

@@ -117,18 +117,17 @@ def test_what_several_parameters_make_together_is_as_sure_as_it_scatters(
     emps2015: GeneratedAxis,
 ) -> None:
     """Friction at 0.1 m/s: noise of the position moves viscous and Coulomb against each other."""
-    away: dict[str, list[float]] = {method: [] for method in METHODS}
-    told: dict[str, list[float]] = {method: [] for method in METHODS}
+    found: dict[str, list[tuple[float, float]]] = {method: [] for method in METHODS}
     by = np.array([0.0, 0.1, 1.0])
     for seed in range(8):
         record = twin_record(emps2015, seed=seed, position_noise=3e-5)
         truth = np.array([*record.provenance.truth.values()])
         for method, estimate in identify(emps2015, record, methods=METHODS).estimates.items():
-            away[method].append(float(by @ (estimate.corrected - truth)))
-            told[method].append(float(np.sqrt(by @ estimate.covariance @ by)))
-    for method in METHODS:
-        scatter = float(np.sqrt(np.mean(np.square(away[method]))))
-        assert 0.4 < np.mean(told[method]) / scatter < 2.5
+            away = float(by @ (estimate.corrected - truth))
+            found[method].append((away, float(np.sqrt(by @ estimate.covariance @ by))))
+    for of_method in found.values():
+        away, told = np.transpose(of_method)
+        assert 0.4 < np.mean(told) / np.sqrt(np.mean(away**2)) < 2.5
 
 
 @pytest.mark.slow

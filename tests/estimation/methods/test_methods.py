@@ -18,7 +18,7 @@ from axisid.estimation.identification import Identification
 from axisid.estimation.methods import METHODS
 from axisid.estimation.methods.instrumental import StepControl
 from axisid.estimation.methods.least_squares import robust_solution
-from axisid.estimation.regression import Hac, Robust, factor
+from axisid.estimation.regression import Hac, Robust, Solution, factor
 from axisid.estimation.thresholds import CONVERGED
 from axisid.support.arrays import Array
 from tests.recipes import commands_with, row_of_recipe
@@ -99,23 +99,22 @@ def test_steps_that_fall_steadily_are_known_where_they_lead_to() -> None:
 LOSSES = ("huber", "bisquare")
 
 
-def _contaminated(seed: int = 3) -> tuple[Array, Array]:
-    """A regression of which a tenth of the rows has forty times the noise, to one side."""
+def _contaminated(loss: str, seed: int = 3) -> tuple[Array, Array, Solution]:
+    """A regression of which a tenth of the rows has forty times the noise, to one side; solved."""
     rng = np.random.default_rng(seed)
     X = rng.normal(size=(400, 3)) * [1.0, 10.0, 1e-3]
     y = X @ [2.0, -0.3, 500.0] + rng.normal(scale=0.1, size=400)
     y[::10] += np.abs(rng.normal(scale=4.0, size=40))
-    return y, X
+    columns = factor(X, ("a", "b", "c"))
+    return y, X, robust_solution(y, columns, columns, loss)
 
 
 @pytest.mark.parametrize("loss", LOSSES)
 def test_estimate_is_that_of_another_program(loss: str) -> None:
-    y, X = _contaminated()
+    y, X, found = _contaminated(loss)
     norm = sm.robust.norms.HuberT(1.345) if loss == "huber" else sm.robust.norms.TukeyBiweight()
     other: Any = sm.RLM(y, X / np.linalg.norm(X, axis=0), M=norm)
     oracle = other.fit(tol=1e-14, maxiter=500)
-    columns = factor(X, ("a", "b", "c"))
-    found = robust_solution(y, columns, columns, loss)
     assert found.theta * np.linalg.norm(X, axis=0) == pytest.approx(oracle.params, rel=1e-7)
     assert found.counts.weights == pytest.approx(oracle.weights, abs=1e-6)
 
@@ -125,9 +124,7 @@ def test_estimate_is_that_of_another_program(loss: str) -> None:
 def test_intervals_of_contaminated_rows_hold_the_truth(loss: str) -> None:
     held, truth = np.zeros((2, 3)), np.array([2.0, -0.3, 500.0])
     for seed in range(200):
-        y, X = _contaminated(seed)
-        columns = factor(X, ("a", "b", "c"))
-        found = robust_solution(y, columns, columns, loss)
+        *_, found = _contaminated(loss, seed)
         for place, model in enumerate((Robust(), Hac())):
             away = 1.96 * np.sqrt(np.diag(model.matrix(found)))
             held[place] += np.abs(found.theta - truth) < away
@@ -138,9 +135,7 @@ def test_intervals_of_contaminated_rows_hold_the_truth(loss: str) -> None:
 def test_the_estimate_follows_the_size_of_its_left_side(loss: str) -> None:
     # Estimates by a loss are as large as what they explain, so that the slope is the estimate, but
     # for what the median of the residuals does.
-    y, X = _contaminated()
-    columns = factor(X, ("a", "b", "c"))
-    found = robust_solution(y, columns, columns, loss)
+    y, _, found = _contaminated(loss)
     assert found.response.T @ y == pytest.approx(found.theta, rel=0.02)
 
 

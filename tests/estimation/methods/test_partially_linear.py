@@ -108,9 +108,8 @@ def test_search_finds_what_a_full_search_over_all_parameters_finds(
     found = scipy_least_squares(residuals, start, x_scale=start, xtol=1e-14, ftol=1e-14)
     assert estimate.physical == pytest.approx(found.x, rel=1e-5)
     assert estimate.residuals == pytest.approx(residuals(estimate.physical), abs=1e-6)
-    jacobian = found.jac
     variance = float(found.fun @ found.fun) / (len(y) - 1)
-    covariance = variance * np.linalg.inv(jacobian.T @ jacobian)
+    covariance = variance * np.linalg.inv(found.jac.T @ found.jac)
     assert np.diag(estimate.covariances["iid"]) == pytest.approx(np.diag(covariance), rel=1e-3)
 
 
@@ -186,8 +185,7 @@ def test_damped_iterates_show_the_error_of_their_own_loop(
     data = filtered_record(axis, record, kept)
     for iterate in damped.iterates:
         loops = simulated_loops(axis, record, iterate.physical)
-        form = InverseForm(axis)
-        rows = simulated_rows(form, loops, iterate.physical, data)
+        rows = simulated_rows(InverseForm(axis), loops, iterate.physical, data)
         left = damped.y - rows.intercept - rows.regressor @ iterate.physical
         own = 100 * np.linalg.norm(left) / np.linalg.norm(damped.y)
         assert iterate.theta == pytest.approx(iterate.physical, rel=1e-12)

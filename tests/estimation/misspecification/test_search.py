@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from importlib import import_module
@@ -29,6 +30,7 @@ from axisid.estimation.misspecification import Misspecification
 from axisid.estimation.verdict_checks import Check, Levels
 from axisid.modeling.quantities import Constant
 from tests.axes.recorded import AREA, recorded_axis, recorded_values
+from tests.estimation.output_error.fits import checks
 from tests.refusals import refuses
 
 field: Any = import_module("field")
@@ -113,11 +115,10 @@ def test_friction_that_is_not_declared_is_told_as_what_it_is(
 
 @pytest.mark.parametrize("given", [0, 1, 2.0, -0.1, math.nan, "0.01", True, None])
 @pytest.mark.parametrize("name", ["level", "least_share"])
-def test_levels_are_shares(twin: Record, name: str, given: Any) -> None:
+@pytest.mark.parametrize("by", [identify, fit])
+def test_levels_are_shares(twin: Record, by: Callable[..., object], name: str, given: Any) -> None:
     with refuses("method", says=f"the {name.replace('_', ' ')} is"):
-        identify(AXIS, twin, **{name: given})
-    with refuses("method"):
-        fit(AXIS, twin, **{name: given})
+        by(AXIS, twin, **{name: given})
 
 
 def test_levels_are_those_of_the_checks_and_of_the_file(twin: Record, tmp_path: Path) -> None:
@@ -150,8 +151,7 @@ def test_a_delay_is_found_and_said_by_one_check() -> None:
 def test_a_feed_forward_that_is_not_in_the_log_is_found() -> None:
     case = field.wrong(1)["feed-forward out of the log; P-PI"]
     result = identify(case.axis, *case.records(1, 1), methods="didim")
-    (check,) = (each for each in result.verdict if each.name == "missing terms")
-    assert "feed-forward" in check.meaning
+    assert "feed-forward" in checks(result)["missing terms"].meaning
 
 
 @pytest.mark.parametrize(
@@ -201,8 +201,7 @@ def _coarse(name: str, spikes: int = 0) -> Record:
 
 def _outliers(name: str, record: Record, **options: str) -> Check:
     result = identify(build(load_axis(name)), record, methods=["idm-iv"], **options)
-    (check,) = (c for c in result.verdict if c.name == "outliers")
-    return check
+    return checks(result)["outliers"]
 
 
 @pytest.mark.slow
@@ -242,8 +241,7 @@ def _check(kind: str, *, known: bool = False, late: int = 0, factor: float = 1.0
     rows = np.clip(np.arange(len(record)) - late, 0, len(record) - 1)
     signals = {name: factor * values[rows] for name, values in record.signals.items()}
     result = identify(axis, replace(record, signals=signals), methods=["idm-iv"])
-    (found,) = (c for c in result.verdict if c.name == "recorded signals")
-    return found
+    return checks(result)["recorded signals"]
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""What tests of fits make records by, and what they ask of a fit."""
+"""What tests of fits make records by, and what they ask of a result."""
 
 from collections.abc import Mapping, Sequence
 
@@ -8,7 +8,7 @@ from axisid import Record, simulate
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.output_error import OutputFit
 from axisid.estimation.simulation import Simulation
-from axisid.estimation.verdict_checks import Check
+from axisid.estimation.verdict_checks import Check, Checked
 from axisid.support.arrays import Array
 
 #: Of the axis `emps2015`.
@@ -43,6 +43,6 @@ def off(found: OutputFit, truth: Mapping[str, float] = TRUTH) -> Array:
     return np.array([(found[n].value - value) / found[n].deviation for n, value in truth.items()])
 
 
-def checks(found: OutputFit) -> dict[str, Check]:
+def checks(found: Checked) -> dict[str, Check]:
     """By name."""
     return {check.name: check for check in found.checks}

@@ -1,5 +1,6 @@
 """Fits of machines that rest, of friction that remembers, of a time of the drive."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
 from typing import Any
@@ -122,22 +123,21 @@ def _record(axis: GeneratedAxis, theta: Array, *, noise: float, samples: int) ->
 
 
 @pytest.mark.parametrize(
-    ("code", "asked"),
+    ("by", "code", "asked"),
     [
-        ("equation", {"output": "open-loop"}),
-        ("free", {"free": "lag"}),
-        ("simulation", {"start": {"s0": 1e12}}),
+        (identify, "equation", {}),
+        (fit, "equation", {"output": "open-loop"}),
+        (fit, "free", {"free": "lag"}),
+        (fit, "simulation", {"start": {"s0": 1e12}}),
     ],
 )
 def test_what_friction_that_remembers_does_not_serve_is_refused(
-    code: str, asked: dict[str, Any]
+    by: Callable[..., object], code: str, asked: dict[str, Any]
 ) -> None:
     axis = virtual("dahl")
     record = _record(axis, axis.nominal, noise=0.0, samples=50)
-    with refuses("equation"):
-        identify(axis, record)
     with refuses(code):
-        fit(axis, record, **asked)
+        by(axis, record, **asked)
     unknown = Parameter("s0", "N/m", lower=0.0)
     unsized = build(declared("unsized", (unknown, Fc), dahl(unknown, x, coulomb=Fc)))
     with refuses("fit"):

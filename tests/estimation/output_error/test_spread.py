@@ -22,15 +22,13 @@ SLOW_SCREW = Path(__file__).parents[3] / "benchmarks" / "slow_screw.toml"
 
 
 def _sandwich(J: Array, e: Array) -> Sandwich:
-    rows = slice(0, len(e))
-    nothing = np.zeros((0, J.shape[1]))
     return Sandwich(
         jacobian=J,
         errors=e,
         curvature=np.ones(len(e)),
-        known=nothing,
+        known=np.zeros((0, J.shape[1])),
         counts=np.ones(len(e)),
-        spans=((rows,),),
+        spans=((slice(0, len(e)),),),
         periods=(1e-3,),
     )
 
