@@ -1,5 +1,6 @@
 """The noise of a record, measured in what it is beside its loop at an estimate."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -47,8 +48,9 @@ def measured_noise(
     Steps are those of the grids of what was logged. White noise of the position is what its second
     differences have beyond those of the loop, and of twins with the encoder's steps alone, as much
     as leaves the same in twins with both. What acts beside the control is a sum of autoregressions
-    of given correlation times, whose variances are the likeliest by Whittle for the rows of the
-    inverse model, without all that the model's columns explain when they may change with time,
+    of given correlation times, whose variances are the likeliest by Whittle for what the inverse
+    model leaves in the rows, and for the force beside that of the loop, which has less of the
+    encoder: both without all that the model's columns explain when they may change with time,
     place, speed and direction, and without what twins with noise and steps of the position have
     there in common, beside what each of these has of its own: first of the steps alone, then of
     twins that are disturbed as well. None is there that is not surely likelier than nothing, and
@@ -91,30 +93,36 @@ def measured_noise(
     # Near turns of either the equation has errors that are no noise of a given colour.
     moving = data.turning_as(quiet.record.position, also=True)
     rows = RowSpectrum.of(moving, quiet)
-    by_filter = _residuals(quiet, physical, moving)
-    residuals = _residuals(data, physical, moving) - by_filter
+    by_filter = _rows_of(quiet, physical, moving)
+    errors_of_record = _rows_of(data, physical, moving) - by_filter
+    residuals = errors_of_record[0]
     times = [t for t in CORRELATION_TIMES if _LONGEST * t <= data.period * len(data)]
     units = rows.power_of_disturbances(moving, times)
     in_control = _control_noise(data, residuals, moving, rows, chain, times, units)
     chain = replace(chain, control=in_control)
 
     def errors_of(twin: FilteredRecord) -> Array:
-        return _residuals(twin, physical, moving) - by_filter
+        return _rows_of(twin, physical, moving) - by_filter
+
+    def by_band(errors: Array) -> Array:
+        return np.concatenate([rows.power(each) for each in errors])
 
     # What every twin has again is no noise: a loop hunts alike until something disturbs it.
     errors = _of_twins(errors_of, data, physical, chain)
     repeated, count = errors.mean(axis=0), len(errors)
 
     def power_of(twin: FilteredRecord) -> Array:
-        return rows.power(errors_of(twin) - repeated)
+        return by_band(errors_of(twin) - repeated)
 
-    power = rows.power(residuals - repeated)
+    power = by_band(errors_of_record - repeated)
     # The mean holds a twin itself, and the record not: beside an independent mean.
     steps = (
-        (count + 1) / max(count - 1, 1) * np.array([rows.power(each - repeated) for each in errors])
+        (count + 1) / max(count - 1, 1) * np.array([by_band(each - repeated) for each in errors])
     )
     known = steps.mean(axis=0)
-    if rows.counts @ rows.power(residuals) < _LEAST_POWER * (rows.counts @ rows.power(errors.T)):
+    if rows.counts @ rows.power(residuals) < _LEAST_POWER * (
+        rows.counts @ rows.power(errors[:, 0].T)
+    ):
         raise EstimationError(
             "its position has noise at the highest frequencies that is not white: there is less "
             "in its rows.",
@@ -122,10 +130,16 @@ def measured_noise(
         )
     if np.linalg.norm(residuals) <= _ROUNDING * np.linalg.norm(moving.reduce(moving.signals.force)):
         return chain  # rounding alone
+    # Of a disturbance the inverse model leaves all, the loop's force what the law answers to it.
+    variance = float(np.split(power, 2)[1].mean() / units[0].mean())
+    beside_law = replace(chain, disturbances=((0.0, math.sqrt(variance)),))
+    answered = np.split(_of_twins(power_of, data, physical, beside_law).mean(axis=0) - known, 2)[1]
+    share = np.maximum(answered, 0.0) / (variance * units[0] + _LEAST * power.max())
+    units, counts = np.hstack([units, share * units]), np.tile(rows.counts, 2)
     backgrounds = np.vstack([known, steps]) if chain.position_step else known[None]
-    variances = likeliest_variances(power, units, backgrounds, rows.counts)
+    variances = likeliest_variances(power, units, backgrounds, counts)
     # A little that is not there biases estimates, and would keep twins from hunting alike.
-    seen = power, units, backgrounds, _independent(rows.counts, steps)
+    seen = power, units, backgrounds, _independent(counts, steps)
     surely = _likelihood(variances, *seen) > _likelihood(0 * variances, *seen) + _SURELY
     variances = variances * surely[:, None]
 
@@ -142,7 +156,7 @@ def measured_noise(
             break
         hunting = np.maximum(disturbed.mean(axis=0) - mean @ units, 0.0)
         beside = backgrounds * (hunting / (known + _LEAST * power.max()))
-        again = likeliest_variances(power, units, beside, rows.counts)
+        again = likeliest_variances(power, units, beside, counts)
         variances = np.sqrt(variances * np.maximum(again, variances / _MOST_AT_ONCE))
     likeliest, *others = map(disturbances, variances)
     return replace(chain, disturbances=likeliest, drawn=tuple(others))
@@ -156,7 +170,7 @@ def _of_twins(
 ) -> Array:
     """Figures (b,) of twins with a chain's noise, (m, b); 0 without, or where none is simulated."""
     figures = [figures_of(twin) for twin in twins_of(data, physical, chain, _TWINS)]
-    return np.array(figures) if figures else np.zeros((1, len(figures_of(data))))
+    return np.array(figures) if figures else np.zeros((1, *figures_of(data).shape))
 
 
 def _control_noise(
@@ -326,11 +340,11 @@ def _white(record: Record, quiet: Record, role: str) -> float | None:
     return float(np.sqrt(np.mean(second**2) / 6)) if len(second) else 0.0
 
 
-def _residuals(record: FilteredRecord, physical: Array, data: FilteredRecord) -> Array:
-    """What the inverse model leaves of a record, in the rows of another of its kind, (n,)."""
+def _rows_of(record: FilteredRecord, physical: Array, data: FilteredRecord) -> Array:
+    """What the inverse model leaves of a record, and its force, in another's rows, (2, n)."""
     form = InverseForm(data.axis).at(physical)
     rows = form.equations(record.signals).reduced(data)
-    return rows.residuals(form.regressed(physical))
+    return np.stack([rows.residuals(form.regressed(physical)), rows.left])
 
 
 @dataclass(frozen=True, kw_only=True)
