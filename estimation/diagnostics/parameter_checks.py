@@ -342,7 +342,7 @@ def within_bounds(
         values |= {n: v for n, v in physical.parameters.items() if n not in {*values, *known}}
     bounded = {p.name: p for p in (*axis.base.declared.parameters, *estimate.form.declared)}
     declared = [p for name, p in bounded.items() if p.is_bounded and name in values]
-    outside = [p for p in declared if not p.is_inside(values[p.name].corrected)]
+    outside = [p for p in declared if not p.lower < values[p.name].corrected < p.upper]
     if held and not outside:
         return at_bound_check(held, cause)
     if not declared:

@@ -192,8 +192,7 @@ class Axis:
     def drives_by_motion(self) -> bool:
         """Whether the force that its drive makes of a control depends on the motion."""
         along = self.drive.along(self.coordinate)
-        motion = (*along, *along.values(), DIRECTION)
-        return not self.drive.force.free_symbols.isdisjoint(motion)
+        return not self.drive.force.free_symbols.isdisjoint((*along, *along.values(), DIRECTION))
 
     @property
     def has_stribeck(self) -> bool:

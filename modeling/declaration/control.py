@@ -25,10 +25,9 @@ from axisid.modeling.quantities import (
     multiplied_out,
     number,
     settle,
-    several,
     signals_in,
 )
-from axisid.support.errors import ModelError, is_among, is_whole, quoted, refuse
+from axisid.support.errors import ModelError, is_among, is_whole, listed as several, quoted, refuse
 from axisid.support.mappings import FrozenMapping
 
 #: Samples of a delay, at most.

@@ -282,9 +282,8 @@ class Drive:
     @property
     def is_times_gain(self) -> bool:
         """Whether the force is the gain times what the gain has no part in."""
-        off = self.force_by_gain - self.force
-        plain = off.replace(sympy.Abs, lambda x: x * sympy.sign(x))
-        return bool(multiplied_out(plain) == 0)
+        off = (self.force_by_gain - self.force).replace(sympy.Abs, lambda x: x * sympy.sign(x))
+        return bool(multiplied_out(off) == 0)
 
     @property
     def inverse(self) -> sympy.Expr:

@@ -14,13 +14,12 @@ from axisid.modeling.quantities import (
     expression,
     float_at,
     listed,
-    several,
     signals_in,
     slope,
     vanishes,
     with_numbers,
 )
-from axisid.support.errors import ModelError
+from axisid.support.errors import ModelError, listed as several
 
 from .axis import Axis
 

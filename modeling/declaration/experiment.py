@@ -96,12 +96,11 @@ def back_and_forth(
         raise ModelError(
             f"repeat is {quoted(repeat)}; give a whole number from 1 to {_MOST_REPEATS}."
         )
-    once = (
+    return repeat * tuple(
         Move(sign * speed * seconds, speed, acceleration, dwell)
         for speed in speeds
         for sign in (1, -1)
     )
-    return tuple(once) * repeat
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -157,9 +157,8 @@ def _derivative(
     if not value:
         return Block(sympy.S.Zero), {}
     signal = _ERROR if of == "error" else -MEASURED_POSITION
-    formed = difference(signal, name="last", start=signal)
-    if filter_time:
-        formed = smoothed(formed, "filter_time", "derivative")
+    slope = difference(signal, name="last", start=signal)
+    formed = smoothed(slope, filter_time, "filter_time", "derivative")
     return formed, {name: value, **without_zeros({"filter_time": filter_time})}
 
 
@@ -328,8 +327,7 @@ def dynamixel_position(
     ----------
     [Robotis2018]_, sections 2.4.26 and following.
     """
-    registers = {"i": i, "d": d, "ff1": ff1, "ff2": ff2}
-    gains = {"p": p, **without_zeros(registers)}
+    gains = {"p": p, **without_zeros({"i": i, "d": d, "ff1": ff1, "ff2": ff2})}
     by_count = in_range(counts, "the counts of a turn", positive=True) / (2 * math.pi)
     error, reference = by_count * _ERROR, by_count * REFERENCE
     before = [sympy.Symbol(name, real=True) for name in ("q1", "reference1", "reference2")]

@@ -73,8 +73,9 @@ def check_states(
         unit = parse_unit(state.unit)
         rate, *others = state.values
         for value, wanted in ((rate, unit / parse_unit("s")), *((v, unit) for v in others)):
-            what = f"{value} of the state {state.name}, which is in {unit},"
-            check_unit(value, wanted, units, what)
+            check_unit(
+                value, wanted, units, f"{value} of the state {state.name}, which is in {unit},"
+            )
 
 
 def check_unit(

@@ -56,15 +56,24 @@ def formed_velocity(
             "velocity='pll'.",
             code="law",
         )
-    formed = _FORMED[how]()
-    if filter_time:
-        formed = smoothed(formed, "velocity_filter", "velocity1")
+    formed = smoothed(_FORMED[how](), filter_time, "velocity_filter", "velocity1")
     return formed, without_zeros({"pll_bandwidth": bandwidth, "velocity_filter": filter_time})
 
 
-def smoothed(block: Block, filter_time: str, name: str) -> Block:
-    """A block behind a low-pass, whose time constant is the gain of a name, as is its memory."""
-    smooth = low_pass(block.value, time_constant=gain(filter_time), name=name)
+def smoothed(block: Block, filter_time: float, name: str, memory: str) -> Block:
+    """A block behind a low-pass, whose time constant is the gain of a name; itself where that is 0.
+
+    Parameters
+    ----------
+    block : Block
+    filter_time : float
+        The time constant, s.
+    name, memory : str
+        Of its gain, and of what the low-pass remembers.
+    """
+    if not filter_time:
+        return block
+    smooth = low_pass(block.value, time_constant=gain(name), name=memory)
     return Block(smooth.value, (*block.memory, *smooth.memory))
 
 

@@ -2,8 +2,10 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import sympy
+from sympy.utilities.iterables import connected_components
 
 from axisid.modeling.declaration import known_text
 from axisid.modeling.quantities import DIRECTION, FORCE, Formula, rounded
@@ -59,14 +61,11 @@ def _groups(
     base: BaseModel, directions: Sequence[NullSpaceVector]
 ) -> list[tuple[list[str], list[NullSpaceVector]]]:
     """Directions that share parameters together, with the names of these in their order."""
-    groups: list[tuple[set[sympy.Symbol], list[NullSpaceVector]]] = []
-    for direction in directions:
-        apart = [group for group in groups if not group[0] & set(direction)]
-        joined = [group for group in groups if group[0] & set(direction)]
-        symbols = set(direction).union(*(group[0] for group in joined))
-        groups = [*apart, (symbols, [*(d for group in joined for d in group[1]), direction])]
+    places = range(len(directions))
+    sharing = [(i, j) for i, j in combinations(places, 2) if {*directions[i]} & {*directions[j]}]
+    groups = [[directions[i] for i in sorted(g)] for g in connected_components((places, sharing))]
     order = [p.symbol for p in base.declared.parameters]
-    return [([str(s) for s in order if s in symbols], found) for symbols, found in groups]
+    return [([str(s) for s in order if any(s in d for d in group)], group) for group in groups]
 
 
 def _seen(base: BaseModel, names: Iterable[str]) -> str:

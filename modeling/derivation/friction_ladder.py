@@ -95,8 +95,7 @@ def _friction_parameters(axis: Axis) -> AbstractSet[sympy.Symbol]:
 
 def _rest(term: sympy.Expr, parameters: AbstractSet[sympy.Symbol]) -> sympy.Expr:
     """What a term is without some parameters."""
-    inside = term.free_symbols & parameters
-    linear = {p for p in inside if vanishes(term.diff(p, 2))}
+    linear = {p for p in term.free_symbols & parameters if vanishes(term.diff(p, 2))}
     rest = where(term, linear)
     if rest is None or rest.free_symbols & parameters:
         rest = multiplied_out(term if rest is None else rest, powers=False)
@@ -150,11 +149,15 @@ def _laws(
         "directional": directional,
     }
     if quadratic:
-        drag = term("Fq", f"{force}/({rate})^2", speed * sympy.Abs(speed))
-        laws["quadratic"] = [*directional, drag]
+        laws["quadratic"] = [
+            *directional,
+            term("Fq", f"{force}/({rate})^2", speed * sympy.Abs(speed)),
+        ]
     if stribeck is not None:
-        peak = term("Fs", force, sign * sympy.exp(-((speed / stribeck) ** 2)))
-        laws["Stribeck"] = [*directional, peak]
+        laws["Stribeck"] = [
+            *directional,
+            term("Fs", force, sign * sympy.exp(-((speed / stribeck) ** 2))),
+        ]
     return laws
 
 

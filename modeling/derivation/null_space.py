@@ -14,7 +14,6 @@ from typing import TypeAlias
 import sympy
 from sympy import QQ
 from sympy.polys.domains import PolynomialRing
-from sympy.polys.fields import FracElement
 from sympy.polys.matrices import DomainMatrix
 from sympy.polys.rings import PolyElement
 
@@ -91,12 +90,10 @@ def _kernel(
     field = ring.get_field()
     table = [[field.convert(weight) for weight in row] for row in rows]
     basis = DomainMatrix(table, (len(table), len(symbols)), field).to_sparse().nullspace()
-    vectors: dict[int, dict[int, FracElement]] = {}  # of what changes, few of many
-    for (place, j), weight in basis.to_dok().items():
-        vectors.setdefault(place, {})[j] = weight
-    for _, vector in sorted(vectors.items()):
+    for row in basis.to_list():
+        vector = {j: weight for j, weight in enumerate(row) if weight}
         shared = reduce(ring.lcm, (weight.denom for weight in vector.values()))
-        whole = {j: w.numer * shared.exquo(w.denom) for j, w in sorted(vector.items())}
+        whole = {j: w.numer * shared.exquo(w.denom) for j, w in vector.items()}
         common = reduce(ring.gcd, whole.values())
         weights = {symbols[j]: weight.exquo(common) for j, weight in whole.items()}
         first, last = next(iter(weights.values())), next(reversed(weights.values()))
@@ -162,8 +159,7 @@ def generic_points(
     for i, p in enumerate(parameters):
         near = p.nominal or (min(1.0, p.upper) if p.upper > 0 else max(-1.0, p.lower))
         low, high = sorted((near / 2, 2 * near))
-        ends = (max(low, p.lower), min(high, p.upper))
-        start, end = (sympy.Rational(str(x)) for x in ends)
+        start, end = (sympy.Rational(str(x)) for x in (max(low, p.lower), min(high, p.upper)))
         for point, step in zip(points, _STEPS, strict=True):
             share = sympy.Rational((i + 1) * step % _PLACES, _PLACES)
             point[p.symbol] = start + (end - start) * share

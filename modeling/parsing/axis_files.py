@@ -62,6 +62,7 @@ from axisid.modeling.quantities import (
     check_symbol,
 )
 from axisid.support.errors import DeclarationError, ModelError, quoted, refuse
+from axisid.support.files import axis_file
 
 from .grammar import Elements, elements_along
 from .toml_table import Symbols, TomlTable, read_columns, read_toml
@@ -93,8 +94,7 @@ def load_axis(name: str | Path) -> Axis:
     name = str(name)
     if name in LIBRARY:
         return library_axis(name)
-    path, _, variable = name.partition(".py:")
-    file = Path(f"{path}.py" if variable else name)
+    file, variable = axis_file(name)
     refuse(
         ModelError,
         (
@@ -329,8 +329,9 @@ def _axis(root: TomlTable) -> Axis | None:
     constants = _constants(root.table("constants"), unknown, recorded, moving)
     states = root.table("states")
     own: Symbols = {name: sympy.Symbol(name, real=True) for name in states.values}
-    before_states = {**constants, **unknown, **moving, **own}
-    kept = states.each(State, symbols=before_states, given={"parts": ()})
+    kept = states.each(
+        State, symbols={**constants, **unknown, **moving, **own}, given={"parts": ()}
+    )
     remembered = {name: state.symbol if state else own[name] for name, state in kept.items()}
     symbols = {**constants, **unknown, **recorded, **remembered, **moving} if moving else {}
     declare = _dynamics(root, symbols, elements_along(coordinate) if coordinate else {})

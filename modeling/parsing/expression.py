@@ -162,8 +162,7 @@ class ExpressionReader:
             links.append(inner)
         value = self._evaluated(links[-1].left, depth - 1, calls)
         for link in reversed(links):
-            right = self._evaluated(link.right, depth - 1, calls)
-            value = self._combined(link, value, right)
+            value = self._combined(link, value, self._evaluated(link.right, depth - 1, calls))
         return value
 
     def _combined(self, node: ast.BinOp, left: sympy.Expr, right: sympy.Expr) -> sympy.Expr:

@@ -51,8 +51,7 @@ class TextError(UsageError):
     code = "formula"
 
     def __init__(self, reason: str, text: str, offset: int, *, code: str = "") -> None:
-        place = min(max(offset, 0), len(text))
-        before = text[:place].split("\n")
+        before = text[: max(offset, 0)].split("\n")
         line, column = len(before), len(before[-1])
         whole = text.split("\n")[line - 1]
         self.where = (f"line {line}, " if "\n" in text.strip() else "") + f"column {column + 1}"

@@ -88,7 +88,6 @@ from .symbols import (
     check_size as check_size,
     expression as expression,
     listed as listed,
-    several as several,
 )
 from .units import (
     Unit as Unit,

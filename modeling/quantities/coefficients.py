@@ -14,6 +14,7 @@ import sympy
 from sympy.ntheory.multinomial import multinomial_coefficients
 
 from axisid.support.errors import ModelError
+from axisid.support.mappings import grouped
 
 from .point_value import (
     CANNOT,
@@ -164,10 +165,7 @@ class Coefficients:
 
 
 def _sum(polynomials: Iterable[_Polynomial]) -> _Polynomial:
-    terms: dict[Exponents, list[sympy.Expr]] = {}
-    for polynomial in polynomials:
-        for exponents, weight in polynomial.items():
-            terms.setdefault(exponents, []).append(weight)
+    terms = grouped(term for polynomial in polynomials for term in polynomial.items())
     return {exponents: sympy.Add(*weights) for exponents, weights in terms.items()}
 
 

@@ -82,15 +82,14 @@ def readable(value: sympy.Expr, coordinate: Coordinate) -> Readable:
     """
     q = coordinate
     motion = (REFERENCE, q.acceleration, q.velocity, DIRECTION, q.symbol)
-    measured = (MEASURED_POSITION, MEASURED_VELOCITY, PERIOD, CONTROL, BALANCED)
-    order = [FORCE, *motion, *measured]
+    order = [FORCE, *motion, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD, CONTROL, BALANCED]
     # Terms: what drives comes first, then the motion by its derivatives.
     ranks = {s: rank for rank, s in enumerate((FORCE, CONTROL, *motion))}
     stand_ins: dict[sympy.Expr, sympy.Symbol] = {}
     for s in sorted(value.free_symbols | value.atoms(sympy.NumberSymbol), key=str):
         place = f"{_MOTION}{order.index(s)}" if s in order else _place(s)
-        name = f"{place} {s} {len(stand_ins)}"  # a constant may be named as another is
-        stand_ins[s] = sympy.Symbol(name, **s.assumptions0)
+        # Numbered, since a constant may be named as another is.
+        stand_ins[s] = sympy.Symbol(f"{place} {s} {len(stand_ins)}", **s.assumptions0)
     decimals = {x: _rounded(x) for x in value.atoms(sympy.Float)}
     return Readable(
         value=replaced(value, {**decimals, **stand_ins}, evaluate=False),

@@ -5,13 +5,12 @@ Both stand in SymPy expressions as they are: ``M * q.acceleration + Fv * q.veloc
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, TypeAlias, TypeVar
 
 import sympy
 
-from axisid.support.errors import ModelError, is_among, quoted, refuse
+from axisid.support.errors import ModelError, is_among, listed as several, quoted, refuse
 
 from .names import check_symbol, number, settle
 from .units import Unit, parse_unit
@@ -220,10 +219,6 @@ class Parameter(Symbolic):
         """Whether a value is within the bounds, or at one."""
         return self.lower <= value <= self.upper
 
-    def is_inside(self, value: float) -> bool:
-        """Whether a value is within the bounds and at neither, as one that was found should be."""
-        return self.lower < value < self.upper
-
     def out_of_bounds(self, value: float) -> str:
         """What to say of a value that is not inside."""
         where = "at a bound of" if self.allows(value) else "outside its bounds"
@@ -269,11 +264,6 @@ def expression(value: Amount, what: str) -> sympy.Expr:
         "Parameter and Coordinate objects.",
         code="formula",
     )
-
-
-def several(values: Any) -> tuple[Any, ...]:
-    """A tuple of what a declaration lists; one thing alone is a list of one."""
-    return tuple(values) if isinstance(values, Iterable) else (values,)
 
 
 def listed(values: Any, kind: type[T], what: str) -> tuple[T, ...]:

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -118,11 +119,10 @@ def test_all_else_is_put_out_though_the_numbers_cannot_be_written(
 def test_ctrl_c_ends_with_a_sentence_and_keeps_what_is_done(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    class Impatient(command.ProgressLine):
-        def __call__(self, *_: Any) -> None:
-            raise KeyboardInterrupt
+    def interrupted(*_: Any) -> None:
+        raise KeyboardInterrupt
 
-    monkeypatch.setattr(command, "ProgressLine", Impatient)
+    monkeypatch.setattr(command, "progress_line", lambda _: nullcontext(interrupted))
     file = tmp_path / "runs.npz"
     code, out, err = run("study", "emps2015", "--runs", "40", "--output", str(file))
     assert (code, out) == (130, "")

@@ -10,7 +10,6 @@ import click
 
 from axisid.commands.options import (
     Command,
-    ProgressLine,
     Target,
     check_folder,
     check_idle,
@@ -21,6 +20,7 @@ from axisid.commands.options import (
     force_option,
     is_earlier,
     print_document,
+    progress_line,
     stages,
     write_output,
 )
@@ -108,7 +108,7 @@ def show(axis: str, form: str) -> None:
     The equation of motion, the inverse and the direct model with their regressors, the map between
     their parameters, what is identifiable, and the drive, control law and columns.
     """
-    with ProgressLine(f"deriving {axis}"):
+    with progress_line(f"deriving {axis}"):
         model = stages.derive(stages.load_axis(axis))
         page = stages.axis_document(model) if form == "text" else stages.axis_page(model, form)
     if isinstance(page, str):
@@ -159,7 +159,7 @@ def generate(axes: tuple[str, ...], check: bool, output: str, force: bool) -> No
                 f"{name} declares an axis named {axis.name!r}, whose folder belongs to the "
                 "library; rename the axis."
             )
-    with ProgressLine("generating") as line:
+    with progress_line("generating") as line:
         files = stages.expected_files(declared, line)
     if not check:
         check_folder(output, "--output", {}, force=force)

@@ -7,7 +7,6 @@ import click
 from axisid.commands.options import (
     Command,
     Filtering,
-    ProgressLine,
     Reading,
     Sharing,
     Target,
@@ -19,6 +18,7 @@ from axisid.commands.options import (
     is_log,
     json_option,
     leave_out_option,
+    progress_line,
     put_result,
     stages,
     takes,
@@ -147,7 +147,7 @@ def compare(
             ),
             before=f"--leave-out {name}: ",
         )
-    with ProgressLine("comparing") as line:
+    with progress_line("comparing") as line:
         built = {name: stages.build(axis) for name, axis in candidates.items()}
         result = stages.compare(
             built,

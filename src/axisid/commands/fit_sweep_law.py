@@ -8,7 +8,6 @@ from axisid.commands.options import (
     Command,
     Filtering,
     Fitting,
-    ProgressLine,
     Reading,
     Sharing,
     Target,
@@ -19,6 +18,7 @@ from axisid.commands.options import (
     force_option,
     json_option,
     leave_out_option,
+    progress_line,
     put_result,
     stages,
     takes,
@@ -84,7 +84,7 @@ def fit(
     inputs = axis_and_records(axis, record, reading, sharing, fixed=fix, left_out=left_out)
     inputs.say_set_aside()
 
-    with ProgressLine(f"fitting {inputs.axis.axis.name}") as line:
+    with progress_line(f"fitting {inputs.axis.axis.name}") as line:
         result = stages.fit(
             inputs.axis,
             inputs.records,
@@ -151,7 +151,7 @@ def sweep(
     inputs = axis_and_records(axis, record, reading, sharing, left_out=left_out)
     inputs.say_set_aside()
     cutoffs = stages.default_cutoffs(1 / inputs.records[0].period, lowest, highest, points)
-    with ProgressLine(f"sweeping {inputs.axis.axis.name}") as line:
+    with progress_line(f"sweeping {inputs.axis.axis.name}") as line:
         result = stages.sweep(
             inputs.axis,
             inputs.records,
@@ -164,7 +164,7 @@ def sweep(
 
     def draw(file: str) -> list[str]:
         try:
-            with ProgressLine(f"drawing {file}"):
+            with progress_line(f"drawing {file}"):
                 stages.sweep_figure(result, Path(file))
         except (OSError, ValueError) as error:
             raise UsageError(f"{file} cannot be drawn: {error}.") from error
@@ -198,6 +198,6 @@ def law(
     logs = () if record is None else (record,)
     check_targets([Target("--json", json_file, "law")], (*logs, axis), force=force)
     inputs = axis_and_records(axis, logs, reading, Sharing(local=(), known={}))
-    with ProgressLine(f"finding the law of {inputs.axis.axis.name}") as line:
+    with progress_line(f"finding the law of {inputs.axis.axis.name}") as line:
         result = stages.find_law(inputs.axis, inputs.records[0], progress=line)
     put_result(result, json_file)

@@ -8,7 +8,6 @@ import click
 from axisid.commands.options import (
     Command,
     Filtering,
-    ProgressLine,
     Reading,
     Target,
     bounded_option,
@@ -23,6 +22,7 @@ from axisid.commands.options import (
     loss_option,
     method_option,
     print_result,
+    progress_line,
     put_result,
     stages,
     takes,
@@ -108,7 +108,7 @@ def fleet(
     affinity = getattr(os, "sched_getaffinity", None)  # not on macOS and Windows
     cores = len(affinity(0)) if affinity is not None else os.cpu_count() or 1
     try:
-        with ProgressLine(f"identifying {len(items)} logs") as line:
+        with progress_line(f"identifying {len(items)} logs") as line:
             result = stages.fleet(
                 items,
                 axis,
@@ -192,7 +192,7 @@ def trend(
         force=force,
     )
 
-    with ProgressLine("reading results"):
+    with progress_line("reading results"):
         result = stages.trend(results, by=by, method=method, count_failing=count_failing)
     ways = [(place, lambda file: [result.write(file)]) for place in (table, report)]
     put_result(result, json_file, *ways)

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import click
@@ -12,7 +11,6 @@ from axisid.commands.options import (
     Filtering,
     Inputs,
     Options,
-    ProgressLine,
     Reading,
     Sharing,
     Target,
@@ -35,6 +33,7 @@ from axisid.commands.options import (
     option,
     print_document,
     print_result,
+    progress_line,
     put_out,
     stages,
     takes,
@@ -149,7 +148,7 @@ def identify(
         )
     prefilter = filtering.prefilter(inputs.records[0].period)
     others = _held_out(inputs.axis, further, reading, prefilter)
-    with ProgressLine(f"identifying {inputs.axis.axis.name}"):
+    with progress_line(f"identifying {inputs.axis.axis.name}"):
         result = stages.identify(
             inputs.axis,
             inputs.records,
@@ -163,7 +162,7 @@ def identify(
         ).with_set_aside(inputs.set_aside)
 
     like = None if validating.like is None else _place(inputs, result.records, validating.like)
-    with ProgressLine("judging the estimates"):
+    with progress_line("judging the estimates"):
         validations = [stages.validate(result, other, like=like) for other in others]
         check = stages.joined(
             [each.check for each in validations],
@@ -172,22 +171,27 @@ def identify(
         result = replace(result, further=() if check is None else (check,))
 
     def show() -> None:
-        with ProgressLine("judging the estimates"):
+        with progress_line("judging the estimates"):
             document = stages.as_blocks(result, every=every, full=full)
         print_document(document)
         for validation in validations:
             click.echo()
             print_result(validation)
 
-    def write(_: str) -> list[Path]:
-        return stages.write_outputs(
-            result, validations, _say, report=report, figures=figures, command=command_line()
-        )
-
     if json_file == "-":
         for method, reason in result.skipped.items():
             _say(f"without {method}: {reason}")
-    put_out(json_file, lambda: _document(result, validations), show, (report or figures, write))
+    put_out(
+        json_file,
+        lambda: _document(result, validations),
+        show,
+        (
+            report or figures,
+            lambda _: stages.write_outputs(
+                result, validations, _say, report=report, figures=figures, command=command_line()
+            ),
+        ),
+    )
     if result.failed:
         raise EstimationError(" ".join(stages.missing_notes(result.failed)))
 
@@ -211,7 +215,7 @@ def _held_out(
     prefilter: "stages.Prefilter",
 ) -> list["stages.Record"]:
     """Records for --validate; refused before the long part where the filter does not suit one."""
-    records = [reading.record(log, axis, whole=True) for log in logs]
+    records = [replace(reading, windows=()).record(log, axis) for log in logs]
     for log, record in zip(logs, records, strict=True):
         try:
             _ = stages.FilteredRecord.bind(axis, record, prefilter).signals
@@ -224,7 +228,7 @@ def _document(
     result: "stages.Identification", validations: "Sequence[stages.Validation]"
 ) -> dict[str, Any]:
     """What is written of a result and of how it holds on other records."""
-    with ProgressLine("judging the estimates"):
+    with progress_line("judging the estimates"):
         written = result.to_dict()
     checked = [validation.to_dict() for validation in validations]
     several = {"validations": checked} if len(checked) > 1 else {}

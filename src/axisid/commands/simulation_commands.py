@@ -11,7 +11,6 @@ from axisid.commands.options import (
     VALUE,
     Command,
     Filtering,
-    ProgressLine,
     Target,
     bootstrap_option,
     by_names,
@@ -26,6 +25,7 @@ from axisid.commands.options import (
     loss_option,
     one_or_all,
     print_document,
+    progress_line,
     put_out,
     put_result,
     reading,
@@ -204,12 +204,14 @@ def twin(
             f"{'leave these out' if folder else 'add one of these'}",
             param_hint="--output",
         )
-    moves = None
-    if acceleration is not None:
-        moves = stages.back_and_forth(
+    moves = (
+        None
+        if acceleration is None
+        else stages.back_and_forth(
             speeds=speeds, acceleration=acceleration, seconds=seconds, repeat=repeat, dwell=dwell
         )
-    with ProgressLine(f"deriving {axis}"):
+    )
+    with progress_line(f"deriving {axis}"):
         simulated = stages.twin_of(stages.build(stages.load_axis(axis)), truth, moves)
         machines = stages.TwinMachines(
             axis=simulated,
@@ -222,7 +224,7 @@ def twin(
             sample_period=sample_period,
         )
     if not folder:
-        with ProgressLine(f"simulating {axis}"):
+        with progress_line(f"simulating {axis}"):
             file = stages.write_twin(machines, output)
         click.echo(f"wrote {file}")
         units = {p.name: p.unit for p in machines.axis.declared.parameters}
@@ -237,7 +239,7 @@ def twin(
         click.echo("next: " + shlex.join(["axisid", "identify", axis, str(file), *columns]))
         return
     check_folder(output, "--output", stages.twin_files(machines, f".{form}"), force=force)
-    with ProgressLine(f"simulating {axis}") as line:
+    with progress_line(f"simulating {axis}") as line:
         manifest = stages.write_twins(machines, output, axis=axis, ending=f".{form}", progress=line)
     logs = machines.count * machines.days
     click.echo(f"wrote {logs} {'log' if logs == 1 else 'logs'} and {manifest}")
@@ -340,7 +342,7 @@ def study(
         stages.check_output(Path(output))
     drawn = {f"{name}.pdf": "figure" for name in stages.PLOTS}
     check_folder(figures, "--figures", drawn, force=force)
-    with ProgressLine(f"deriving {axis}"):
+    with progress_line(f"deriving {axis}"):
         whole = stages.load_axis(axis)
         identified = stages.build(stages.leave_out(whole, *left_out))
         # What is simulated has every term, as an axis has.
@@ -358,7 +360,7 @@ def study(
         )
         click.echo(f"axisid: {done}{kept}", err=True)
 
-    with ProgressLine("twins") as line:
+    with progress_line("twins") as line:
         result = stages.monte_carlo(
             identified,
             runs,
@@ -376,16 +378,17 @@ def study(
             keep=keep,
         )
 
-    def draw(folder: str) -> list[Path]:
-        found = stages.monte_carlo_plots(result)
-        return stages.write_figures(found.values(), Path(folder), "pdf")
-
     put_result(
         result,
         json_file,
         (output, lambda file: [stages.write_runs(result, file)]),
         (report, lambda file: write_page(file, stages.monte_carlo_page, result)),
-        (figures, draw),
+        (
+            figures,
+            lambda folder: stages.write_figures(
+                stages.monte_carlo_plots(result).values(), Path(folder), "pdf"
+            ),
+        ),
     )
 
 
@@ -433,11 +436,11 @@ def paper(output: str | None, runs: int | None, jobs: int, force: bool) -> None:
             (output, lambda folder: write(made, Path(folder))),
         )
 
-    with ProgressLine("the paper's study") as line:
+    with progress_line("the paper's study") as line:
         study = stages.run_study(line)
     put(study, stages.study_document(study), stages.write_study)
     if runs:
-        with ProgressLine("twins of the paper's axis") as line:
+        with progress_line("twins of the paper's axis") as line:
             found = stages.run_distributions(runs, jobs=jobs, progress=line)
         click.echo()
         put(found, stages.distributions_document(found), stages.write_distributions)

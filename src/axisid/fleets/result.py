@@ -336,12 +336,12 @@ class Fleet(Checked, Shown):
         spent = [row.seconds for row in self if row.status == "ok"]
         heading = Heading(
             title=f"Fleet of {_logs(len(self))}",
-            facts=(
-                ("logs", _counted((told[row.status] for row in self), told.values())),
-                ("verdicts", _counted((row.verdict for row in self), _BELIEFS)),
-                ("results", self.folder),
-                ("work", f"{np.mean(spent):.2g} s of CPU for each log" if spent else ""),
-            ),
+            facts={
+                "logs": _counted((told[row.status] for row in self), told.values()),
+                "verdicts": _counted((row.verdict for row in self), _BELIEFS),
+                "results": self.folder,
+                "work": f"{np.mean(spent):.2g} s of CPU for each log" if spent else "",
+            },
         )
         blocks: list[Block] = [heading, *(b for group in self.groups for b in _group_blocks(group))]
         if odd := [row.name for row in self if row.has_result and not row.is_comparable]:

@@ -67,11 +67,11 @@ def trend_document(series: Sequence[Series], by: str, notes: Sequence[str] = ())
     also = f", {beyond} {'more ' if changed else ''}with results beyond the limits"
     heading = Heading(
         title="Trend",
-        facts=(
-            ("results", str(sum(len(each.points) for each in series))),
-            ("series", f"{len(series)}, {changed} with a step or a drift{also * bool(beyond)}"),
-            ("order", by or "as the files are named"),
-        ),
+        facts={
+            "results": str(sum(len(each.points) for each in series)),
+            "series": f"{len(series)}, {changed} with a step or a drift{also * bool(beyond)}",
+            "order": by or "as the files are named",
+        },
     )
     shown = listed[: notable + _MOST_SHOWN]
     blocks = (block for each in shown for block in _series_blocks(each, by))
@@ -199,10 +199,14 @@ def _panel(chart: Chart, places: Array) -> Panel:
     beyond, drawn = np.isin(np.arange(len(places)), chart.beyond), _drawn(chart)
     curves = []
     if not isinstance(chart.limits, Missing):
-        centre, low, high = chart.limits.centre, chart.limits.lower, chart.limits.upper
         curves.append(
             PlotSeries(
-                label="centre and limits", x=places, y=centre, low=low, high=high, tone="other"
+                label="centre and limits",
+                x=places,
+                y=chart.limits.centre,
+                low=chart.limits.lower,
+                high=chart.limits.upper,
+                tone="other",
             )
         )
     kinds: tuple[tuple[str, NDArray[np.bool_], Tone], ...] = (
@@ -211,10 +215,15 @@ def _panel(chart: Chart, places: Array) -> Panel:
     )
     for label, kept, tone in kinds:
         if kept.any():
-            y, low, high = chart.values[kept], chart.low[kept], chart.high[kept]
             curves.append(
                 PlotSeries(
-                    label=label, x=places[kept], y=y, low=low, high=high, kind="points", tone=tone
+                    label=label,
+                    x=places[kept],
+                    y=chart.values[kept],
+                    low=chart.low[kept],
+                    high=chart.high[kept],
+                    kind="points",
+                    tone=tone,
                 )
             )
     return Panel(label=labelled(chart.parameter, chart.unit), series=tuple(curves))

@@ -302,7 +302,7 @@ def _page(
     made: datetime | None,
 ) -> str:
     """A page of a result's document and figures, of the records that it was made from."""
-    told = {k: v for b in document if isinstance(b, Heading) for k, v in b.facts}
+    told = {k: v for b in document if isinstance(b, Heading) for k, v in b.facts.items()}
     facts = {"made": "" if made is None else made.isoformat(" ", "seconds"), **told}
     for i, record in enumerate(records, 1):
         of_one, source = f" {i}" if len(records) > 1 else "", record.provenance
@@ -345,7 +345,7 @@ def _page(
         parameters=_scrolled(shown) + more,
         figures=figures_html(plots, [record.provenance.source for record in records]),
         model=model or _model_html(axis.axis),
-        provenance=blocks_html((Heading(facts=tuple({**facts, **made_by}.items())),))
+        provenance=blocks_html((Heading(facts={**facts, **made_by}),))
         + f"<p>The command that reproduces it:</p><pre>{unbroken(command)}</pre>" * bool(command),
         data=script_json(figures_data(drawn)),
         style=style,

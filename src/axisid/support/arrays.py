@@ -217,7 +217,6 @@ def least_squares_step(columns: Array, off: Array, least: float) -> tuple[Array,
         Of the largest singular value; what the record shows by less is left alone.
     """
     columns = np.where(np.isfinite(columns).all(axis=0), columns, 0.0)
-    sizes = np.linalg.norm(columns, axis=0)
-    scale = np.where(sizes > 0, sizes, 1.0)
+    scale = column_sizes(columns)
     step, _, shown, _ = np.linalg.lstsq(columns / scale, off, rcond=least)
     return step / scale, int(shown)

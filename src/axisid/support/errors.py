@@ -173,10 +173,9 @@ def refuse(error: type[AxisidError], *refusals: Refusal, before: str = "", code:
     code : str
         Of those that have none of their own.
     """
-    for refusal in refusals:
-        if refusal[0]:
-            own = refusal[2] if len(refusal) == 3 else code
-            raise error(f"{before}{refusal[1]}.", code=own)
+    for is_wrong, said, *own in refusals:
+        if is_wrong:
+            raise error(f"{before}{said}.", code=own[0] if own else code)
 
 
 def asks_for_tracebacks() -> bool:

@@ -88,7 +88,6 @@ def run_jobs(
         No process can be started, mostly since a script lacks ``if __name__ == "__main__":``; or
         the executor is broken, as one of processes is when one of them dies.
     """
-    made: Generator[tuple[int, Value | Failure], None, None]
     if executor is not None:
         made = _on_executor(partial(_attempt, function), items, executor)
     elif jobs == 0:
@@ -224,8 +223,7 @@ class _Processes:
                 how = self._leave(_PATIENCE)
             else:
                 self._leave(0.0)
-                told = f"it did not end within the time limit of {self._limit:g} s"
-                return Failure("time", told)
+                return Failure("time", f"it did not end within the time limit of {self._limit:g} s")
         return Failure("killed", f"its worker was killed ({how}), {_ATTEMPTS} times")
 
     def _started(self) -> _Worker:

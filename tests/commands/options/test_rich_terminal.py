@@ -62,7 +62,7 @@ def methods(*heads: str) -> TableBlock:
 @pytest.mark.parametrize(
     "block",
     [
-        Heading(facts=(("axis", LONG), ("nothing", ""), ("", "more")), title="Title"),
+        Heading(facts={"axis": LONG, "nothing": "", "": "more"}, title="Title"),
         methods("ONE", "TWO"),
         TableBlock(columns=text_columns(["a", "b"]), rows=(("c", "d"),), title=LONG, said=(LONG,)),
         Checks(judged=(CheckGroup("fail", ("one", "two"), LONG), CheckGroup("pass", ("three",)))),
@@ -137,7 +137,7 @@ def test_what_a_terminal_shows(document: Document, width: int, lines: list[str])
 
 
 def test_wide_letters_take_two_columns() -> None:
-    title = Heading(facts=(("axis", "日本語のタイトル " * 8),))
+    title = Heading(facts={"axis": "日本語のタイトル " * 8})
     table = TableBlock(columns=text_columns(["", "value"]), rows=(("日本", "1"), ("name", "22")))
     for width in (40, 60):
         lines = fitted((title, table), width)

@@ -14,7 +14,7 @@ import pytest
 
 from axisid import Identification, Record
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
-from axisid.commands.options.outputs import ProgressLine, print_document
+from axisid.commands.options.outputs import print_document, progress_line
 from axisid.presentation.documents import CheckGroup, Checks
 from axisid.support.progress import with_progress
 from tests.command_line import Run
@@ -104,7 +104,7 @@ def test_progress_appears_late_says_the_step_and_is_erased(
     monkeypatch.setattr(sys, "stderr", terminal)
     with (
         pytest.raises(ValueError, match="broken"),
-        ProgressLine("working", terminal, delay=0.05) as line,
+        progress_line("working", delay=0.05) as line,
     ):
         wait_for("working", terminal)
         for step, said in zip(with_progress(["a", "b"], line, str.upper), "AB", strict=True):
@@ -127,7 +127,8 @@ def test_what_is_quick_or_no_terminal_shows_no_progress(
 ) -> None:
     monkeypatch.setenv("TERM", term)
     stream = terminal if is_one else io.StringIO()
-    with ProgressLine("working", stream, delay):
+    monkeypatch.setattr(sys, "stderr", stream)
+    with progress_line("working", delay):
         time.sleep(0.05)
     assert stream.getvalue() == ""
 

@@ -27,7 +27,7 @@ HOSTILE = "</td><script>alert(1)</script>\"'&"
 @pytest.mark.parametrize(
     "block",
     [
-        Heading(facts=((HOSTILE, HOSTILE),), title=HOSTILE),
+        Heading(facts={HOSTILE: HOSTILE}, title=HOSTILE),
         TableBlock(
             columns=text_columns([HOSTILE]), rows=((HOSTILE,),), title=HOSTILE, said=(HOSTILE,)
         ),

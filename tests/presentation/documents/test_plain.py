@@ -26,7 +26,7 @@ def lines(*blocks: Block) -> list[str]:
 
 
 def test_named_facts_hang_and_those_that_say_nothing_are_passed_over() -> None:
-    heading = Heading(facts=(("axis", LONG), ("nothing", ""), ("", "more")), title="Title")
+    heading = Heading(facts={"axis": LONG, "nothing": "", "": "more"}, title="Title")
     title, first, *hanging, last = lines(heading)
     assert title == "Title"
     assert first.startswith("axis       words")
@@ -34,7 +34,7 @@ def test_named_facts_hang_and_those_that_say_nothing_are_passed_over() -> None:
     assert hanging
     assert all(line.startswith(" " * 11 + "words") for line in hanging)
     assert last == " " * 11 + "more"
-    assert lines(Heading(facts=(("nothing", ""),)), paragraph("so")) == ["so"]
+    assert lines(Heading(facts={"nothing": ""}), paragraph("so")) == ["so"]
 
 
 @pytest.mark.parametrize(

@@ -35,7 +35,6 @@ from .groups import (
     takes as takes,
 )
 from .outputs import (
-    ProgressLine as ProgressLine,
     Target as Target,
     check_folder as check_folder,
     check_replaced as check_replaced,
@@ -46,6 +45,7 @@ from .outputs import (
     json_option as json_option,
     print_document as print_document,
     print_result as print_result,
+    progress_line as progress_line,
     put_out as put_out,
     put_result as put_result,
     write_output as write_output,

@@ -26,7 +26,7 @@ from axisid.support.errors import AxisidError, UsageError
 
 from . import stages
 from .groups import Options, given_options, option, reading
-from .outputs import ProgressLine
+from .outputs import progress_line
 
 Value = TypeVar("Value")
 
@@ -300,12 +300,9 @@ class Reading(Options):
     resample: float | str | None = option(key="resample", read=_rate)
     gaps: str | None = option(key="gaps")
 
-    def record(
-        self, file: str, axis: "stages.GeneratedAxis", *, whole: bool = False
-    ) -> "stages.Record":
-        """Read a log as the record of an axis, whole or within the windows."""
-        given = self.settings()
-        return stages.read_record(file, axis, **given if not whole else {**given, "windows": ()})
+    def record(self, file: str, axis: "stages.GeneratedAxis") -> "stages.Record":
+        """Read a log as the record of an axis."""
+        return stages.read_record(file, axis, **self.settings())
 
     def settings(self) -> dict[str, Any]:
         """Arguments of `read_record`."""
@@ -421,7 +418,7 @@ def axis_and_records(
     AxisidError
         What cannot be read; of several logs it is named with the others that cannot.
     """
-    with ProgressLine(f"reading {' and '.join(logs) or f'the twin of {axis}'}"):
+    with progress_line(f"reading {' and '.join(logs) or f'the twin of {axis}'}"):
         if is_log(axis):
             raise UsageError(f"{axis} is a log; the axis comes first: AXIS RECORD.")
         whole = stages.fix(stages.load_axis(axis), **stages.read_fixed(fixed))

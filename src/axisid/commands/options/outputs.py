@@ -4,29 +4,29 @@ Documents are in colours and within the width of a terminal; a line says what ta
 earlier run wrote is told by its content and may be written anew; all else is the user's.
 """
 
+import contextlib
 import os
 import shlex
 import shutil
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import click
 
 from axisid.support.errors import AxisidError
 from axisid.support.files import axis_file, json_text, kinds_of, write_file
 from axisid.support.presentable import Presentable, Shown
+from axisid.support.progress import Progress
 
 from . import stages
 
 if TYPE_CHECKING:
-    from rich.progress import Progress
-
     from axisid.presentation.documents import Document
 
 
@@ -46,60 +46,51 @@ def print_document(document: "Document") -> None:
 
 def is_terminal(stream: Any) -> bool:
     """Whether a stream is a terminal that knows colours and can erase a line."""
-    dumb = os.environ.get("TERM", "dumb") == "dumb"
-    return stream is not None and not dumb and bool(stream.isatty())
+    return stream is not None and os.environ.get("TERM", "dumb") != "dumb" and bool(stream.isatty())
 
 
-class ProgressLine:
-    """Says on standard error what is going on, once that takes longer than a moment.
+@contextlib.contextmanager
+def progress_line(what: str, delay: float = 1.0) -> Iterator[Progress]:
+    """Say on standard error what is going on, once that takes longer than a moment.
 
     It is drawn by a thread, so that what blocks (a compiler, a solver) is shown too, and erased at
-    the end. It can be called as the `progress` of `sweep` and `compare`.
+    the end; nothing is drawn where standard error is no terminal. What it gives is called as the
+    `progress` of `sweep` and `compare`, and says what is done next.
 
     Parameters
     ----------
     what : str
         What is going on, until something else is said.
-    stream : file, optional
-        Standard error by default; nothing is drawn where it is no terminal.
     delay : float
         Seconds until the line appears.
     """
+    if not is_terminal(sys.stderr):
+        yield lambda _, __, ___: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress as Line, TextColumn, TimeElapsedColumn
 
-    def __init__(self, what: str, stream: TextIO | None = None, delay: float = 1.0) -> None:
-        self._what = what
-        self._stream = sys.stderr if stream is None else stream
-        self._delay = delay
-        self._progress: Progress | None = None
+    line = Line(
+        TextColumn("{task.description}", markup=False),
+        TimeElapsedColumn(),
+        console=Console(file=sys.stderr),
+        redirect_stdout=False,
+        transient=True,
+    )
+    task = line.add_task(what, total=None)
 
-    def __enter__(self) -> "ProgressLine":
-        if is_terminal(self._stream):
-            from rich.console import Console
-            from rich.progress import Progress, TextColumn, TimeElapsedColumn
+    def say(done: int, total: int, what: str) -> None:
+        line.update(task, description=f"{what} ({done + 1} of {total})")
 
-            self._progress = Progress(
-                TextColumn("{task.description}", markup=False),
-                TimeElapsedColumn(),
-                console=Console(file=self._stream),
-                redirect_stdout=False,
-                transient=True,
-            )
-            self._task = self._progress.add_task(self._what, total=None)
-            self._timer = threading.Timer(self._delay, self._progress.start)
-            self._timer.daemon = True
-            self._timer.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._progress is not None:
-            self._timer.cancel()
-            self._timer.join()
-            self._progress.stop()
-
-    def __call__(self, done: int, total: int, what: str) -> None:
-        """Say what is done next."""
-        if self._progress is not None:
-            self._progress.update(self._task, description=f"{what} ({done + 1} of {total})")
+    timer = threading.Timer(delay, line.start)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield say
+    finally:
+        timer.cancel()
+        timer.join()
+        line.stop()
 
 
 def is_earlier(file: Path, kind: str) -> bool:

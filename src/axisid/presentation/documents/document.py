@@ -6,7 +6,7 @@ raised, true minus signs, and no ``e``.
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -134,12 +134,13 @@ class Heading:
 
     Attributes
     ----------
-    facts : tuple of (name, text)
+    facts : mapping of str to str
+        Text by name.
     title : str
         Above them.
     """
 
-    facts: tuple[tuple[str, str], ...]
+    facts: Mapping[str, str]
     title: str = ""
 
 

@@ -96,7 +96,7 @@ def block_html(block: Block) -> str:
             # Names that a file brings stay as they are.
             facts = "".join(
                 f"<dt>{escape(name)}</dt><dd>{unbroken(text)}</dd>"
-                for name, text in block.facts
+                for name, text in block.facts.items()
                 if text
             )
             return title + (f"<dl>{facts}</dl>" if facts else "")

@@ -151,7 +151,7 @@ def block_lines(block: Block) -> Iterator[Sentence | Grid]:
         yield Sentence(text=title)
     match block:
         case Heading():
-            yield from (_fact(name, text) for name, text in block.facts if text)
+            yield from (_fact(name, text) for name, text in block.facts.items() if text)
         case TableBlock():
             yield grid(block)
             yield from (Sentence(text=said) for said in block.said)

@@ -10,6 +10,7 @@ from axisid.estimation.choices import fitted_output
 from axisid.estimation.monte_carlo import PARAMETER, Mean, MonteCarlo, Share
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
+from axisid.support.mappings import grouped
 
 from .plot import TITLES, Panel, Plot, PlotSeries, Tone, labelled, paired
 
@@ -52,11 +53,12 @@ def monte_carlo_plot(result: MonteCarlo, name: str) -> Plot | Missing:
 
 def _by_parameter(result: MonteCarlo) -> list[tuple[str, str, dict[str, int]]]:
     """Each parameter with its unit, and its place among the estimands by method."""
-    found: dict[tuple[str, str], dict[str, int]] = {}
-    for place, (each, truth) in enumerate(zip(result.estimands, result.truths, strict=True)):
-        if each.kind == PARAMETER and np.isfinite(truth):
-            found.setdefault((each.name, each.unit), {})[each.method] = place
-    return [(name, unit, places) for (name, unit), places in found.items()]
+    found = grouped(
+        ((each.name, each.unit), (each.method, place))
+        for place, (each, truth) in enumerate(zip(result.estimands, result.truths, strict=True))
+        if each.kind == PARAMETER and np.isfinite(truth)
+    )
+    return [(name, unit, dict(places)) for (name, unit), places in found.items()]
 
 
 def _panels(

@@ -89,7 +89,6 @@ ComparableResult: TypeAlias = Identification | SavedIdentification | str | Path
 
 def result_comparison_document(results: ResultComparison) -> Document:
     """Tables of parameters and errors, then settings and checks that differ."""
-    pairs = zip("AB", (results.first, results.second), strict=True)
     methods = dict.fromkeys(d.method for d in results.differences)
     alone = (
         paragraph(Sentence(text=f"only in {side}: {', '.join(names)}", hang=4))
@@ -98,7 +97,7 @@ def result_comparison_document(results: ResultComparison) -> Document:
     )
     other = "These are results of different axes."
     return (
-        Heading(facts=tuple(pairs)),
+        Heading(facts={"A": results.first, "B": results.second}),
         *((paragraph(other),) if "axis" in results.settings else ()),
         *(_table(results, method) for method in methods),
         *alone,

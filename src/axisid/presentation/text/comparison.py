@@ -87,15 +87,16 @@ def comparison_document(c: Comparison) -> Document:
 def _heading(c: Comparison) -> Heading:
     known = [{name: each[i] for name, each in c.known.items()} for i in range(len(c.records))]
     units = {p.name: p.unit for p in c.problem.axis.declared.parameters}
-    facts = {
-        "left out": _left_out(c.candidates),
-        **records_facts(c.records, known, units),
-        **set_aside_facts(c.set_aside),
-        "columns": "",
-        "method": f"{c.method.upper()}; the same rows for all; {c.blocks} blocks held out, a "
-        f"gap of {c.gap} rows on both sides",
-    }
-    return Heading(facts=tuple(facts.items()))
+    return Heading(
+        facts={
+            "left out": _left_out(c.candidates),
+            **records_facts(c.records, known, units),
+            **set_aside_facts(c.set_aside),
+            "columns": "",
+            "method": f"{c.method.upper()}; the same rows for all; {c.blocks} blocks held out, a "
+            f"gap of {c.gap} rows on both sides",
+        }
+    )
 
 
 def _left_out(candidates: Sequence[Candidate]) -> str:

@@ -66,18 +66,19 @@ def _heading(fit: SavedOutputFit, declared: Axis | None) -> Heading:
         for i in range(len(fit.records))
     ]
     units = {p.name: p.unit for p in declared.parameters} if declared else {}
-    facts = {
-        "axis": fit.name + (f": {declared.title}" if declared and declared.title else ""),
-        "left out": left_out_text(declared)
-        if declared
-        else ", ".join(f"{name} = {value:g}" for name, value in written.left_out.items()),
-        **records_facts(fit.records, known, units),
-        "output": "; ".join(f"{name}, {OUTPUTS[name]}" for name in fit.outputs)
-        + (f" of {written.horizon:g} s" if written.horizon else ""),
-        "loss": "" if written.loss == SQUARES else f"{written.loss}, {LOSSES[written.loss]}",
-        "start": f"{written.started}, {len(written.iterations)} steps",
-    }
-    return Heading(facts=tuple(facts.items()))
+    return Heading(
+        facts={
+            "axis": fit.name + (f": {declared.title}" if declared and declared.title else ""),
+            "left out": left_out_text(declared)
+            if declared
+            else ", ".join(f"{name} = {value:g}" for name, value in written.left_out.items()),
+            **records_facts(fit.records, known, units),
+            "output": "; ".join(f"{name}, {OUTPUTS[name]}" for name in fit.outputs)
+            + (f" of {written.horizon:g} s" if written.horizon else ""),
+            "loss": "" if written.loss == SQUARES else f"{written.loss}, {LOSSES[written.loss]}",
+            "start": f"{written.started}, {len(written.iterations)} steps",
+        }
+    )
 
 
 def _row(fit: SavedOutputFit, name: str) -> tuple[Cell, ...]:
@@ -133,7 +134,7 @@ def law_search_document(search: LawSearch) -> Document:
     """The laws by what they leave, the gains of the best, and how to declare it."""
     best = search.best
     return (
-        Heading(facts=tuple(record_facts(search.record).items())),
+        Heading(facts=record_facts(search.record)),
         TableBlock(
             columns=(
                 *text_columns(["", "law"]),
@@ -187,18 +188,19 @@ def _conclusion(search: LawSearch) -> Paragraph:
 def sweep_document(sweep: Sweep) -> Document:
     """Values of the judged method by cut-off, the recommendation, and what is checked there."""
     judged, first = [result.preferred for result in sweep.results], sweep.results[0]
-    facts = {
-        "axis": first.axis.axis.name,
-        "left out": left_out_text(first.axis.declared),
-        **records_facts(
-            first.records,
-            [of_one.known for of_one in first.of_records],
-            {p.name: p.unit for p in first.axis.declared.parameters},
-        ),
-        **set_aside_facts(first.set_aside),
-    }
     return (
-        Heading(facts=tuple(facts.items())),
+        Heading(
+            facts={
+                "axis": first.axis.axis.name,
+                "left out": left_out_text(first.axis.declared),
+                **records_facts(
+                    first.records,
+                    [of_one.known for of_one in first.of_records],
+                    {p.name: p.unit for p in first.axis.declared.parameters},
+                ),
+                **set_aside_facts(first.set_aside),
+            }
+        ),
         TableBlock(
             columns=(
                 TableColumn("cut-off", "Hz", "left"),
@@ -232,7 +234,7 @@ def validation_document(validation: Validation) -> Document:
     """What was repaired of the record, and the errors."""
     record = validation.record
     title = f"Frozen estimates on {record.provenance.source}, {len(record)} samples:"
-    heading = Heading(facts=(("repaired", record_facts(record)["repaired"]),), title=title)
+    heading = Heading(facts={"repaired": record_facts(record)["repaired"]}, title=title)
     return heading, text_table(
         ["validation", "unit", *(v.method.upper() for v in validation)],
         (
@@ -250,7 +252,7 @@ def fit_validation_document(validation: FitValidation) -> Document:
     left = f"{validation.error:.4g} {unit}".rstrip() + f", {validation.percent:.3g} % of it"
     return (
         Heading(
-            facts=((validation.output, f"leaves {left}"),),
+            facts={validation.output: f"leaves {left}"},
             title=f"Frozen fit on {record.provenance.source}, {len(record)} samples:",
         ),
         verdict_block(validation.checks),

@@ -216,21 +216,22 @@ def _heading(result: SavedIdentification) -> Heading:
     for of_one in result.of_records:  # what is true of all
         own = of_one.record.provenance.truth
         truth = {name: value for name, value in truth.items() if own.get(name) == value}
-    facts = {
-        "axis": result.name + (f": {title}" if title else ""),
-        "left out": result.left_out,
-        "records": f"{len(records)}, one set of parameters" * (len(records) > 1),
-        **records_facts(records, [of_one.known for of_one in result.of_records], units),
-        **set_aside_facts(result.set_aside),
-        "drive": f"{found}, estimated, 95 % interval "
-        f"{range_text(1e3 * found.interval[0], 1e3 * found.interval[1], ' to ')} ms; it is in the "
-        "deviations of the parameters"
-        if found
-        else "",
-        "truth": _truth(parameters, truth),
-        "": _truth([] if result.of_records else combined, truth),
-    }
-    return Heading(facts=tuple(facts.items()))
+    return Heading(
+        facts={
+            "axis": result.name + (f": {title}" if title else ""),
+            "left out": result.left_out,
+            "records": f"{len(records)}, one set of parameters" * (len(records) > 1),
+            **records_facts(records, [of_one.known for of_one in result.of_records], units),
+            **set_aside_facts(result.set_aside),
+            "drive": f"{found}, estimated, 95 % interval "
+            f"{range_text(1e3 * found.interval[0], 1e3 * found.interval[1], ' to ')} ms; it is in "
+            "the deviations of the parameters"
+            if found
+            else "",
+            "truth": _truth(parameters, truth),
+            "": _truth([] if result.of_records else combined, truth),
+        }
+    )
 
 
 def _truth(parameters: Iterable[Parameter], truth: Mapping[str, float]) -> str:

@@ -48,7 +48,7 @@ _TITLES = {
 def study_document(result: SavedMonteCarlo) -> Document:
     """What was done, the estimates by method, the checks, and what came to nothing."""
     return (
-        Heading(facts=tuple(heading_facts(result).items())),
+        Heading(facts=heading_facts(result)),
         *estimand_tables(result),
         *([study_checks(result)] if result.judged else []),
         legend(result),

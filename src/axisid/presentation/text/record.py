@@ -116,7 +116,7 @@ def record_document(record: Record) -> Document:
         ),
         said=("Values are SI.",),
     )
-    return Heading(facts=tuple(record_facts(record).items())), table
+    return Heading(facts=record_facts(record)), table
 
 
 def records_facts(
