@@ -12,24 +12,21 @@ control group, these logs, counts false alarms; faults are put into those logs t
     python benchmarks/faults.py --only 12     the runs of one axis
 """
 
-import signal
 import tempfile
 import time
 import traceback
 from collections import Counter
-from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
-from types import FrameType
 
 import numpy as np
 from figures import give, parser_of
 from library import prefilter_of
 from random_axes import random_axis
 from signal_faults import FAULTS, Log, right_log, with_rests
+from time_limit import WORK, Hung, in_time
 
 from axisid import AxisidError, Identification, build, identify, load_axis, read_record, twin_record
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
@@ -43,10 +40,6 @@ _RUNS_EACH = 20  # of one axis
 _LIBRARY = 0.15  # share of the axes
 _LEAST_SECONDS, _MOST_SECONDS, _TIMES = 10.0, 600.0, 50.0  # of work
 _DEVIATIONS, _PERCENT = 3.0, 2.0
-
-
-class Hung(BaseException):
-    """A run takes too long; no `except Exception` may catch it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,22 +66,6 @@ class Run:
     fault: str
     outcome: str
     said: str
-
-
-@contextmanager
-def in_time(seconds: float) -> Iterator[None]:
-    """Raise `Hung` after some seconds of work."""
-
-    def stop(_number: int, _frame: FrameType | None) -> None:
-        raise Hung
-
-    before = signal.signal(signal.SIGPROF, stop)
-    signal.setitimer(signal.ITIMER_PROF, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0)
-        signal.signal(signal.SIGPROF, before)
 
 
 def draw_axis(seed: int, number: int) -> GeneratedAxis:
@@ -149,7 +126,7 @@ def faulty_log(
 def identified(log: Log, truth: dict[str, float], seconds: float) -> tuple[str, str]:
     """How an identification from a log ends, and what is said."""
     try:
-        with in_time(seconds):
+        with in_time(seconds, WORK):
             axis = build(log.axis)
             # By role, whatever names of columns an axis of the library declares.
             record = read_record(log.columns, axis, columns={role: role for role in log.columns})
@@ -157,8 +134,8 @@ def identified(log: Log, truth: dict[str, float], seconds: float) -> tuple[str, 
             said = doubts(result)
     except AxisidError as error:
         return "refused", str(error)
-    except Hung:
-        return "hung", f"more than {seconds:.3g} s"
+    except Hung as hung:
+        return "hung", str(hung)
     except Exception as error:
         place = traceback.extract_tb(error.__traceback__)[-1]
         return "broken", f"{type(error).__name__}: {error} ({Path(place.filename).name})"

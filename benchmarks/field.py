@@ -342,40 +342,13 @@ def _peak(case: Case) -> float:
     return float(np.abs(force + m.coulomb * np.sign(velocity)).max() / m.gain)
 
 
-def _top(case: Case) -> float:
-    return case.motion.speed
-
-
-def _friction(case: Case) -> float:
-    return case.machine.coulomb
-
-
-def _behind(frequency: float, **others: float) -> Callable[[Case], Case]:
-    return _is(
-        load=lambda c: 0.4 * c.machine.mass,
-        antiresonance=lambda _: frequency,
-        **{name: (lambda _, value=value: value) for name, value in others.items()},
-    )
-
-
-def _with_play(case: Case) -> Case:
-    machine = replace(
-        case.machine,
-        load=0.4 * case.machine.mass,
-        antiresonance=80.0,
-        load_damping=0.3,
-        play=5e-4 * _travel(case),
-    )
-    return replace(case, machine=machine)
-
-
-def _ends(case: Case) -> float:
-    return case.motion.seconds
+def _behind(frequency: float, **others: Callable[[Case], float]) -> Callable[[Case], Case]:
+    return _is(load=lambda c: 0.4 * c.machine.mass, antiresonance=lambda _: frequency, **others)
 
 
 def _signal(case: Case) -> Array:
     """A sine of 11 Hz in the control, 3 % of its limit."""
-    time = case.machine.period * np.arange(round(_ends(case) / case.machine.period))
+    time = case.machine.period * np.arange(round(case.motion.seconds / case.machine.period))
     return np.asarray(0.03 * case.machine.limit * np.sin(2 * math.pi * 11.0 * time))
 
 
@@ -385,12 +358,12 @@ def _forward(case: Case) -> float:
 
 
 def _payload(case: Case) -> Callable[[float], float]:
-    return lambda time: 1.0 if time < 0.6 * _ends(case) else 1.1
+    return lambda time: 1.0 if time < 0.6 * case.motion.seconds else 1.1
 
 
 FAULTS: dict[str, Fault] = {
     "mass grows by 10 % over the record": (
-        _is(mass_at=lambda c: lambda t: 1 + 0.1 * t / _ends(c)),
+        _is(mass_at=lambda c: lambda t: 1 + 0.1 * t / c.motion.seconds),
         r"(\bM\b|acceleration).*(with time|half|from .* s on)",
     ),
     "payload of 10 %, from 60 % on": (
@@ -398,15 +371,15 @@ FAULTS: dict[str, Fault] = {
         r"(\bM\b|acceleration).*(with time|half|from .* s on)",
     ),
     "Stribeck": (
-        _rubs(lambda c, _, speed: 1.0 + 0.3 * np.exp(-speed / (0.08 * _top(c)))),
+        _rubs(lambda c, _, speed: 1.0 + 0.3 * np.exp(-speed / (0.08 * c.motion.speed))),
         r"stribeck",
     ),
     "quadratic": (
-        _resists(lambda c, _, v: 0.3 * _friction(c) * v * np.abs(v) / _top(c) ** 2),
+        _resists(lambda c, _, v: 0.3 * c.machine.coulomb * v * np.abs(v) / c.motion.speed**2),
         r"quadratic\(",
     ),
     "direction": (
-        _resists(lambda c, _, v: 0.1 * _friction(c) * np.abs(v) / _top(c)),
+        _resists(lambda c, _, v: 0.1 * c.machine.coulomb * np.abs(v) / c.motion.speed),
         r"asymmetric|direction",
     ),
     "friction over the position": (
@@ -422,7 +395,10 @@ FAULTS: dict[str, Fault] = {
         _rubs_along(0.08, 7.0),
         r"periodic_coulomb\(",
     ),
-    "backlash": (_with_play, r"\b(backlash|play)\b"),
+    "backlash": (
+        _behind(80.0, load_damping=lambda _: 0.3, play=lambda c: 5e-4 * _travel(c)),
+        r"\b(backlash|play)\b",
+    ),
     "two masses, 12 Hz": (_behind(12.0), r"antiresonance near 1[123]\b|loop near 1[4-7]\b"),
     "two masses, 35 Hz": (_behind(35.0), r"antiresonance near 3[2-8]\b|loop near 4[1-9]\b"),
     "two masses, 70 Hz": (
@@ -430,7 +406,7 @@ FAULTS: dict[str, Fault] = {
         r"antiresonance near (6[4-9]|7[0-6])\b|loop near (8[2-9]|9[0-9])\b",
     ),
     "gain falls by 5 % over the record": (
-        _is(gain_at=lambda c: lambda t: 1 - 0.05 * t / _ends(c)),
+        _is(gain_at=lambda c: lambda t: 1 - 0.05 * t / c.motion.seconds),
         r"\bgain\b.*(with time|half|from .* s on)",
     ),
     "delay of a sample": (
@@ -454,7 +430,7 @@ FAULTS: dict[str, Fault] = {
     "test signal": (_is(injected=_signal), r"test signal"),
     "sampled with jitter of 20 %": (_is(clock_jitter=lambda _: 0.2), r"\b(jitter|clock|stamps)\b"),
     "warms up by 20 %": (
-        _is(friction_at=lambda c: lambda t: 1 + 0.2 * math.exp(-3 * t / _ends(c))),
+        _is(friction_at=lambda c: lambda t: 1 + 0.2 * math.exp(-3 * t / c.motion.seconds)),
         r"(\bFc\b|\bFv\b|friction).*(with time|half|from .* s on)",
     ),
     "saturates": (
@@ -462,7 +438,7 @@ FAULTS: dict[str, Fault] = {
         r"at (its|the) limit|saturat",
     ),
     "offset": (
-        _is(offset=lambda c: c.machine.offset + 0.15 * _friction(c)),
+        _is(offset=lambda c: c.machine.offset + 0.15 * c.machine.coulomb),
         r"offset\(",
     ),
     "loss by the load of 5 %": (_is(loss=lambda _: 0.05), r"\bloss\b|by the load"),

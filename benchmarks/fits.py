@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 from figures import give, parser_of
 from machines import records
-from output_error import CASES, TRUTH, declared, reference
+from output_error import CASES, TRUTH, declared, named, reference
 
 from axisid import AxisidError, build, fit, load_axis, read_record, twin_record
 from axisid.estimation.output_error import OutputFit
@@ -77,18 +77,14 @@ class Figures:
         scatter = off.std(axis=0, ddof=1) if len(off) > 1 else 0 * off[0]
         return {
             "runs": len(off),
-            "bias_percent": _named(off.mean(axis=0)),
-            "sd_percent": _named(scatter),
-            "claimed_sd_percent": _named(claimed.mean(axis=0)),
-            "held": _named(np.mean(self.held, axis=0)),
+            "bias_percent": named(off.mean(axis=0)),
+            "sd_percent": named(scatter),
+            "claimed_sd_percent": named(claimed.mean(axis=0)),
+            "held": named(np.mean(self.held, axis=0)),
             "checks_failed": dict(self.checks),
             "most_jacobians": max(self.steps),
             "failed": dict(self.failed),
         }
-
-
-def _named(values: np.ndarray) -> dict[str, float]:
-    return {name: float(value) for name, value in zip(TRUTH, values, strict=True)}
 
 
 def figures_of(name: str, *, runs: int, seed: int) -> dict[str, dict[str, object]]:
@@ -119,7 +115,7 @@ def slopes_off() -> dict[str, float]:
     _, found = jacobian_at(predictions, theta, theta, np.zeros(3), np.full(3, np.inf))
     start = predictions.stretches[0].inputs.start.position
     exact = derivative_of(theta, np.asarray(record.reference), start)
-    return _named(np.linalg.norm(found - exact, axis=0) / np.linalg.norm(exact, axis=0))
+    return named(np.linalg.norm(found - exact, axis=0) / np.linalg.norm(exact, axis=0))
 
 
 def on_record(file: str) -> dict[str, dict[str, object]]:

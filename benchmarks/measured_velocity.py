@@ -13,6 +13,7 @@ filter; of the twins of `ALONE` the position is left out too, and there the chec
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -155,39 +156,33 @@ def coverage(
     return {parameter: count / runs for parameter, count in held.items()}
 
 
-def _coverages(runs: int) -> tuple[dict[str, dict[str, float]], list[str]]:
-    found: dict[str, dict[str, float]] = {}
-    lines = [f"share of {runs} 95 % intervals that hold the truth, %"] * bool(runs)
-    twins = [(k, n, a) for k in RIGHT for n in AXES for a in (False, True)[: 1 + (n in ALONE)]]
-    for kind, name, is_alone in twins if runs else ():
-        label = f"{name}, {kind}{', velocity alone' * is_alone}"
-        found[label] = coverage(name, kind, runs, alone=is_alone)
-        listed = "  ".join(f"{p} {100 * s:3.0f}" for p, s in found[label].items())
-        lines.append(f"{label:<50}{listed}")
-    return found, lines
+def _coverages(runs: int) -> dict[str, dict[str, float]]:
+    return {
+        f"{name}, {kind}{', velocity alone' * is_alone}": coverage(name, kind, runs, alone=is_alone)
+        for kind in RIGHT
+        for name in AXES
+        for is_alone in (False, True)[: 1 + (name in ALONE)]
+    }
 
 
-def _by_loop(runs: int) -> tuple[dict[str, float], list[str]]:
-    found: dict[str, float] = {}
-    said = f"share of {runs} twins of velocity alone on which the check fails, %"
-    lines = [said] * bool(runs)
-    twins = [(k, n, f) for k in RIGHT for n in ALONE for f in (1.0, 1.05)]
-    for kind, name, factor in twins if runs else ():
-        label = f"{name}, {kind}, times {factor:g}"
-        found[label] = alone(name, kind, factor, runs)
-        lines.append(f"{label:<50}{100 * found[label]:.0f}")
-    return found, lines
+def _by_loop(runs: int) -> dict[str, float]:
+    return {
+        f"{name}, {kind}, times {factor:g}": alone(name, kind, factor, runs)
+        for kind in RIGHT
+        for name in ALONE
+        for factor in (1.0, 1.05)
+    }
 
 
-def _verdicts(runs: int) -> tuple[dict[str, dict[str, float]], list[str]]:
-    found: dict[str, dict[str, float]] = {}
-    lines = [f"share of {runs} right twins on which a check fails, %"] * bool(runs)
-    for kind, name in [(k, n) for k in RIGHT for n in AXES] if runs else ():
-        label = f"{name}, {kind}"
-        found[label] = judged(kind, name, runs)
-        listed = "  ".join(f"{c} {100 * s:.0f}" for c, s in found[label].items()) or "none"
-        lines.append(f"{label:<50}{listed}")
-    return found, lines
+def _verdicts(runs: int) -> dict[str, dict[str, float]]:
+    return {f"{name}, {kind}": judged(kind, name, runs) for kind in RIGHT for name in AXES}
+
+
+def _listed(share: float | dict[str, float]) -> str:
+    """A share, or those by name, in percent."""
+    if isinstance(share, float):
+        return f"{100 * share:.0f}"
+    return "  ".join(f"{name} {100 * each:3.0f}" for name, each in share.items()) or "none"
 
 
 def main() -> None:
@@ -208,13 +203,15 @@ def main() -> None:
     for kind, shares in checked.items():
         lines.append(f"{kind:<16}" + "".join(f"{100 * shares[n]:>16.0f}" for n in AXES))
     tree: dict[str, object] = {"alarms": checked, "runs": options.runs}
-    for key, (found, more) in (
-        ("coverage", _coverages(options.covered)),
-        ("alone", _by_loop(options.alone)),
-        ("verdicts", _verdicts(options.judged)),
-    ):
-        tree[key] = found
-        lines += more
+    studies: tuple[tuple[str, int, Callable[[int], dict[str, Any]], str], ...] = (
+        ("coverage", options.covered, _coverages, "95 % intervals that hold the truth"),
+        ("alone", options.alone, _by_loop, "twins of velocity alone on which the check fails"),
+        ("verdicts", options.judged, _verdicts, "right twins on which a check fails"),
+    )
+    for key, runs, study, what in studies:
+        found = tree[key] = study(runs) if runs else {}
+        lines += [f"share of {runs} {what}, %"] * bool(runs)
+        lines += [f"{label:<50}{_listed(share)}" for label, share in found.items()]
     give(tree, options.json, lines)
 
 

@@ -191,10 +191,10 @@ def written(figures: Figures) -> dict[str, object]:
         off = 100 * (np.array(every) / truth - 1)
         claimed = 100 * np.array(figures.deviations[method]) / truth
         methods[method] = {
-            "bias_percent": _named(off.mean(axis=0)),
-            "sd_percent": _named(_scatter(off)),
-            "claimed_sd_percent": _named(claimed.mean(axis=0)),
-            "held": _named(np.mean(figures.held[method], axis=0)),
+            "bias_percent": named(off.mean(axis=0)),
+            "sd_percent": named(_scatter(off)),
+            "claimed_sd_percent": named(claimed.mean(axis=0)),
+            "held": named(np.mean(figures.held[method], axis=0)),
         }
     apart = 100 * np.array(figures.apart) / truth
     claimed = 100 * np.array(figures.apart_deviations) / truth
@@ -203,9 +203,9 @@ def written(figures: Figures) -> dict[str, object]:
         "failed": dict(figures.failed),
         "methods": methods,
         "instruments_less_didim": {
-            "mean_percent": _named(apart.mean(axis=0)),
-            "sd_percent": _named(_scatter(apart)),
-            "claimed_sd_percent": _named(claimed.mean(axis=0)),
+            "mean_percent": named(apart.mean(axis=0)),
+            "sd_percent": named(_scatter(apart)),
+            "claimed_sd_percent": named(claimed.mean(axis=0)),
         },
         "method": dict(figures.opinions),
         "believed": dict(+figures.believed),
@@ -217,7 +217,8 @@ def _scatter(values: Array) -> Array:
     return np.asarray(values.std(axis=0, ddof=1) if len(values) > 1 else 0 * values[0])
 
 
-def _named(values: Sequence[float] | Array) -> dict[str, float]:
+def named(values: Sequence[float] | Array) -> dict[str, float]:
+    """Figures by parameter."""
     return {name: float(value) for name, value in zip(TRUTH, values, strict=True)}
 
 

@@ -11,7 +11,6 @@ deviation, and the share of 95 % intervals that hold the truth; and how often ea
     python benchmarks/presliding.py --runs 100 --free-mass
 """
 
-import sys
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -139,4 +138,4 @@ def lines(figures: Mapping[str, object]) -> Iterator[str]:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

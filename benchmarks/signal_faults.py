@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from axisid import Axis, simulate
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
@@ -71,6 +72,8 @@ class Log:
 
 #: Puts a fault into a log, and says what it did; None where the log cannot show it.
 Fault = Callable[[Log, np.random.Generator], tuple[Log, str] | None]
+#: Puts one into a copy of a column's values, and says what it did to the column.
+ColumnFault = Callable[[Array, np.random.Generator], tuple[Array, str]]
 
 
 def right_log(axis: GeneratedAxis, record: Mapping[str, Array], variant: str) -> Log:
@@ -87,14 +90,35 @@ def right_log(axis: GeneratedAxis, record: Mapping[str, Array], variant: str) ->
     return Log(axis=axis.axis, columns=columns)
 
 
-def _one(names: list[str], rng: np.random.Generator) -> str:
-    """One of some columns."""
-    return str(rng.choice(names))
+def _of_any(spoil: ColumnFault) -> Fault:
+    """A fault of one column, any but the time."""
+
+    def fault(log: Log, rng: np.random.Generator) -> tuple[Log, str]:
+        return _in_one(log.signals, spoil, log, rng)
+
+    return fault
 
 
-def _stretches(log: Log, rng: np.random.Generator, longest: float, most: int = 5) -> list[slice]:
-    """A few stretches of rows, each at most a share of the log."""
-    n, found = len(log), []
+def _of_compared(spoil: ColumnFault) -> Fault:
+    """A fault of one column of which another one tells what it has to be."""
+
+    def fault(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+        return _in_one(log.compared, spoil, log, rng) if log.compared else None
+
+    return fault
+
+
+def _in_one(
+    roles: list[str], spoil: ColumnFault, log: Log, rng: np.random.Generator
+) -> tuple[Log, str]:
+    role = str(rng.choice(roles))
+    values, done = spoil(log.columns[role].copy(), rng)
+    return log.having(**{role: values}), f"{role} {done}"
+
+
+def _stretches(n: int, rng: np.random.Generator, longest: float, most: int = 5) -> list[slice]:
+    """A few stretches of n rows, each at most a share of them."""
+    found = []
     for _ in range(rng.integers(1, most + 1)):
         length = int(rng.integers(1, max(int(longest * n), 2)))
         start = int(rng.integers(1, n - length))
@@ -102,28 +126,24 @@ def _stretches(log: Log, rng: np.random.Generator, longest: float, most: int = 5
     return found
 
 
-def scaled(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+@_of_compared
+def scaled(values: Array, rng: np.random.Generator) -> tuple[Array, str]:
     """A column of which every value is off by a factor."""
-    if not log.compared:
-        return None
-    role = _one(log.compared, rng)
     factor = float(rng.choice([0.5, 0.9, 0.95, 0.97, 1.03, 1.05, 1.1, 1.25, 2.0]))
-    return log.having(**{role: factor * log.columns[role]}), f"{role} x {factor:g}"
+    return factor * values, f"x {factor:g}"
 
 
-def unit(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+@_of_compared
+def unit(values: Array, rng: np.random.Generator) -> tuple[Array, str]:
     """A column in another unit."""
-    if not log.compared:
-        return None
-    role = _one(log.compared, rng)
     factor = float(rng.choice([1e-3, 1e3, _DEGREE, 1 / _DEGREE, 0.0254, 100.0]))
-    return log.having(**{role: factor * log.columns[role]}), f"{role} x {factor:.4g}"
+    return factor * values, f"x {factor:.4g}"
 
 
-def sign(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+@_of_any
+def sign(values: Array, _rng: np.random.Generator) -> tuple[Array, str]:
     """A column of the wrong sign."""
-    role = _one(log.signals, rng)
-    return log.having(**{role: -log.columns[role]}), f"-{role}"
+    return -values, "x -1"
 
 
 def time_base(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
@@ -140,91 +160,79 @@ def swapped(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
     return log.having(**{a: log.columns[b], b: log.columns[a]}), f"{a} <-> {b}"
 
 
-def offset(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+@_of_compared
+def offset(values: Array, rng: np.random.Generator) -> tuple[Array, str]:
     """A constant added to a column."""
-    if not log.compared:
-        return None
-    role = _one(log.compared, rng)
     share = float(rng.choice([-1, 1]) * 10 ** rng.uniform(-2.5, 0))
-    values = log.columns[role]
-    return log.having(**{role: values + share * np.ptp(values)}), f"{role} + {share:.2g} ranges"
+    return values + share * np.ptp(values), f"+ {share:.2g} ranges"
 
 
-def drift(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+@_of_compared
+def drift(values: Array, rng: np.random.Generator) -> tuple[Array, str]:
     """A constant that grows over the log."""
-    if not log.compared:
-        return None
-    role = _one(log.compared, rng)
     share = float(rng.choice([-1, 1]) * 10 ** rng.uniform(-2.5, 0))
-    values = log.columns[role]
-    ramp = np.linspace(0.0, share * np.ptp(values), len(log))
-    return log.having(**{role: values + ramp}), f"{role} drifts by {share:.2g} ranges"
+    ramp = np.linspace(0.0, share * np.ptp(values), len(values))
+    return values + ramp, f"drifts by {share:.2g} ranges"
 
 
-def clipped(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+@_of_any
+def clipped(values: Array, rng: np.random.Generator) -> tuple[Array, str]:
     """A column cut off at the recorder's range."""
-    role = _one(log.signals, rng)
-    share, values = float(rng.uniform(0.4, 0.95)), log.columns[role]
+    share = float(rng.uniform(0.4, 0.95))
     middle, half = (values.max() + values.min()) / 2, share * np.ptp(values) / 2
-    return (
-        log.having(**{role: np.clip(values, middle - half, middle + half)}),
-        f"{role} cut off at {share:.2f} of its range",
-    )
+    return np.clip(values, middle - half, middle + half), f"cut off at {share:.2f} of its range"
 
 
-def spikes(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+@_of_any
+def spikes(values: Array, rng: np.random.Generator) -> tuple[Array, str]:
     """Single samples far off."""
-    role = _one(log.signals, rng)
-    values, count = log.columns[role].copy(), int(rng.integers(1, 30))
-    size = float(10 ** rng.uniform(-1.5, 1))
-    rows = rng.choice(len(log), count, replace=False)
+    count, size = int(rng.integers(1, 30)), float(10 ** rng.uniform(-1.5, 1))
+    rows = rng.choice(len(values), count, replace=False)
     values[rows] += size * np.ptp(values) * rng.choice([-1, 1], count)
-    return log.having(**{role: values}), f"{count} spikes of {size:.2g} ranges in the {role}"
+    return values, f"with {count} spikes of {size:.2g} ranges"
 
 
-def dropouts(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+@_of_any
+def dropouts(values: Array, rng: np.random.Generator) -> tuple[Array, str]:
     """Samples without a number."""
-    role = _one(log.signals, rng)
-    values = log.columns[role].copy()
-    for rows in _stretches(log, rng, 0.05):
+    for rows in _stretches(len(values), rng, 0.05):
         values[rows] = np.nan
-    return log.having(**{role: values}), f"{int(np.isnan(values).sum())} dropouts in the {role}"
+    return values, f"with {int(np.isnan(values).sum())} dropouts"
 
 
-def zeros(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+@_of_any
+def zeros(values: Array, rng: np.random.Generator) -> tuple[Array, str]:
     """Samples lost, and written as 0."""
-    role = _one(log.signals, rng)
-    values, stretches = log.columns[role].copy(), _stretches(log, rng, 0.02)
+    stretches = _stretches(len(values), rng, 0.02)
     for rows in stretches:
         values[rows] = 0.0
-    return log.having(**{role: values}), f"{len(stretches)} bursts of zeros in the {role}"
+    return values, f"with {len(stretches)} bursts of zeros"
 
 
 def stale(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
     """Samples that repeat the last good one, of one column or of all."""
-    roles = log.signals if rng.random() < 0.5 else [_one(log.signals, rng)]
+    roles = log.signals if rng.random() < 0.5 else [str(rng.choice(log.signals))]
     changed, count = {role: log.columns[role].copy() for role in roles}, 0
-    for rows in _stretches(log, rng, 0.03, 10):
+    for rows in _stretches(len(log), rng, 0.03, 10):
         count += rows.stop - rows.start
         for values in changed.values():
             values[rows] = values[rows.start - 1]
     return log.having(**changed), f"{count} rows repeat the last value of {', '.join(roles)}"
 
 
-def lower_rate(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+@_of_any
+def lower_rate(values: Array, rng: np.random.Generator) -> tuple[Array, str]:
     """A column that is sampled less often than it is written."""
-    role = _one(log.signals, rng)
     every = int(rng.integers(2, 11))
-    held = np.arange(len(log)) // every * every
-    return log.having(**{role: log.columns[role][held]}), f"{role} anew every {every} rows"
+    return values[np.arange(len(values)) // every * every], f"anew every {every} rows"
 
 
-def shifted(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+@_of_any
+def shifted(values: Array, rng: np.random.Generator) -> tuple[Array, str]:
     """A column early or late by some samples."""
-    role = _one(log.signals, rng)
     by = int(rng.choice([-1, 1]) * rng.integers(1, 21))
-    rows = np.clip(np.arange(len(log)) - by, 0, len(log) - 1)
-    return log.having(**{role: log.columns[role][rows]}), f"{role} late by {by} samples"
+    rows = np.clip(np.arange(len(values)) - by, 0, len(values) - 1)
+    return values[rows], f"late by {by} samples"
 
 
 def rows_lost(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
@@ -233,7 +241,7 @@ def rows_lost(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
     if rng.random() < 0.5:
         kept[rng.choice(len(log), int(rng.integers(1, 50)), replace=False)] = False
     else:
-        for rows in _stretches(log, rng, 0.05):
+        for rows in _stretches(len(log), rng, 0.05):
             kept[rows] = False
     lost, found = int(np.sum(~kept)), log.rows(np.flatnonzero(kept))
     if rng.random() < 0.5:
@@ -272,40 +280,38 @@ def joined(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
     return found.having(time=time), f"two logs joined, {how}"
 
 
-def quantised(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+@_of_any
+def quantised(values: Array, rng: np.random.Generator) -> tuple[Array, str]:
     """A converter or an encoder of few steps."""
-    role = _one(log.signals, rng)
-    values, bits = log.columns[role], int(rng.integers(5, 17))
+    bits = int(rng.integers(5, 17))
     step = np.ptp(values) / 2**bits
-    return log.having(**{role: step * np.round(values / step)}), f"{role} of {bits} bit"
+    return step * np.round(values / step), f"of {bits} bit"
 
 
-def smoothed(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+@_of_any
+def smoothed(values: Array, rng: np.random.Generator) -> tuple[Array, str]:
     """A column that the logger has low-passed."""
-    role = _one(log.signals, rng)
-    values, samples = log.columns[role], float(rng.uniform(1.0, 20.0))
-    found, state, share = np.empty_like(values), values[0], 1 / (1 + samples)
-    for k, value in enumerate(values):
-        state += share * (value - state)
-        found[k] = state
-    return log.having(**{role: found}), f"{role} low-passed over {samples:.2g} samples"
+    samples = float(rng.uniform(1.0, 20.0))
+    kept = samples / (1 + samples)
+    found, _ = lfilter([1 - kept], [1, -kept], values, zi=[kept * values[0]])
+    return found, f"low-passed over {samples:.2g} samples"
 
 
-def noisy(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+@_of_any
+def noisy(values: Array, rng: np.random.Generator) -> tuple[Array, str]:
     """Noise of a sensor or a converter."""
-    role = _one(log.signals, rng)
-    values, share = log.columns[role], float(10 ** rng.uniform(-4, -1))
-    found = values + share * np.ptp(values) * rng.normal(size=len(log))
-    return log.having(**{role: found}), f"noise of {share:.2g} ranges on the {role}"
+    share = float(10 ** rng.uniform(-4, -1))
+    noise = share * np.ptp(values) * rng.normal(size=len(values))
+    return values + noise, f"with noise of {share:.2g} ranges"
 
 
 def hum(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
     """Mains, or another machine, in a column."""
-    role = _one(log.signals, rng)
+    role = str(rng.choice(log.signals))
     values, share = log.columns[role], float(10 ** rng.uniform(-4, -1))
     at = float(rng.choice([16.7, 50.0, 60.0, 100.0]))
     wave = share * np.ptp(values) * np.sin(2 * np.pi * at * log.columns["time"])
-    return log.having(**{role: values + wave}), f"{at:g} Hz of {share:.2g} ranges on the {role}"
+    return log.having(**{role: values + wave}), f"{role} with {at:g} Hz of {share:.2g} ranges"
 
 
 def jitter(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
@@ -332,12 +338,12 @@ def wrapped(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
     return log.having(position=position % length), f"position modulo {length:.4g}"
 
 
-def dead(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:
+@_of_any
+def dead(values: Array, rng: np.random.Generator) -> tuple[Array, str]:
     """A column that stands still from some row on."""
-    role = _one(log.signals, rng)
-    values, at = log.columns[role].copy(), int(len(log) * rng.uniform(0.1, 0.98))
+    at = int(len(values) * rng.uniform(0.1, 0.98))
     values[at:] = values[at]
-    return log.having(**{role: values}), f"{role} dead after {at} of {len(log)} rows"
+    return values, f"dead after {at} of {len(values)} rows"
 
 
 def cut_short(log: Log, rng: np.random.Generator) -> tuple[Log, str] | None:

@@ -126,9 +126,11 @@ def _of_user(term: Term, make: Callable[..., Array], *arguments: Any) -> Array:
 def _columns(term: Term, most: int, along: Along, places: Array) -> Array:
     """Columns of a term, (n, m, g), which a user's own may give otherwise; so many at most."""
     # One place at a time: of all samples those of every place would take much memory.
-    each = [_of_user(term, term.columns, along, places[[i]]) for i in range(len(places))]
-    found, rows = np.concatenate(each, axis=1), len(along.place)
-    finite, is_block = bool((np.abs(found) < _HUGE).all()), found.shape[:-1] == (rows, len(places))
+    ones = [places[[i]] for i in range(len(places))] or [places]
+    each, rows = [_of_user(term, term.columns, along, one) for one in ones], len(along.place)
+    is_block = all(e.shape[:-1] == (rows, len(o)) for e, o in zip(each, ones, strict=True))
+    found = np.concatenate(each, axis=1) if is_block else each[0]
+    finite = bool((np.abs(found) < _HUGE).all())
     if not (is_block and found.size and found.shape[2] <= most and finite):
         raise CandidateError(
             f"the columns of the candidate {quoted(term.kind)} have the shape {found.shape}"

@@ -56,7 +56,9 @@ def short(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("short")
-def test_figures_are_printed_and_everything_is_written(run: Run, tmp_path: Path) -> None:
+def test_figures_are_printed_and_everything_is_written(
+    run: Run, refused: Refused, tmp_path: Path
+) -> None:
     files = {name: str(tmp_path / name) for name in ("runs.npz", "study.json", "page.html")}
     arguments = ["study", "emps2015", "--runs", "10", "--method", "idm-ls", "--truth", "M=90"]
     arguments += ["--control-noise", "0.01", "--output", files["runs.npz"]]
@@ -74,9 +76,7 @@ def test_figures_are_printed_and_everything_is_written(run: Run, tmp_path: Path)
     code, out, _ = run(*arguments[:-2])
     assert code == 0  # over its own files
     Path(files["runs.npz"]).write_text("mine")
-    code, _, err = run(*arguments)
-    assert code == 2
-    assert "--force" in err
+    refused(*arguments, says="--force")
 
 
 @pytest.mark.usefixtures("short")
@@ -117,16 +117,15 @@ def test_all_else_is_put_out_though_the_numbers_cannot_be_written(
 
 @pytest.mark.usefixtures("short")
 def test_ctrl_c_ends_with_a_sentence_and_keeps_what_is_done(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    refused: Refused, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def interrupted(*_: Any) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.setattr(command, "progress_line", lambda _: nullcontext(interrupted))
     file = tmp_path / "runs.npz"
-    code, out, err = run("study", "emps2015", "--runs", "40", "--output", str(file))
-    assert (code, out) == (130, "")
-    assert "32 of 40 runs are done and kept in" in err
+    says = "32 of 40 runs are done and kept in"
+    refused("study", "emps2015", "--runs", "40", "--output", str(file), says=says, code=130)
     with np.load(file) as arrays:
         assert len(arrays["run"]) == 32
 

@@ -79,36 +79,32 @@ def _axis(equation: str, **nominal: float) -> str:
     return _AXIS.format(parameters="\n".join(rows), truth=truth, equation=equation)
 
 
+def _file(name: str, text: str, *arguments: object) -> Make:
+    """A file of a text, and the arguments of a command that may name it."""
+
+    def make(folder: Path) -> list[object]:
+        (folder / name).write_text(text)
+        return [*arguments]
+
+    return make
+
+
 def _newton(command: str, resistance: str, *options: object, **nominal: float) -> Make:
     """A command for an axis with one resistance."""
     equation = f'[newton]\ninertia = "J"\nresistance = ["{resistance}"]'
-
-    def make(folder: Path) -> list[object]:
-        (folder / "mine.toml").write_text(_axis(equation, **nominal))
-        return [command, "mine.toml", *options]
-
-    return make
+    return _file("mine.toml", _axis(equation, **nominal), command, "mine.toml", *options)
 
 
 def _lagrange(kinetic: str, potential: str) -> Make:
     """An axis declared by its energies."""
     energies = f'kinetic = "{kinetic}"\npotential = "{potential}"\ndissipation = "b*dq**2/2"'
-
-    def make(folder: Path) -> list[object]:
-        (folder / "mine.toml").write_text(_axis(f"[lagrange]\n{energies}", b=1.0))
-        return ["identify", "mine.toml"]
-
-    return make
+    declared = _axis(f"[lagrange]\n{energies}", b=1.0)
+    return _file("mine.toml", declared, "identify", "mine.toml")
 
 
 def _python(command: str, resistance: str) -> Make:
     """The same in Python, whose expressions no reader of texts has looked at."""
-
-    def make(folder: Path) -> list[object]:
-        (folder / "mine.py").write_text(_PROGRAM.format(resistance=resistance))
-        return [command, "mine.py"]
-
-    return make
+    return _file("mine.py", _PROGRAM.format(resistance=resistance), command, "mine.py")
 
 
 def _near_a_pole(folder: Path) -> list[object]:
@@ -274,20 +270,12 @@ resistance = ["b*dx", "{load}"]
 
 
 def _generate(terms: str, parameters: str, drive: str = "") -> Make:
-    def make(folder: Path) -> list[object]:
-        text = AXIS.format(terms=terms, parameters=parameters, drive=drive)
-        (folder / "mine.py").write_text(text)
-        return ["generate", "mine.py", "--output", "out"]
-
-    return make
+    text = AXIS.format(terms=terms, parameters=parameters, drive=drive)
+    return _file("mine.py", text, "generate", "mine.py", "--output", "out")
 
 
 def _shown(load: str) -> Make:
-    def make(folder: Path) -> list[object]:
-        (folder / "mine.toml").write_text(TOML.format(load=load))
-        return ["show", "mine.toml"]
-
-    return make
+    return _file("mine.toml", TOML.format(load=load), "show", "mine.toml")
 
 
 def _force(*motion: float, wanted: float) -> Callable[[Path, str], None]:

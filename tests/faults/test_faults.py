@@ -6,10 +6,10 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
+from time_limit import in_time
 
 from tests.command_line import Run
 from tests.faults.fault import Fault, Misuse
-from tests.fuzz.cases import in_time
 
 # What hangs is ended from outside, as it makes no calls that could be counted; no fault takes more
 # than seconds, here or on a machine that others use too.

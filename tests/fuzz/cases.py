@@ -6,17 +6,16 @@ A case is drawn from the seed, the kind of the fuzz and its number, so that it c
 """
 
 import os
-import signal
 import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from types import FrameType
 from typing import Any, Generic, TypeVar
 
 import numpy as np
+from time_limit import Hung, in_time
 
 from axisid import AxisidError, DataError
 from axisid.estimation.logs import read_table
@@ -32,28 +31,8 @@ _SHOWN = 6  # classes of failures
 Case = TypeVar("Case")
 
 
-class Hung(BaseException):
-    """An input takes too long; no `except Exception` may catch it."""
-
-
 class WrongError(AssertionError):
     """A result that is not right, by its class."""
-
-
-@contextmanager
-def in_time(seconds: float = _SECONDS) -> Iterator[None]:
-    """Raise `Hung` after so many seconds."""
-
-    def stop(_number: int, _frame: FrameType | None) -> None:
-        raise Hung(f"more than {seconds} s")
-
-    before = signal.signal(signal.SIGALRM, stop)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,7 +76,7 @@ class Fuzz(Generic[Case]):
     def _failure(self, case: Case) -> tuple[str, str] | None:
         """The class of a failure and what is said of it; None where all is as it should be."""
         try:
-            with in_time():
+            with in_time(_SECONDS):
                 self.check(case)
         except AxisidError as error:
             return None if _is_sentence(str(error)) else ("no sentence", str(error))

@@ -15,7 +15,7 @@ import pytest
 from axisid import build, load_axis
 from axisid.codegen.generated_axes.folder import check_files, expected_files, write_files
 from axisid.modeling import LIBRARY
-from tests.command_line import Run
+from tests.command_line import Refused, Run
 from tests.files import text_file
 
 
@@ -49,12 +49,10 @@ FINE = (
     ids=["no axis", "a step that no float holds"],
 )
 def test_bad_axis_among_good_ones_writes_nothing(
-    run: Run, tmp_path: Path, text: str, said: str
+    refused: Refused, tmp_path: Path, text: str, said: str
 ) -> None:
     bad = text_file(tmp_path / "bad.py", text)
-    code, _, err = run("generate", "emps", bad, "--output", tmp_path / "generated")
-    assert code == 4
-    assert said in err
+    refused("generate", "emps", bad, "--output", tmp_path / "generated", says=said, code=4)
     assert not (tmp_path / "generated").exists()
 
 
@@ -172,11 +170,9 @@ def test_file_size_limit_leaves_the_old_file_whole(folder: Path) -> None:
     assert not list(folder.rglob(".*"))
 
 
-def test_output_that_is_a_file_is_refused(run: Run, tmp_path: Path) -> None:
+def test_output_that_is_a_file_is_refused(refused: Refused, tmp_path: Path) -> None:
     (tmp_path / "generated").write_text("mine")
-    code, _, err = run("generate", "--output", tmp_path / "generated")
-    assert code == 2
-    assert "is a file" in err
+    refused("generate", "--output", tmp_path / "generated", says="is a file")
     assert (tmp_path / "generated").read_text() == "mine"
 
 
@@ -186,7 +182,6 @@ def test_binary_rubbish_in_place_of_code_is_stale_not_a_crash(folder: Path) -> N
     assert [f.state for f in findings] == ["stale"]
 
 
-def test_two_axes_of_one_name_are_refused(run: Run, tmp_path: Path) -> None:
-    code, _, err = run("generate", "emps", "emps", "--output", tmp_path / "g")
-    assert code == 2
-    assert "two axes are named 'emps'" in err
+def test_two_axes_of_one_name_are_refused(refused: Refused, tmp_path: Path) -> None:
+    says = "two axes are named 'emps'"
+    refused("generate", "emps", "emps", "--output", tmp_path / "g", says=says)

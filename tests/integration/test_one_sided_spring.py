@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import Run
+from tests.command_line import Refused, Run
 from tests.files import text_file
 
 AXIS = """
@@ -73,10 +73,8 @@ def test_a_potential_with_a_kink_is_shown_generated_and_identified(
         assert found["M"] == pytest.approx(6.2, rel=0.01), estimate["method"]
 
 
-def test_a_potential_that_jumps_is_refused(run: Run, tmp_path: Path) -> None:
+def test_a_potential_that_jumps_is_refused(refused: Refused, tmp_path: Path) -> None:
     file = text_file(
         tmp_path / "bumper.toml", AXIS.format(potential="k*sign(x - rest)", unit="J", truth=1.0)
     )
-    code, _, err = run("show", file)
-    assert code == 4
-    assert "the potential energy jumps with x" in err
+    refused("show", file, says="the potential energy jumps with x", code=4)

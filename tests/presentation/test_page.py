@@ -26,7 +26,7 @@ from axisid.estimation import Sweep
 from axisid.estimation.verdict_checks import conclusion
 from axisid.presentation.documents import readable_text
 from axisid.presentation.page import report_html, report_sweep, script_json, thinned
-from tests.command_line import Run
+from tests.command_line import Refused, Run
 from tests.pages import Page
 
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"'&<!--"
@@ -237,7 +237,7 @@ def test_json_on_standard_output_stays_json_and_a_second_record_is_in_the_page(
     assert "on a second record" in page.text
 
 
-def test_places_are_checked_before_anything_is_computed(run: Run, tmp_path: Path) -> None:
+def test_places_are_checked_before_anything_is_computed(refused: Refused, tmp_path: Path) -> None:
     file = tmp_path / "log.csv"
     file.write_text("time,position\n")
     for option, place, message in (
@@ -247,10 +247,6 @@ def test_places_are_checked_before_anything_is_computed(run: Run, tmp_path: Path
         ("--report", file, "it is an input of this run"),
         ("--figures", file, "it is no folder"),
     ):
-        code, out, err = run("identify", "emps2015", file, option, place)
-        assert (code, out) == (2, "")
-        assert message in err
-        assert option in err
+        assert option in refused("identify", "emps2015", file, option, place, says=message)
     assert list(tmp_path.iterdir()) == [file]
-    code, _, err = run("identify", "emps2015", "--json", tmp_path / "a", "--report", tmp_path / "a")
-    assert code == 2
+    refused("identify", "emps2015", "--json", tmp_path / "a", "--report", tmp_path / "a")

@@ -4,12 +4,12 @@ import numpy as np
 
 from axisid.estimation.verdict_checks import Check, status_of
 
-from .case import Case
+from .diagnostic_inputs import DiagnosticInputs
 
 _MIN_TURNS = 4  # of the sign of the velocity; fewer do not tell friction from an offset
 
 
-def turns_check(case: Case) -> Check:
+def turns_check(case: DiagnosticInputs) -> Check:
     """How often the filtered velocity changes its sign."""
     turns = int(np.count_nonzero(np.diff(np.sign(case.data.signals.velocity))))
     good = turns >= _MIN_TURNS

@@ -97,9 +97,6 @@ FLOATS = st.one_of(
     st.builds(lambda x, e: x * _TEN**e, st.floats(-10, 10), st.integers(-300, -5)),
 )
 
-#: What may jump: its value is decided by the last bit of an argument near a jump.
-JUMPS = (sympy.sign, sympy.Heaviside, sympy.Piecewise)
-
 
 def expressions(symbols: tuple[sympy.Symbol, ...], leaves: int = 8) -> Expressions:
     """Expressions of bounded size that are real and finite for moderate values."""

@@ -7,7 +7,6 @@ import tracemalloc
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +18,7 @@ from axisid.estimation.raw_tables.table import Table
 from axisid.estimation.records.record import Record
 from axisid.support import memory
 from tests.bounded import within
+from tests.command_line import Refused
 from tests.estimation.logs.test_read_formats import bag_of
 from tests.files import csv_file, text_file
 from tests.refusals import refuses
@@ -163,15 +163,13 @@ def test_more_samples_than_can_be_identified_are_refused_unless_the_user_allows_
     assert len(read_record(file, max_memory=1e9)) == 60_000
 
 
-def test_lack_of_memory_exits_3(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_lack_of_memory_exits_3(refused: Refused, monkeypatch: pytest.MonkeyPatch) -> None:
     def exhausted(*_: object, **__: object) -> None:
         raise MemoryError
 
     monkeypatch.setattr("axisid.estimation.identification.identify", exhausted)
-    code, out, err = run("identify", "emps2015")
-    assert (code, out) == (3, "")
-    assert "there is not enough memory for this record" in err
-    assert err.count("\n") == 1
+    says = "there is not enough memory for this record"
+    assert refused("identify", "emps2015", says=says, code=3).count("\n") == 1
 
 
 def written(file: Path, twin: Record, factor: float = 1.0) -> Path:

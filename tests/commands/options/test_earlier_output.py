@@ -10,7 +10,7 @@ from axisid.commands.options.outputs import is_earlier
 from axisid.paper import STUDY_FILES
 from axisid.presentation.matplotlib import write_figures
 from axisid.presentation.plots import sweep_plot
-from tests.command_line import Run
+from tests.command_line import Refused, Run
 
 TARGETS = ("c", "st", "python", "json", "toml", "csv", "latex")
 KINDS = (
@@ -26,7 +26,9 @@ def done(run: Run, *arguments: object) -> None:
 
 
 @pytest.mark.slow
-def test_every_output_is_written_anew_by_its_command_alone(run: Run, here: Path) -> None:
+def test_every_output_is_written_anew_by_its_command_alone(
+    run: Run, refused: Refused, here: Path
+) -> None:
     commands = {
         "identify": ("identify", "emps2015", *QUICK, "--json", "identify"),
         "fit": ("fit", "emps2015", "--json", "fit"),
@@ -41,9 +43,7 @@ def test_every_output_is_written_anew_by_its_command_alone(run: Run, here: Path)
         assert is_earlier(here / name, kind) == (name == kind)
     for command in commands.values():
         done(run, *command)
-    code, _, err = run(*commands["sweep"][:-1], "identify")
-    assert code == 2
-    assert "this command did not write it" in err
+    refused(*commands["sweep"][:-1], "identify", says="this command did not write it")
 
 
 @pytest.mark.parametrize("target", TARGETS)

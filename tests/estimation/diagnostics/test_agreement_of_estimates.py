@@ -19,6 +19,7 @@ from axisid.estimation.diagnostics import (
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.verdict_checks import Check
 from benchmarks.machines import Machine, records, white
+from tests.verdicts import checks_of
 
 BOTH = ("idm-iv", "didim")
 NO_STEPS: dict[str, float] = {}
@@ -106,7 +107,7 @@ def test_least_squares_alone_has_the_noise_of_its_twins(emps2015: GeneratedAxis)
     noisy = replace(STAGE, has_tachometer=True, position_noise=white(5e-6))
     (columns,) = records(noisy, _reference(), 1, 5)
     result = identify(emps2015, read_record(columns, emps2015), methods="idm-ls")
-    mass, check = result["idm-ls"].parameters["M"], _checks(result)["method"]
+    mass, check = result["idm-ls"].parameters["M"], checks_of(result)["method"]
     assert mass.value < 99.5
     assert mass.interval[0] < 100.2 < mass.interval[1]
     assert (check.status, "M by about -" in check.meaning) == ("note", True)
@@ -120,7 +121,7 @@ def test_a_wrong_law_parts_the_two(emps2015: GeneratedAxis, twin: Record, change
     )
     wrong = build(replace(emps2015.axis, control=replace(emps2015.axis.control, **changed)))
     for columns in records(machine, twin.reference, 2, seed=3):
-        check = _checks(identify(wrong, read_record(columns, wrong), methods=BOTH))["method"]
+        check = checks_of(identify(wrong, read_record(columns, wrong), methods=BOTH))["method"]
         assert check.status in ("note", "fail")
         assert "so believe the instruments" in check.meaning
 
@@ -159,16 +160,12 @@ def _without_reference(
     return identify(axis, read_record(given, axis))
 
 
-def _checks(result: Identification) -> dict[str, Check]:
-    return {check.name: check for check in result.verdict}
-
-
 @pytest.mark.slow
 def test_steps_that_the_log_alone_has_are_named_with_what_they_move(
     stage: GeneratedAxis,
 ) -> None:
     result = _without_reference(stage, STAGE, step=0.045 / 2**10)
-    mass, checks = result["idm-ls"].parameters["M"], _checks(result)
+    mass, checks = result["idm-ls"].parameters["M"], checks_of(result)
     assert mass.value < 0.99 * 100.2
     failed = {name for name, check in checks.items() if check.status == "fail"}
     assert failed == {"method", "inverse against direct"}  # which the steps part
@@ -186,8 +183,8 @@ def test_fine_positions_and_noise_that_is_reckoned_with_are_no_fault_and_a_late_
 ) -> None:
     noisy = replace(STAGE, position_noise=white(noise))
     result = _without_reference(stage, noisy, step=step, late=late)
-    failed = {name for name, check in _checks(result).items() if check.status == "fail"}
+    failed = {name for name, check in checks_of(result).items() if check.status == "fail"}
     assert bool({"alignment", "missing terms"} & failed) is bool(late)
     mass = result["idm-ls"].parameters["M"]
     assert late or (not failed and abs(mass.corrected - 100.2) < 0.006 * 100.2)
-    assert not _checks(result)["alignment"].meaning.endswith("which noise may bias)") or not noise
+    assert not checks_of(result)["alignment"].meaning.endswith("which noise may bias)") or not noise

@@ -26,6 +26,7 @@ from axisid.estimation import law_agreement
 from axisid.estimation.diagnostics import estimate_delay
 from axisid.estimation.verdict_checks import Check
 from axisid.modeling import Experiment, back_and_forth
+from tests.verdicts import checks_of
 
 FINE = Prefilter(cutoff=180.0, decimate=3, drop=(50, 50))
 
@@ -36,9 +37,7 @@ def quiet(emps2015: GeneratedAxis) -> Record:
 
 
 def checked(axis: GeneratedAxis, record: Record, prefilter: Prefilter | None = None) -> Check:
-    verdict = identify(axis, record, prefilter, "idm-ls").verdict
-    (found,) = (check for check in verdict if check.name == "alignment")
-    return found
+    return checks_of(identify(axis, record, prefilter, "idm-ls"))["alignment"]
 
 
 @pytest.mark.parametrize("early", [-1, 0, 1, 2])
@@ -101,7 +100,7 @@ def test_a_declared_delay_that_is_not_there_is_said_to_be_too_long(
 ) -> None:
     axis = emps2015.axis
     late = build(replace(axis, drive=replace(axis.drive, delay=declared)))
-    verdict = {c.name: c for c in identify(late, twin, methods="idm-ls").verdict}
+    verdict = checks_of(identify(late, twin, methods="idm-ls"))
     assert verdict["alignment"].status == "fail"
     assert re.search(says, verdict["alignment"].meaning)
     assert verdict["missing terms"].status != "fail"
@@ -177,7 +176,7 @@ def result(true: int, declared: int, early: int) -> Identification:
 def test_who_is_to_blame_for_a_delay_is_told_with_what_mends_it(
     true: int, declared: int, early: int, law: str, alignment: str
 ) -> None:
-    checks = {check.name: check for check in result(true, declared, early).verdict}
+    checks = checks_of(result(true, declared, early))
     for name, said in (("control law", law), ("alignment", alignment)):
         assert re.match(said, f"{checks[name].status}: {checks[name].meaning}")
 

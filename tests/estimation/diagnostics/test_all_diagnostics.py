@@ -36,6 +36,7 @@ from axisid.support.errors import Missing
 from tests.axes.servo import TRUTH, servo, servo_log, servo_record
 from tests.recipes import recipe_blocks
 from tests.refusals import refuses
+from tests.verdicts import checks_of, meaning_of, statuses
 
 
 def check(name: str, status: Status) -> Check:
@@ -124,9 +125,7 @@ def test_logs_of_other_lengths_whose_control_is_late_are_judged(
         )
     ]
     result = identify(joint, records, methods=["idm-ls", "idm-iv"])
-    law = next(check for check in result.verdict if check.name == "control law")
-    assert law.status == "fail"
-    assert "1 sample later" in law.meaning
+    assert "1 sample later" in meaning_of(result, "control law")
     assert not [check for check in result.verdict if "fault" in check.meaning]
 
 
@@ -160,9 +159,8 @@ def test_check_that_faults_is_told_and_the_estimates_stand(
     broken = Diagnostic(name="precision", check=_broken, by_record=by_record)
     monkeypatch.setitem(DIAGNOSTICS, "precision", broken)
     result = identify(emps2015, twin, methods="idm-ls")
-    found = next(check for check in result.verdict if check.name == "precision")
-    assert found.status == "fail"
-    assert "by a fault (ValueError: matmul): please report" in found.meaning
+    said = meaning_of(result, "precision")
+    assert "by a fault (ValueError: matmul): please report" in said
     assert "M" in result["idm-ls"].parameters
 
 
@@ -178,10 +176,6 @@ def test_fit_keeps_its_estimates_beside_checks_that_fault(
     assert {"missing terms", "law's factors"} <= faulty
     assert result["M"].value == pytest.approx(100.2, rel=1e-3)
     assert "by a fault" in result.summary()
-
-
-def statuses(result: Identification) -> dict[str, str]:
-    return {check.name: check.status for check in result.verdict}
 
 
 @pytest.mark.slow
@@ -218,10 +212,9 @@ def test_real_record_has_another_viscous_friction_in_each_direction(
     emps: GeneratedAxis, emps_record: Record
 ) -> None:
     """Published: 166.7 forward and 240.4 backward [Janot2019]_."""
-    (check,) = (c for c in identify(emps, emps_record).verdict if c.name == "missing terms")
     said = r"viscous friction that differs with the direction, .*-7[1-9]\.\d \+- .*"
-    assert check.status == "fail"
-    assert re.match(rf"{said}declare asymmetric_viscous\(", check.meaning)
+    told = meaning_of(identify(emps, emps_record), "missing terms")
+    assert re.match(rf"{said}declare asymmetric_viscous\(", told)
 
 
 @pytest.mark.slow
@@ -251,8 +244,7 @@ def test_a_peak_of_friction_that_is_left_out_with_the_reversals_moves_nothing() 
     for name, value in left_out.preferred.parameters.items():
         assert value.interval[0] < truth[name] < value.interval[1]
     assert "fail" not in statuses(left_out).values()
-    (named,) = (c for c in kept.verdict if c.name == "missing terms")
-    assert "stribeck(" in named.meaning
+    assert "stribeck(" in checks_of(kept)["missing terms"].meaning
 
 
 @pytest.mark.slow
@@ -305,10 +297,8 @@ def test_nothing_fails_on_a_record_that_is_right(
 
 def test_negative_mass_is_out_of_bounds(emps2015: GeneratedAxis, twin: Record) -> None:
     flipped = replace(twin, control=-twin.control, reference=None)
-    verdict = identify(emps2015, flipped, methods=["idm-ls"]).verdict
-    (check,) = (c for c in verdict if c.name == "bounds")
-    assert check.status == "fail"
-    assert "M = -" in check.meaning
+    result = identify(emps2015, flipped, methods=["idm-ls"])
+    assert "M = -" in meaning_of(result, "bounds")
 
 
 @pytest.mark.slow

@@ -10,11 +10,12 @@ from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation.diagnostics import fixed_check, nominal_check
 from axisid.estimation.estimates import Estimate
 from axisid.modeling import LIBRARY
+from tests.verdicts import checks_of
 
 
 def test_rows_that_are_few_for_the_parameters_are_not_believed(emps2015: GeneratedAxis) -> None:
     result = identify(emps2015, twin_record(emps2015), Prefilter(decimate=400), "idm-ls")
-    (found,) = (check for check in result.checks if check.name == "rows")
+    found = checks_of(result)["rows"]
     assert (found.status, result.belief) == ("fail", "with care")
     assert found.figure == len(result.preferred.y) / 3 < found.threshold == 10
 

@@ -21,6 +21,7 @@ from axisid.estimation.simulation.twin import trajectory
 from axisid.estimation.verdict_checks import Check
 from axisid.modeling import Experiment, Move, back_and_forth
 from tests.axes.bodies import k, stage, x
+from tests.verdicts import checks_of, meaning_of
 
 PERIOD = 1e-3
 f = Parameter("f", "N")
@@ -47,8 +48,7 @@ def moved(*moves: Move, disturbance: float = 0.0) -> Identification:
 
 
 def precision(result: Identification) -> Check:
-    (check,) = (c for c in result.verdict if c.name == "precision")
-    return check
+    return checks_of(result)["precision"]
 
 
 def test_rich_motion_lacks_nothing_and_its_figures_are_those_of_the_columns() -> None:
@@ -137,8 +137,6 @@ def test_a_weight_that_the_model_lacks_is_blamed_for_the_loop_and_hides_each_par
     weighed = replace(STAGE, experiment=Experiment(moves=ALL, truth=truth, position_noise=1e-7))
     axis = build(stage(drive=STAGE.drive, control=STAGE.control))
     result = identify(axis, twin_record(build(weighed)))
-    (simulation,) = (c for c in result.verdict if c.name == "simulation")
-    assert simulation.status == "fail"
-    assert "mend first what the model lacks" in simulation.meaning
+    assert "mend first what the model lacks" in meaning_of(result, "simulation")
     assert "none of m, b, c is identified by this record" in precision(result).meaning
     assert precision(result).meaning.count("drowns") == 1

@@ -19,6 +19,7 @@ from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Levels
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
 from tests.axes.stage import generated, stage, stage_record
+from tests.verdicts import checks_of
 
 METHOD = ["idm-iv"]
 
@@ -29,8 +30,7 @@ def plain() -> GeneratedAxis:
 
 
 def _check(result: Identification) -> Check:
-    (found,) = (c for c in result.verdict if c.name == "records alike")
-    return found
+    return checks_of(result)["records alike"]
 
 
 @pytest.mark.slow

@@ -38,6 +38,7 @@ from tests.axes.unseen import with_bump, with_stribeck
 from tests.estimation.methods.test_partially_linear import TRUTH, stribeck_axis
 from tests.estimation.signals.test_filtered_record import cut
 from tests.refusals import refuses
+from tests.verdicts import meaning_of, statuses
 
 
 def valve() -> Identification:
@@ -129,11 +130,10 @@ def test_residuals_are_free_of_the_filter_where_it_moves_the_estimate_too() -> N
     found = valve()
     estimate = found.preferred
     assert estimate.net_residuals.std() < 0.03 * estimate.residuals.std()
-    (check,) = (c for c in found.verdict if c.name == "outliers")
     assert (
         kurtosis(estimate.net_residuals) > 6
     )  # of what noise there is at reversals, a fortieth of all
-    assert check.status == "pass"
+    assert statuses(found)["outliers"] == "pass"
 
 
 def _slow_sines(axis: GeneratedAxis, friction: float, noise: float, seed: int = 1) -> Record:
@@ -257,9 +257,8 @@ def test_a_place_that_is_hardly_reached_is_never_believed(place: float, seed: in
     """Its part of the force is below 1 %, and yet nothing is known of it."""
     axis = build(with_bump(place))
     result = identify(axis, twin_record(axis, seed=seed), methods=["idm-ls", "idm-iv"])
-    (check,) = (c for c in result.verdict if c.name == "precision")
-    assert check.status == "fail"
-    assert check.meaning.startswith("Fb is not identified by this record")
+    said = meaning_of(result, "precision")
+    assert said.startswith("Fb is not identified by this record")
 
 
 @pytest.mark.slow

@@ -22,6 +22,7 @@ from axisid import (
 )
 from axisid.codegen.generated_axes import GeneratedAxis
 from tests.refusals import refuses
+from tests.verdicts import checks_of
 
 _KEPT = Prefilter(reversals="keep")
 
@@ -77,7 +78,7 @@ def test_a_bound_that_the_record_contradicts_fails_and_one_by_chance_is_told(
     away = student.ppf(0.95, _free().preferred.freedom["hac"][2]) * held.deviation
     room = max(0.0, held.free + away - held.bound)
     assert ends[1] - ends[0] == pytest.approx(room, rel=1e-6, abs=1e-12)
-    (check,) = (each for each in result.verdict if each.name == "bounds")
+    check = checks_of(result)["bounds"]
     assert (check.status, check.figure) == (status, pytest.approx(held.distance))
     saved = load_result(result.save(tmp_path / "result.json"), axis=axis.axis)
     assert saved.summary() == result.summary()

@@ -27,8 +27,8 @@ from axisid.estimation.methods.instrumental import NEARLY_CONVERGED
 from axisid.estimation.thresholds import CONVERGED
 from benchmarks.machines import Machine, records, white
 from tests.axes.stage import generated, stage_record
-from tests.estimation.output_error.fits import checks
 from tests.refusals import refuses
+from tests.verdicts import meaning_of, statuses
 
 #: The paper's, of the published record.
 PUBLISHED = Prefilter(cutoff=100.0, decimate=10, drop=(49, 0), hold="raw", reversals="keep")
@@ -113,7 +113,7 @@ def test_noise_that_shakes_friction_is_taken_off(emps2015: GeneratedAxis) -> Non
         assert value.shift > 1.0
         missed += abs(value.value - 236.9) > 2 * value.deviation
         assert abs(value.corrected - 236.9) < 3 * value.deviation
-        assert checks(result)["missing terms"].status == "pass"
+        assert statuses(result)["missing terms"] == "pass"
     assert missed >= 3
 
 
@@ -121,8 +121,8 @@ def test_noise_that_shakes_friction_is_taken_off(emps2015: GeneratedAxis) -> Non
 def test_alone_every_check_is_of_the_loops_rows(
     emps2015: GeneratedAxis, alone: Identification
 ) -> None:
-    assert "fail" not in [check.status for check in alone.checks]
-    assert "method" not in checks(alone)
+    assert "fail" not in statuses(alone).values()
+    assert "method" not in statuses(alone)
     diagnosis = alone.diagnosis
     assert diagnosis.instruments is None
     assert diagnosis.alignment.by_instruments  # type: ignore[union-attr]
@@ -148,8 +148,8 @@ def test_several_records_are_one_regression() -> None:
     assert turned.preferred.physical[3:] == pytest.approx(didim.physical[:2:-1], rel=1e-9)
     for name, value in didim.parameters.items():
         assert value.deviation < 1.05 * found["idm-iv"].parameters[name].deviation
-    assert checks(found)["method"].status == "pass"
-    assert "fail" not in [check.status for check in turned.checks]
+    assert statuses(found)["method"] == "pass"
+    assert "fail" not in statuses(turned).values()
 
 
 def test_a_second_record_is_estimated_anew_by_its_own_loops_rows(
@@ -219,9 +219,8 @@ def test_estimates_without_inertia_fail_the_simulation(
 ) -> None:
     """Least squares needs no simulation, and yet says that there can be none."""
     turned = replace(twin, control=-twin.control)
-    check = checks(identify(emps2015, turned, methods="idm-ls"))["simulation"]
-    assert check.status == "fail"
-    assert "no positive inertia" in check.meaning
+    result = identify(emps2015, turned, methods="idm-ls")
+    assert "no positive inertia" in meaning_of(result, "simulation")
     with refuses("simulation", says="no positive inertia"):
         identify(emps2015, turned, methods="idm-iv")
 

@@ -30,8 +30,8 @@ from axisid.estimation.misspecification import Misspecification
 from axisid.estimation.verdict_checks import Check, Levels
 from axisid.modeling.quantities import Constant
 from tests.axes.recorded import AREA, recorded_axis, recorded_values
-from tests.estimation.output_error.fits import checks
 from tests.refusals import refuses
+from tests.verdicts import checks_of, meaning_of
 
 field: Any = import_module("field")
 
@@ -126,7 +126,7 @@ def test_levels_are_those_of_the_checks_and_of_the_file(twin: Record, tmp_path: 
     result = identify(leave_out(AXIS, "Fc"), twin, methods=["idm-ls"], **asked)
     saved = load_result(result.save(tmp_path / "result.json"))
     assert saved.levels == result.levels == Levels(**asked)
-    (missing,) = (check for check in saved.checks if check.name == "missing terms")
+    missing = checks_of(saved)["missing terms"]
     assert (missing.status, missing.threshold) == ("fail", 2.0)
     assert "5 % over all" in missing.source
     document = result.to_dict()
@@ -151,7 +151,7 @@ def test_a_delay_is_found_and_said_by_one_check() -> None:
 def test_a_feed_forward_that_is_not_in_the_log_is_found() -> None:
     case = field.wrong(1)["feed-forward out of the log; P-PI"]
     result = identify(case.axis, *case.records(1, 1), methods="didim")
-    assert "feed-forward" in checks(result)["missing terms"].meaning
+    assert "feed-forward" in meaning_of(result, "missing terms")
 
 
 @pytest.mark.parametrize(
@@ -201,7 +201,7 @@ def _coarse(name: str, spikes: int = 0) -> Record:
 
 def _outliers(name: str, record: Record, **options: str) -> Check:
     result = identify(build(load_axis(name)), record, methods=["idm-iv"], **options)
-    return checks(result)["outliers"]
+    return checks_of(result)["outliers"]
 
 
 @pytest.mark.slow
@@ -241,7 +241,7 @@ def _check(kind: str, *, known: bool = False, late: int = 0, factor: float = 1.0
     rows = np.clip(np.arange(len(record)) - late, 0, len(record) - 1)
     signals = {name: factor * values[rows] for name, values in record.signals.items()}
     result = identify(axis, replace(record, signals=signals), methods=["idm-iv"])
-    return checks(result)["recorded signals"]
+    return checks_of(result)["recorded signals"]
 
 
 @pytest.mark.slow

@@ -8,7 +8,6 @@ from axisid import Record, simulate
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.output_error import OutputFit
 from axisid.estimation.simulation import Simulation
-from axisid.estimation.verdict_checks import Check, Checked
 from axisid.support.arrays import Array
 
 #: Of the axis `emps2015`.
@@ -41,8 +40,3 @@ def looped(
 def off(found: OutputFit, truth: Mapping[str, float] = TRUTH) -> Array:
     """How far parameters are from their true values, in their deviations."""
     return np.array([(found[n].value - value) / found[n].deviation for n, value in truth.items()])
-
-
-def checks(found: Checked) -> dict[str, Check]:
-    """By name."""
-    return {check.name: check for check in found.checks}

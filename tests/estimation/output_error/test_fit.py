@@ -21,8 +21,9 @@ from axisid.estimation.verdict_checks import conclusion
 from axisid.modeling.declaration.experiment import back_and_forth
 from tests.axes.cascaded import cascaded
 from tests.axes.unseen import with_bump, with_bump_somewhere
-from tests.estimation.output_error.fits import TRUTH, checks, looped, off
+from tests.estimation.output_error.fits import TRUTH, looped, off
 from tests.refusals import refuses
+from tests.verdicts import checks_of
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +82,7 @@ def test_vague_parameters_of_a_few_samples_fail_and_the_rows_are_told(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
     result = fit(emps2015, twin.windowed((2.99, 3.0)))
-    precision, rows = checks(result)["precision"], checks(result)["rows"]
+    precision, rows = checks_of(result)["precision"], checks_of(result)["rows"]
     assert (precision.status, rows.status) == ("fail", "fail")
     assert "Fv is not identified" in precision.meaning
     assert "1 rows for 3 parameters are few" in rows.meaning
@@ -127,7 +128,7 @@ def test_what_was_known_counts_beside_what_the_record_leaves_without_it(
     both = alone.value + share * (mean - alone.value)
     assert result["M"].value == pytest.approx(both, abs=0.3 * alone.deviation)
     assert result.without_prior["M"] == pytest.approx((alone.value, alone.deviation), rel=1e-5)
-    said = checks(result)["what was known"].meaning
+    said = checks_of(result)["what was known"].meaning
     assert f"{mean:g} +- 0.1, and what the record alone says, {alone.value:.6g}" in said
     assert ("they contradict each other" in said) == (mean == 95.0)
     assert result.belief == ("not believed" if mean == 95.0 else "believed")
@@ -159,7 +160,7 @@ def test_a_law_one_percent_wrong_is_named_with_what_it_moves(twin: Record) -> No
     position, control = fit(axis, twin, "position"), fit(axis, twin)
     far = position["Fv"].value / TRUTH["Fv"] - 1
     assert far > 0.3
-    told = checks(position)["law's factors"]
+    told = checks_of(position)["law's factors"]
     assert told.status == "fail"
     assert "moves Fv by" in told.meaning
     # A right prediction of a large error, to the first order.
@@ -167,7 +168,7 @@ def test_a_law_one_percent_wrong_is_named_with_what_it_moves(twin: Record) -> No
     assert abs(corrected / TRUTH["Fv"] - 1) < 0.1 * far
     assert abs(control["Fv"].value / TRUTH["Fv"] - 1) < 0.01
     # The law's check itself fails for what is moved by much; else that is said once, with care.
-    assert checks(position)["control law"].status == "fail"
+    assert checks_of(position)["control law"].status == "fail"
     assert conclusion(position.checks).startswith("Do not believe")
     assert conclusion(control.checks) == ("Believe these numbers with care; to look at: law.")
 
@@ -178,7 +179,7 @@ def test_a_gain_of_a_law_with_an_integral_is_named_with_what_it_moves() -> None:
     record = twin_record(right)
     wrong = right.with_gains({"kp": 1.001 * right.axis.control.gains["kp"]})
     expected, found = (fit(axis, record, "position") for axis in (right, wrong))
-    said, told = (checks(each)["law's factors"] for each in (expected, found))
+    said, told = (checks_of(each)["law's factors"] for each in (expected, found))
     assert (said.status, told.status) == ("pass", "fail")
     moved = found.physical - expected.physical
     assert np.abs(moved).max() > 10 * np.abs(moved + found.law_move).max()
@@ -192,7 +193,7 @@ def test_a_limit_that_is_declared_a_little_wrong_is_named_with_what_it_moves(
     quick = replace(emps.axis, experiment=replace(experiment, moves=moves))
     record, wider = twin_record(quick, seed=7), replace(drive, limit=1.007 * drive.limit)
     right, wrong = (fit(replace(quick, drive=each), record) for each in (drive, wider))
-    said, told = (checks(each)["law's factors"] for each in (right, wrong))
+    said, told = (checks_of(each)["law's factors"] for each in (right, wrong))
     assert (said.status, told.status) == ("pass", "fail")
     assert "most by drive's limit (0.993" in told.meaning
     np.testing.assert_allclose(wrong.law_move, right.physical - wrong.physical, rtol=0.1)
@@ -210,7 +211,7 @@ def test_a_flipped_control_is_named_and_nothing_is_reckoned_from_it(output: str)
     """Of a cascade, whose loop swings by itself with what the flipped control leads to."""
     axis = build(cascaded())
     record = twin_record(axis)
-    told = checks(fit(axis, replace(record, control=-record.control), output))
+    told = checks_of(fit(axis, replace(record, control=-record.control), output))
     assert told["control law"].status == "fail"
     assert "its sign is opposite to the law's" in told["control law"].meaning
     assert "law's factors" not in told
@@ -222,7 +223,7 @@ def test_a_record_twice_is_told_and_is_the_same_fit_with_smaller_deviations(
 ) -> None:
     assert fit(emps2015, twin) == found
     twice = fit(emps2015, [twin, twin])
-    assert checks(twice)["repeated records"].status == "fail"
+    assert checks_of(twice)["repeated records"].status == "fail"
     np.testing.assert_allclose(twice.physical, found.physical, rtol=1e-5)
     ratio = twice["M"].deviations["coloured"] / found["M"].deviations["coloured"]
     assert ratio == pytest.approx(np.sqrt(0.5), rel=1e-2)
@@ -300,14 +301,14 @@ def test_a_law_may_have_both_a_delay_and_a_memory() -> None:
     declared = load_axis("servo_joint")
     late = replace(declared, control=replace(declared.control, delay=1))
     result = fit(build(late), twin_record(late, seed=1).windowed((0.0, 4.0)))
-    assert checks(result)["law's factors"].status == "pass"
+    assert checks_of(result)["law's factors"].status == "pass"
 
 
 @pytest.mark.slow
 def test_what_no_output_shows_is_named(twin: Record, found: OutputFit) -> None:
     """A force at a place where the axis never is; the others are what they are without it."""
     result = fit(with_bump(0.5), twin)
-    assert checks(result)["parameters shown"].status == "fail"
+    assert checks_of(result)["parameters shown"].status == "fail"
     assert result.unseen == ("Fb at all",)
     assert result["Fb"].deviation == np.inf
     away = [(result[n].value - found[n].value) / found[n].deviation for n in found.names]
@@ -361,7 +362,7 @@ def test_a_constant_force_that_the_model_lacks_is_named(
     first = result.lacks[0][0]
     assert first.kind == "constant"
     assert first.values == pytest.approx((-3.515,), rel=0.05)
-    told = [checks(each)["missing terms"].status for each in (result, found)]
+    told = [checks_of(each)["missing terms"].status for each in (result, found)]
     assert told == ["fail", "pass"]
 
 
@@ -396,7 +397,7 @@ def test_a_time_that_is_not_there_is_told_and_no_term_that_is_declared(
     result = fit(build(declared), twin_record(build(cascaded())), output)
     kinds = [lack.kind for lack in result.lacks[0]]
     assert kinds[0] == "delay"
-    assert "declared too long" in checks(result)["missing terms"].meaning
+    assert "declared too long" in checks_of(result)["missing terms"].meaning
     assert not {"coulomb", "viscous", "constant", "inertia"} & {*kinds}
 
 
@@ -420,7 +421,7 @@ def test_a_lag_of_the_drive_is_found_with_the_parameters(emps2015: GeneratedAxis
     assert result.axis.axis.drive.lag == pytest.approx(result["lag"].value, abs=1e-5)
     assert result["lag"].deviation < 1e-4
     assert result.started == "instruments"
-    assert checks(fit(emps2015, record))["missing terms"].status == "fail"
+    assert checks_of(fit(emps2015, record))["missing terms"].status == "fail"
 
 
 @pytest.mark.parametrize(
@@ -497,11 +498,11 @@ def test_a_gain_that_a_flat_valley_leads_astray_is_told_by_the_law(emps2015: Gen
     record = twin_record(emps2015, seed=5)
     found = fit(emps2015, record, "position", free="kp", rests="keep")
     assert found["kp"].deviation < 1.0 < abs(found["kp"].value - 160.18)
-    told = checks(found)["control law"]
+    told = checks_of(found)["control law"]
     assert told.status == "fail"
     # The gain is that of the table.
     assert f"kp {found['kp'].value:.5g}" in told.meaning
-    assert checks(fit(emps2015, record, "position"))["convergence"].status == "pass"
+    assert checks_of(fit(emps2015, record, "position"))["convergence"].status == "pass"
 
 
 @pytest.mark.slow
@@ -524,4 +525,4 @@ def test_free_gains_are_found_with_the_parameters(emps2015: GeneratedAxis, twin:
     found = fit(wrong, twin.windowed((None, 1.5)), free="kp", start="nominal")
     assert np.abs(off(found, {**experiment.truth, "kp": law.gains["kp"]})).max() < 4
     assert found["kp"].deviation < 0.015 * law.gains["kp"]
-    assert checks(found)["control law"].status == "pass"
+    assert checks_of(found)["control law"].status == "pass"

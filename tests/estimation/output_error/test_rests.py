@@ -17,8 +17,9 @@ from axisid.support.arrays import Array
 from benchmarks.machines import Machine, white
 from tests.axes.remembering import CASCADE, Fc, bristle, declared, virtual, x
 from tests.command_line import Run
-from tests.estimation.output_error.fits import checks, looped, off
+from tests.estimation.output_error.fits import looped, off
 from tests.refusals import refuses
+from tests.verdicts import checks_of, meaning_of
 
 field: Any = import_module("field")
 PUSHED = Machine(resolution=5e-8, force_noise=white(3.0))
@@ -40,7 +41,7 @@ def dwells() -> tuple[GeneratedAxis, Record]:
 
 
 def note(found: OutputFit) -> Any:
-    return checks(found).get("samples near rests")
+    return checks_of(found).get("samples near rests")
 
 
 @pytest.mark.slow
@@ -107,8 +108,7 @@ def test_few_windows_are_not_believed_and_shorter_ones_are_named(
     dwells: tuple[GeneratedAxis, Record],
 ) -> None:
     found = fit(*dwells, "open-loop", horizon=1.0)
-    assert checks(found)["windows"].status == "fail"
-    assert "horizon=" in checks(found)["windows"].meaning
+    assert "horizon=" in meaning_of(found, "windows")
 
 
 def _record(axis: GeneratedAxis, theta: Array, *, noise: float, samples: int) -> Record:

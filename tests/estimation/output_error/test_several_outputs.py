@@ -13,8 +13,9 @@ from axisid.estimation.model_validation import validate_fit
 from axisid.estimation.output_error import OutputFit
 from axisid.estimation.records import record_labels
 from axisid.presentation.plots import output_plot
-from tests.estimation.output_error.fits import TRUTH, checks, off
+from tests.estimation.output_error.fits import TRUTH, off
 from tests.refusals import refuses
+from tests.verdicts import checks_of
 
 BOTH = ("control", "position")
 
@@ -103,7 +104,7 @@ def test_a_payload_that_nobody_told_is_named_with_its_size(
 ) -> None:
     records = _records(emps2015, {"M": 100.0}, {"M": 105.0}, {"M": 100.0})
     found = fit(emps2015, records, output)
-    check = checks(found)["records alike"]
+    check = checks_of(found)["records alike"]
     assert check.status == "fail"
     (own, others), *_ = re.findall(r"M is ([\d.]+) kg in .* and ([\d.]+) in ", check.meaning)
     assert check.meaning.startswith(f"{record_labels(records)[1]} speaks against the rest")
@@ -115,7 +116,7 @@ def test_of_two_records_one_is_told_beside_the_other_and_what_lets_them_differ(
     emps2015: GeneratedAxis,
 ) -> None:
     records = _records(emps2015, {}, {"Fc": 26.0})
-    check = checks(fit(emps2015, records))["records alike"]
+    check = checks_of(fit(emps2015, records))["records alike"]
     assert check.status == "fail"
     figures = sorted(map(float, re.findall(r" (2\d(?:\.\d+)?) ", check.meaning)))
     assert figures == pytest.approx([24.8, 26.0], abs=0.3)
@@ -125,7 +126,7 @@ def test_of_two_records_one_is_told_beside_the_other_and_what_lets_them_differ(
     truth = {"M": 100.2, "Fv": 236.9, "Fc_1": 24.8, "Fc_2": 26.0}
     assert np.abs(off(own, truth)).max() < 4
     assert own["M"].deviation < 0.9 * fit(emps2015, records[0])["M"].deviation
-    assert checks(own)["records alike"].status == "pass"
+    assert checks_of(own)["records alike"].status == "pass"
     assert own.believed
     assert pickle.loads(pickle.dumps(own)).checks == own.checks  # noqa: S301
 

@@ -11,7 +11,8 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.output_residuals import MultipleShootingResiduals
 from axisid.estimation.regression import InverseForm
 from axisid.support.arrays import Array
-from tests.estimation.output_error.fits import checks, off
+from tests.estimation.output_error.fits import off
+from tests.verdicts import checks_of
 
 SLOW_SCREW = Path(__file__).parents[3] / "benchmarks" / "slow_screw.toml"
 THETA = np.array([100.2, 236.9, 24.8])
@@ -55,7 +56,7 @@ def test_the_fit_has_the_truth_without_a_law_or_a_reference(twin: Record, horizo
     assert np.abs(off(result)).max() < 4
     assert f"windows of {horizon:g} s" in result.summary()
     assert result.plot() is not None
-    assert checks(result)["control law"].status == "not evaluated"
+    assert checks_of(result)["control law"].status == "not evaluated"
 
 
 def test_a_force_column_serves_without_a_control(emps2015: GeneratedAxis, twin: Record) -> None:
@@ -105,5 +106,5 @@ def test_an_open_loop_of_falling_friction_is_as_sure_as_it_says_or_asks_for_wind
     assert np.sqrt(np.mean(off(found, truth) ** 2)) < 1.8
     for asked in ({"start": {**truth, "fs": 0.0}}, {"start": truth, "horizon": 1.0}):
         long = fit(axis, record, "open-loop", **asked)
-        assert checks(long)["windows"].status == "fail"
-        assert "horizon=0.0625" in checks(long)["windows"].meaning
+        assert checks_of(long)["windows"].status == "fail"
+        assert "horizon=0.0625" in checks_of(long)["windows"].meaning

@@ -23,6 +23,7 @@ from axisid.support.errors import Missing
 from tests.axes.recorded import recorded_axis
 from tests.files import csv_file, text_file
 from tests.refusals import refuses
+from tests.verdicts import checks_of
 
 ROWS = [(0.001 * k, np.sin(k / 9), np.cos(k / 9), 0.1 * k % 0.7) for k in range(40)]
 
@@ -400,8 +401,7 @@ def test_other_time_fails_without_a_reference_but_crystals_may_differ(
 
 def test_every_result_fails_by_another_time(emps2015: GeneratedAxis, twin: Record) -> None:
     result = identify(emps2015, timed(twin, 1.05), methods=["idm-ls"])
-    (check,) = (c for c in result.verdict if c.name == "control law")
-    assert check.status == "fail"
+    assert checks_of(result)["control law"].status == "fail"
     right = identify(emps2015, twin, methods=["idm-ls"])
     validated = validate(right, timed(twin, 1.05))
     assert "believe nothing before this is mended: the record is sampled" in "; ".join(

@@ -6,7 +6,7 @@ import pytest
 
 from axisid import Axis, Parameter, load_axis
 from axisid.elements import CONTROL, Drive, current_drive, voltage_drive
-from axisid.support.errors import DeclarationError
+from tests.refusals import refuses
 
 AXIS = """
 name = "joint"
@@ -116,6 +116,5 @@ def test_formulas_are_read_with_the_motion_of_the_axis(tmp_path: Path) -> None:
     ],
 )
 def test_mistakes_are_told_with_their_place(tmp_path: Path, text: str, said: str) -> None:
-    with pytest.raises(DeclarationError) as refused:
+    with refuses("declaration", said):
         declared(tmp_path, text)
-    assert said in str(refused.value)

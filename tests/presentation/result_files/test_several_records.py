@@ -23,9 +23,11 @@ from tests.refusals import refuses
 from tests.run_files import run_file
 
 STAGE = """
+from dataclasses import replace
 from tests.axes.stage import stage
 from tests.run_files import run_file
-axis = stage()
+names = {"time": "t", "position": "q", "reference": "r", "control": "u"}
+axis = replace(stage(), columns=names)
 """
 
 

@@ -9,7 +9,6 @@ import pytest
 
 from axisid import (
     ModelError,
-    UsageError,
     load_axis,
     read_record,
     twin_record,
@@ -149,10 +148,8 @@ def test_an_axis_declares_it_once(tmp_path: Any) -> None:
 def test_a_column_of_an_axis_file_that_is_none_is_told_with_its_key(
     tmp_path: Any, entry: str, said: str
 ) -> None:
-    with pytest.raises(ModelError) as refused:
+    with pytest.raises(ModelError, match=f"columns\\.position.*{said}"):
         load_axis(axis_file(tmp_path, f"position = {entry}"))
-    assert "columns.position" in str(refused.value)
-    assert said in str(refused.value)
 
 
 @pytest.mark.parametrize(
@@ -171,9 +168,8 @@ def test_an_angle_that_no_length_is_given_for_is_refused(
 ) -> None:
     unit = load_axis(axis).coordinate.unit if axis else "m"
     columns = {"position": f"#2:{unit}", role: f"#4:{scaling}"}
-    with pytest.raises(UsageError, match=what) as refused:
+    with refuses("units", what):
         read_record(log(other=COUNTS + 0.5), axis and load_axis(axis), columns=columns)
-    assert refused.value.code == "units"
 
 
 @pytest.mark.parametrize(
@@ -199,10 +195,8 @@ def test_a_length_of_a_turn_or_of_a_radian_makes_an_angle_a_length(
 
 
 def test_a_position_of_whole_numbers_is_not_believed_to_be_radians() -> None:
-    with refuses("units", "from -1470 to 2017") as refused:
+    with refuses("units", r"from -1470 to 2017.*position:counts\*360deg/4096/50"):
         read_record(log())
-    assert refused.value.code == "units"
-    assert "position:counts*360deg/4096/50" in str(refused.value)
     assert len(read_record(log(), columns={"position": "position:rad"})) == len(TIME)
 
 
