@@ -1,11 +1,11 @@
 """How fast everything is: ratios to yardsticks, and to another commit, measured in one run.
 
-A figure is CPU time of the fastest run, of memory the greatest,
-The yardsticks are hand-written C of the same loop (`hand_written.c`: one simulation, and one of 32
-side by side in registers), the parts that no fit of instruments can avoid, and an interpreter
-that imports NumPy. With another commit both are measured in turn, figure by figure and round by
-round, by the same calls: the median ratio stands before the lowest and the highest of the rounds,
-and is marked where all rounds are on one side of 1.
+A figure is CPU time of the fastest run, but of a long log, which is run once; of memory the
+greatest. The yardsticks are hand-written C of the same loop (`hand_written.c`: one simulation, and
+one of 32 side by side in registers), the parts that no fit of instruments can avoid, and an
+interpreter that imports NumPy. With another commit both are measured in turn, figure by figure and
+round by round, by the same calls: the median ratio stands before the lowest and the highest of the
+rounds, and is marked where all rounds are on one side of 1.
 
     python benchmarks/speed.py                    a table of this checkout
     python benchmarks/speed.py --against HEAD~1   beside another commit

@@ -41,7 +41,7 @@ PUBLISHED = Prefilter(cutoff=60.0, decimate=10, drop=(49, 0), hold="raw", revers
 
 
 def cpu_seconds(run: Callable[[], object]) -> float:
-    """CPU seconds of the fastest of as many runs as can be measured, after one not counted.
+    """CPU seconds of the fastest of as many runs as can be measured, two or more, after another.
 
     Not of their mean: a virtual machine that is given new memory for what a run writes pays for
     it in that run, up to four times the run itself.

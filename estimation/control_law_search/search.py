@@ -279,6 +279,7 @@ class _AlongRecord:
             declared=along,
             compared=lambda values: smooth(values)[self.used],
             neighbours=RowTimes(np.flatnonzero(self.used)),
+            period=self.record.period,
         )
 
     def fitted(self, form: LawForm, law: ControlLaw) -> ExplainedLaw | None:

@@ -128,7 +128,8 @@ def _columns(term: Term, most: int, along: Along, places: Array) -> Array:
     # One place at a time: of all samples those of every place would take much memory.
     ones = [places[[i]] for i in range(len(places))] or [places]
     each, rows = [_of_user(term, term.columns, along, one) for one in ones], len(along.place)
-    is_block = all(e.shape[:-1] == (rows, len(o)) for e, o in zip(each, ones, strict=True))
+    wanted = {(rows, len(ones[0]), *each[0].shape[2:])}
+    is_block = {e.shape for e in each} == wanted and each[0].ndim == 3
     found = np.concatenate(each, axis=1) if is_block else each[0]
     finite = bool((np.abs(found) < _HUGE).all())
     if not (is_block and found.size and found.shape[2] <= most and finite):

@@ -104,13 +104,17 @@ def law_factors_check(of: OutputFit) -> Check | Missing | None:
     )
     if beyond or nearly_right:
         instead = ", follow the control" if of.outputs == (POSITION,) else ""
-        factors = of.law.factors if isinstance(of.law, LawAgreement) else {}
-        parts = {t: abs(of.law_moves[t][worst] * (factors.get(t, 1) - 1)) for t in of.law_moves}
-        term = max(parts, key=lambda t: parts[t])
+        parts = {
+            (term, law.factors[term]): abs(move[worst] * (law.factors[term] - 1))
+            for law in of.laws
+            if isinstance(law, LawAgreement)
+            for term, move in of.law_moves.items()
+            if term in law.factors
+        }
+        term, factor = max(parts, key=lambda each: parts[each])
         said += (
-            f", most by {term} ({factors.get(term, 1):.5g} times the declared in the record): "
-            f"correct that, free the law's gains{instead}, or identify by instruments, "
-            "which ask for no exact law"
+            f", most by {term} ({factor:.5g} times the declared in the record): correct that, free "
+            f"the law's gains{instead}, or identify by instruments, which ask for no exact law"
         )
     return Check(
         name=_FACTORS,

@@ -211,7 +211,8 @@ def move_by_record(
         Of each term, 1 % larger, by its gains.
     laws : sequence of LawAgreement or Missing
     every : sequence of RecordLoops or Missing
-        Of the records, whose twins tell how sure the factors are; HAC does where there are none.
+        Of the records, whose twins tell how sure the factors are; `LawAgreement.deviations` do
+        where there are none.
     found : EstimatedGains
 
     Returns
@@ -221,10 +222,10 @@ def move_by_record(
         factors, or only those of another sign.
     """
     names = [*of_records[0]]
-    # A record that does not show the drive's limit says nothing against the declared one.
-    factors = [
-        {LIMIT: 1.0} | (law.factors if isinstance(law, LawAgreement) else {}) for law in laws
-    ]
+    told = [law.factors if isinstance(law, LawAgreement) else {} for law in laws]
+    # Nothing speaks against a declared limit that no record shows.
+    shown = [each[LIMIT] for each in told if LIMIT in each] or [1.0]
+    factors = [{LIMIT: float(np.mean(shown))} | each for each in told]
     # Of a law with another sign, straight lines from the declared one tell nothing.
     factors = [f if all(f.get(name, 0.0) > 0 for name in names) else {} for f in factors]
     telling = [each for each in factors if each]

@@ -242,7 +242,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     @cached_property
     def law(self) -> LawAgreement | Missing:
         """The declared control law against the records: that of the first that fails."""
-        return first_failing(self._laws)
+        return first_failing(self.laws)
 
     @cached_property
     def law_moves(self) -> Mapping[str, Array]:
@@ -260,7 +260,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         """What the law as the records have it would move them by, with deviations, (P,) each."""
         return unless_faulty(
             lambda: move_by_record(
-                self._moves_of_records, self._laws, self.loops, self.estimated_gains
+                self._moves_of_records, self.laws, self.loops, self.estimated_gains
             )
         )
 
@@ -312,7 +312,8 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         return self.judge(self)
 
     @cached_property
-    def _laws(self) -> tuple[LawAgreement | Missing, ...]:
+    def laws(self) -> tuple[LawAgreement | Missing, ...]:
+        """The declared control law against each record."""
         if self.outputs == (OPEN_LOOP,):
             why = Missing("no law is simulated: the control is the recorded one")
             return (why,) * len(self.records)

@@ -323,7 +323,8 @@ def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
     drive = stretch.axis.axis.drive
     if np.any(np.abs(control) >= (1 - LIMIT_TOLERANCE.value) * drive.limit):
         wider = replace(drive, limit=(1 + _ADDED_SHARE) * drive.limit)
-        other = replace(stretch, axis=build(replace(stretch.axis.axis, drive=wider)))
+        native, axis = stretch.axis.native.enabled, replace(stretch.axis.axis, drive=wider)
+        other = replace(stretch, axis=build(axis, native=native))
         (here, _), (there, failures) = (s.rows(theta[None, :], inputs) for s in (stretch, other))
         if failures:
             return {}

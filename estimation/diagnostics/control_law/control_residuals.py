@@ -8,6 +8,7 @@ a drive holds, and its noise are drawn between the samples.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,13 @@ from axisid.estimation.law_replay import (
     start_of_law,
 )
 from axisid.estimation.records import Record, at_times
-from axisid.estimation.regression import Hac, Solution, factor, least_squares
+from axisid.estimation.regression import (
+    Solution,
+    autoregression_of,
+    autoregressive_covariance,
+    factor,
+    least_squares,
+)
 from axisid.estimation.signals import Prefilter, RowTimes, SampledFilter, as_logged, limit_in_log
 from axisid.estimation.simulation import law_of
 from axisid.estimation.thresholds import (
@@ -125,10 +132,10 @@ def at_limit(control: Array, made: Array, limit: float) -> NDArray[np.bool_]:
     return np.asarray(there & (made * np.sign(control) > limit))
 
 
-def hac_fit(
-    target: Array, columns: Array, names: Sequence[str], neighbours: RowTimes
+def coloured_fit(
+    target: Array, columns: Array, names: Sequence[str], neighbours: RowTimes, period: float
 ) -> tuple[Solution, Array]:
-    """Least squares of coloured residuals, and its covariance.
+    """Least squares of residuals that are an autoregression, and its covariance.
 
     Of few independent samples it is wider, so that what is `MIN_DISTANCE_FROM_NOISE` deviations off
     is as unlikely as that many of a normal one.
@@ -139,16 +146,20 @@ def hac_fit(
         The columns cannot be told apart.
     """
     fit = least_squares(target, factor(columns, names, neighbours=neighbours))
-    applied, far = Hac().applied(fit), MIN_DISTANCE_FROM_NOISE.value
+    spans = [slice(a, b) for a, b in pairwise([0, *neighbours.breaks.tolist(), len(target)])]
+    model = autoregression_of([fit.residuals[each] for each in spans], period)
+    taken = float(len(names))
+    applied = autoregressive_covariance(fit.influence, model, spans, len(target), taken)
+    far = MIN_DISTANCE_FROM_NOISE.value
     wider = stdtrit(applied.freedom, ndtr(far)) / far
     return fit, applied.matrix * np.outer(wider, wider)
 
 
-def offset_and_drift(left: Array, neighbours: RowTimes) -> tuple[Array, Array]:
+def offset_and_drift(left: Array, neighbours: RowTimes, period: float) -> tuple[Array, Array]:
     """Constant and drift of what is left, and their deviations, (2,) each."""
     time = neighbours.places - neighbours.places.mean()
     columns = np.column_stack([np.ones(len(left)), time / np.ptp(time)])
-    fit, covariance = hac_fit(left, columns, (CONSTANT, DRIFT), neighbours)
+    fit, covariance = coloured_fit(left, columns, (CONSTANT, DRIFT), neighbours, period)
     return fit.theta, np.sqrt(np.diag(covariance))
 
 

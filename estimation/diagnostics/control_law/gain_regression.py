@@ -30,7 +30,7 @@ from axisid.estimation.thresholds import (
     MIN_SAMPLES_PER_FACTOR,
 )
 from axisid.modeling.declaration import ControlLaw, gain
-from axisid.support.arrays import Array, relative_error_percent
+from axisid.support.arrays import Array, mask_of, relative_error_percent
 
 from .control_residuals import (
     CONSTANT,
@@ -38,8 +38,8 @@ from .control_residuals import (
     INJECTED,
     MAX_FACTOR_ERROR,
     NO_GAINS,
+    coloured_fit,
     comparison_filter,
-    hac_fit,
     noisy_ticks,
     offset_and_drift,
 )
@@ -54,6 +54,7 @@ _MAX_SAME_RESIDUAL = 1.1
 _MOST_OPEN = MIN_DISTANCE_FROM_NOISE.value
 # constant, or half of a drift, beside the law, by the control's root mean square
 _MAX_CONTROL_LEAN = 0.01
+_SD_BY_MEDIAN = 1.4826  # standard deviation by the median of absolute ones, of normal noise
 _DRAWS = 3  # of what the log leaves open
 _COINCIDES = 1e-6  # of a sample
 # least deviation of a factor of a law that reads an ideal velocity, which is in no log: measured,
@@ -75,6 +76,8 @@ class GainRegression:
         What is made of a control before it is compared.
     neighbours : RowTimes
         Of the rows that are compared.
+    period : float
+        Of the record, s.
     added : dict of str to (N,) array
         What is in the recorded control besides, by name: each may have another size. Of a law that
         is a sum of products of its gains, what none of them multiplies is the product ``1``.
@@ -96,6 +99,7 @@ class GainRegression:
     declared: LawReplay
     compared: Callable[[Array], Array]
     neighbours: RowTimes
+    period: float
     added: Mapping[str, Array] = field(default_factory=dict)
     put_in: NDArray[np.bool_] | bool = False
     possible: tuple[LawInputs, ...] = ()
@@ -135,11 +139,14 @@ class GainRegression:
         noise = np.std((along.control - along.output)[used]) if used.any() else 0.0
         excess = np.abs(along.output) - along.limit
         asks_more = excess > MIN_DISTANCE_FROM_NOISE.value * noise
+        asks_more &= ~mask_of(record.masked, len(record))
         shown = (np.sign(along.output) * record.control)[asks_more] / limit_in_log(axis)
         at_limit = {}
-        if len(shown) >= MIN_SAMPLES_PER_FACTOR.value:
-            of_median = float(np.std(shown)) * (np.pi / 2 / len(shown)) ** 0.5
-            at_limit[LIMIT] = (float(np.median(shown)), of_median)
+        # What is injected is at the limit along with the law.
+        if len(shown) >= MIN_SAMPLES_PER_FACTOR.value and record.added_control is None:
+            median = float(np.median(shown))
+            deviation = _SD_BY_MEDIAN * float(np.median(np.abs(shown - median)))
+            at_limit[LIMIT] = (median, deviation * (np.pi / 2 / len(shown)) ** 0.5)
         if law.takes_velocity:  # what the limit cut off would be spread far over the neighbours
             control = np.where(limited, along.output, along.control)
             declared, along = (replace(each, control=control) for each in (declared, along))
@@ -156,6 +163,7 @@ class GainRegression:
             declared=declared,
             compared=lambda control: np.asarray(smooth(control)[used]),
             neighbours=RowTimes(np.flatnonzero(used)),
+            period=record.period,
             added=added,
             put_in=limited,
             possible=tuple(_possible(ticks, record, times if between else None)),
@@ -260,10 +268,11 @@ class GainRegression:
     @cached_property
     def lean(self) -> dict[str, float]:
         """A constant and a drift over the record that stand out of what is left, by name."""
-        values, deviations = offset_and_drift(self.residuals, self.neighbours)
+        rows = self.neighbours, self.period
+        values, deviations = offset_and_drift(self.residuals, *rows)
         least = _MAX_CONTROL_LEAN * np.sqrt(np.mean(self.control**2)) * np.array([1.0, 2.0])
         # How large either may be for what the log does not write.
-        left_open = [offset_and_drift(each, self.neighbours)[0] for each in self.left_open]
+        left_open = [offset_and_drift(each, *rows)[0] for each in self.left_open]
         chance = np.abs([deviations, *left_open]).max(axis=0)
         far = np.abs(values) > np.maximum(least, MIN_DISTANCE_FROM_NOISE.value * chance)
         named = zip((CONSTANT, DRIFT), values, far, strict=True)
@@ -379,7 +388,9 @@ class GainRegression:
         if not told:
             return {}, np.zeros((0, 0)), self.residuals
         named = [self._names[i] for i in told]
-        fit, covariance = hac_fit(self.residuals, columns[:, told], named, self.neighbours)
+        fit, covariance = coloured_fit(
+            self.residuals, columns[:, told], named, self.neighbours, self.period
+        )
         if self.left_open:
             moved = np.array([fit.influence.T @ each for each in self.left_open])
             covariance = covariance + moved.T @ moved / len(moved)

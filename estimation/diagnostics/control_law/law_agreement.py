@@ -20,6 +20,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.law_replay import LIMIT
 from axisid.estimation.records import Record, law_clock
 from axisid.estimation.regression import hotelling_p_value, lacking_law, lacking_loop, wald
 from axisid.estimation.signals import hides_command
@@ -68,8 +69,9 @@ class LawAgreement:
     ----------
     factors : dict of str to float
         By product of gains, or by gain of a law that is no sum of such products (how many times the
-        declared one it is), and ``injected`` for a test signal that was added to the control; each
-        is 1 if the law is the drive's. None of those that the record does not tell apart.
+        declared one it is), ``injected`` for a test signal that was added to the control, and
+        ``drive's limit``; each is 1 if the law is the drive's. None of those that the record does
+        not tell apart.
     residual_percent : float or None
         ``100 ||control - law|| / ||control||``, with the law as declared; None for a record of
         another period than the law's.
@@ -84,7 +86,7 @@ class LawAgreement:
     advice : str
         How it goes on, where something can be done about it.
     deviations : mapping of str to float
-        HAC ones of the factors; empty where they are not known.
+        Of the factors, beside an autoregression; empty where they are not known.
     found_apart : bool
         Whether the law is the control's, by other gains than a fit has found.
     """
@@ -234,7 +236,7 @@ def _fault(
         if large
         else "the recorded control is the declared law's but for its factors: "
     )
-    far = [name for name, value in check.factors.items() if not is_near(value, 1.0)]
+    far = [n for n, value in check.factors.items() if n != LIMIT and not is_near(value, 1.0)]
     only_size = (far or by_gains.off) == [INJECTED]
     # A gain may be a little off beside it.
     is_of_gains = by_gains.gains_off or not only_size

@@ -1,4 +1,4 @@
-"""BatchResiduals of a record's loops are single loops; their slopes by parameters, law and time."""
+"""Lanes of a record's loops are single loops; their slopes by parameters, law and time."""
 
 from dataclasses import replace
 
