@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from axisid.estimation.records import Record
-from axisid.estimation.records.columns import expected_units
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
 from axisid.support.errors import CandidateError, quoted
@@ -265,7 +264,6 @@ def outliers_of(scores: RecordScores) -> list[Hypothesis]:
         Hypothesis(
             kind="outlier",
             parameter=role,
-            unit=expected_units(role, data.axis.axis)[0],
             columns=partial(_pulses, by, columns[role], role),
             places=np.unique(np.clip(near, 0, len(data.record) - 1)),
             least=-math.expm1(-math.exp(-beyond)),

@@ -13,6 +13,7 @@ import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.records import Record
+from axisid.estimation.records.columns import expected_units
 from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Levels
 from axisid.support.arrays import Array
 from axisid.support.errors import first_case, unless_missing
@@ -240,7 +241,9 @@ def _told(scores: RecordScores, name: TestedHypothesis) -> Misspecification:
         share=float(np.linalg.norm(columns @ factors) / (np.linalg.norm(scores.force) or 1.0)),
         own_share=name.share,
         p_value=name.p_value,
-        unit=name.hypothesis.unit,
+        unit=expected_units(parameter, scores.data.axis.axis)[0]
+        if kind == "outlier"
+        else name.hypothesis.unit,
     )
 
 
