@@ -25,7 +25,7 @@ _MOST_LEVERAGE = 0.8  # of a frequency: where columns take nearly all, nothing i
 _RANK = 1e-6
 _ROWS_A_COLUMN = 4
 _HIGHEST = 0.6  # of the frequencies of rows: what the filter leaves as it is
-_TWINS = 8  # that have position noise and steps alone
+_TWINS, _FEW_TWINS = 8, 4  # that have position noise and steps alone; disturbances as well
 _CLASSES = 8  # of speed
 #: Squares of second differences for one power: of one degree of freedom, and of their neighbours'.
 _CORRELATED = 2 * (1 + 2 * ((4 / 6) ** 2 + (1 / 6) ** 2))
@@ -133,7 +133,8 @@ def measured_noise(
     # Of a disturbance the inverse model leaves all, the loop's force what the law answers to it.
     variance = float(np.split(power, 2)[1].mean() / units[0].mean())
     beside_law = replace(chain, disturbances=((0.0, math.sqrt(variance)),))
-    answered = np.split(_of_twins(power_of, data, physical, beside_law).mean(axis=0) - known, 2)[1]
+    both = _of_twins(power_of, data, physical, beside_law, _FEW_TWINS).mean(axis=0)
+    answered = np.split(both - known, 2)[1]
     share = np.maximum(answered, 0.0) / (variance * units[0] + _LEAST * power.max())
     units, counts = np.hstack([units, share * units]), np.tile(rows.counts, 2)
     backgrounds = np.vstack([known, steps]) if chain.position_step else known[None]
@@ -151,7 +152,8 @@ def measured_noise(
         mean = variances.mean(axis=0)
         if not (listed := disturbances(mean)):
             break
-        disturbed = _of_twins(power_of, data, physical, replace(chain, disturbances=listed))
+        chain_there = replace(chain, disturbances=listed)
+        disturbed = _of_twins(power_of, data, physical, chain_there, _FEW_TWINS)
         if not disturbed.any():  # none can be simulated
             break
         hunting = np.maximum(disturbed.mean(axis=0) - mean @ units, 0.0)
@@ -167,9 +169,10 @@ def _of_twins(
     data: FilteredRecord,
     physical: Array,
     chain: Chain,
+    count: int = _TWINS,
 ) -> Array:
     """Figures (b,) of twins with a chain's noise, (m, b); 0 without, or where none is simulated."""
-    figures = [figures_of(twin) for twin in twins_of(data, physical, chain, _TWINS)]
+    figures = [figures_of(twin) for twin in twins_of(data, physical, chain, count)]
     return np.array(figures) if figures else np.zeros((1, *figures_of(data).shape))
 
 
