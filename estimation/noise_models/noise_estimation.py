@@ -31,7 +31,7 @@ _CLASSES = 8  # of speed
 _CORRELATED = 2 * (1 + 2 * ((4 / 6) ** 2 + (1 / 6) ** 2))
 _SURELY = 6.0  # of a logarithm of likelihood: by chance one in 2000
 _REFINEMENTS = 2  # of forces beside what twins with them hunt
-_MOST_AT_ONCE = 16.0  # times less variance, whose geometric half is taken
+_MOST_AT_ONCE = 16.0  # times less or more variance, whose geometric half is taken
 _ROUNDS = 400  # of the likelihood's multiplicative updates
 _LEAST = 1e-12  # of the largest power: rounding
 _SMALLEST = 1e-3  # of a band's power
@@ -130,12 +130,16 @@ def measured_noise(
         )
     if np.linalg.norm(residuals) <= _ROUNDING * np.linalg.norm(moving.reduce(moving.signals.force)):
         return chain  # rounding alone
-    # Of a disturbance the inverse model leaves all, the loop's force what the law answers to it.
-    variance = float(np.split(power, 2)[1].mean() / units[0].mean())
-    beside_law = replace(chain, disturbances=((0.0, math.sqrt(variance)),))
-    both = _of_twins(power_of, data, physical, beside_law, _FEW_TWINS).mean(axis=0)
-    answered = np.split(both - known, 2)[1]
-    share = np.maximum(answered, 0.0) / (variance * units[0] + _LEAST * power.max())
+    # Of a disturbance the inverse model leaves all, the loop's force what the law answers to it: by
+    # how much more of it twins have that are the same but for it.
+    variance = float(np.median(np.split(power, 2)[1] / units[0]))
+    probe = replace(chain, disturbances=((0.0, math.sqrt(variance)),))
+    quiet_power, disturbed_power = (
+        np.mean([by_band(each - repeated) for each in twins], axis=0)
+        for twins in (errors[:_FEW_TWINS], _of_twins(errors_of, data, physical, probe, _FEW_TWINS))
+    )
+    answered = np.maximum(np.split(disturbed_power - quiet_power, 2)[1], 0.0)
+    share = answered / (variance * units[0] + _LEAST * power.max())
     units, counts = np.hstack([units, share * units]), np.tile(rows.counts, 2)
     backgrounds = np.vstack([known, steps]) if chain.position_step else known[None]
     variances = likeliest_variances(power, units, backgrounds, counts)
@@ -159,7 +163,8 @@ def measured_noise(
         hunting = np.maximum(disturbed.mean(axis=0) - mean @ units, 0.0)
         beside = backgrounds * (hunting / (known + _LEAST * power.max()))
         again = likeliest_variances(power, units, beside, counts)
-        variances = np.sqrt(variances * np.maximum(again, variances / _MOST_AT_ONCE))
+        most = _MOST_AT_ONCE * variances
+        variances = np.sqrt(variances * np.clip(again, variances / _MOST_AT_ONCE, most))
     likeliest, *others = map(disturbances, variances)
     return replace(chain, disturbances=likeliest, drawn=tuple(others))
 
@@ -171,7 +176,7 @@ def _of_twins(
     chain: Chain,
     count: int = _TWINS,
 ) -> Array:
-    """Figures (b,) of twins with a chain's noise, (m, b); 0 without, or where none is simulated."""
+    """Figures of twins with a chain's noise, (m, ...); 0 without, or where none is simulated."""
     figures = [figures_of(twin) for twin in twins_of(data, physical, chain, count)]
     return np.array(figures) if figures else np.zeros((1, *figures_of(data).shape))
 

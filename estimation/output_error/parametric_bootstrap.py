@@ -170,8 +170,8 @@ def factors_in_twins(
 ) -> Sequence[Mapping[str, float]]:
     """Factors that the law has in twins, which are under the declared one; none without twins.
 
-    A control that answers to noise within a sample is no sum of its terms, and HAC deviations know
-    of what stands in the rows alone.
+    A control that answers to noise within a sample is no sum of its terms, and their deviations
+    know of what stands in the rows alone.
 
     Parameters
     ----------
@@ -224,7 +224,7 @@ def move_by_record(
     names = [*of_records[0]]
     told = [law.factors if isinstance(law, LawAgreement) else {} for law in laws]
     # Nothing speaks against a declared limit that no record shows.
-    shown = [each[LIMIT] for each in told if LIMIT in each] or [1.0]
+    shown = [each[LIMIT] for each in told if each.get(LIMIT, 0.0) > 0] or [1.0]
     factors = [{LIMIT: float(np.mean(shown))} | each for each in told]
     # Of a law with another sign, straight lines from the declared one tell nothing.
     factors = [f if all(f.get(name, 0.0) > 0 for name in names) else {} for f in factors]

@@ -8,7 +8,6 @@ a drive holds, and its noise are drawn between the samples.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -146,10 +145,13 @@ def coloured_fit(
         The columns cannot be told apart.
     """
     fit = least_squares(target, factor(columns, names, neighbours=neighbours))
-    spans = [slice(a, b) for a, b in pairwise([0, *neighbours.breaks.tolist(), len(target)])]
-    model = autoregression_of([fit.residuals[each] for each in spans], period)
-    taken = float(len(names))
-    applied = autoregressive_covariance(fit.influence, model, spans, len(target), taken)
+    # Colour goes on through samples that are left out.
+    at = neighbours.places - neighbours.places[0]
+    every, taken = np.zeros((int(at[-1]) + 1, 2 + len(names))), float(len(names))
+    every[at] = np.column_stack([np.ones(len(at)), fit.residuals, fit.influence])
+    model = autoregression_of([every[:, 1]], period, [every[:, 0] > 0])
+    spans = [slice(0, len(every))]
+    applied = autoregressive_covariance(every[:, 2:], model, spans, len(target), taken)
     far = MIN_DISTANCE_FROM_NOISE.value
     wider = stdtrit(applied.freedom, ndtr(far)) / far
     return fit, applied.matrix * np.outer(wider, wider)

@@ -19,7 +19,14 @@ from numpy.typing import NDArray
 from scipy.linalg import qr
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.law_replay import LIMIT, LawInputs, LawReplay, position_noise, two_clocks
+from axisid.estimation.law_replay import (
+    LAW_SETTLING,
+    LIMIT,
+    LawInputs,
+    LawReplay,
+    position_noise,
+    two_clocks,
+)
 from axisid.estimation.records import Record, at_times, quantisation_step
 from axisid.estimation.signals import RowTimes, as_logged, limit_in_log
 from axisid.estimation.thresholds import (
@@ -42,6 +49,7 @@ from .control_residuals import (
     comparison_filter,
     noisy_ticks,
     offset_and_drift,
+    settling,
 )
 
 # of a control, and of what other gains do not change of it; less tells nothing of a gain
@@ -92,7 +100,8 @@ class GainRegression:
         Gains that have other values than the declared ones.
     at_limit : dict of str to (float, float)
         How many times the drive's declared limit the control is where the law asks for more, and
-        the deviation of that, by `LIMIT`; empty of a record that shows it in too few samples.
+        the deviation of that, by `LIMIT`; empty of a record that shows it in too few samples, or
+        has a test signal.
     """
 
     along: LawReplay
@@ -139,7 +148,8 @@ class GainRegression:
         noise = np.std((along.control - along.output)[used]) if used.any() else 0.0
         excess = np.abs(along.output) - along.limit
         asks_more = excess > MIN_DISTANCE_FROM_NOISE.value * noise
-        asks_more &= ~mask_of(record.masked, len(record))
+        unsettled = [(0, settling(law)), *((a, b + LAW_SETTLING) for a, b in record.masked)]
+        asks_more &= ~mask_of(unsettled, len(record))
         shown = (np.sign(along.output) * record.control)[asks_more] / limit_in_log(axis)
         at_limit = {}
         # What is injected is at the limit along with the law.
@@ -191,7 +201,8 @@ class GainRegression:
     def of_control(self, times: float) -> "GainRegression":
         """The same beside a control of which the recorded one is so many times."""
         control = np.where(self.put_in, self.along.control, self.along.control / times)
-        return replace(self, along=replace(self.declared, control=control)).best(())
+        along = replace(self.declared, control=control)
+        return replace(self, along=along, at_limit={}).best(())
 
     @cached_property
     def control(self) -> Array:
