@@ -122,7 +122,7 @@ class Autoregression:
         share = 2 * float(np.sum(moved * moved.T))
         if self.order:
             share += self._of_coefficients(by_lag[1:])
-        return share / samples / whole**2
+        return share / samples / whole / whole
 
     def _of_coefficients(self, slopes: Array) -> float:
         """Variance by that of the coefficients, for one sample, of slopes (p, m, m) by them."""
