@@ -21,6 +21,7 @@ from .twins import noise_free_record, twins_of
 
 _DRAWS = 16  # of a disturbance, through filter and projection
 _BANDS = 22
+_POOLED = 5  # neighbouring ones, of which it is told together what a loop answers to a disturbance
 _MOST_LEVERAGE = 0.8  # of a frequency: where columns take nearly all, nothing is told
 _RANK = 1e-6
 _ROWS_A_COLUMN = 4
@@ -136,10 +137,15 @@ def measured_noise(
     probe = replace(chain, disturbances=((0.0, math.sqrt(variance)),))
     quiet_power, disturbed_power = (
         np.mean([by_band(each - repeated) for each in twins], axis=0)
-        for twins in (errors[:_FEW_TWINS], _of_twins(errors_of, data, physical, probe, _FEW_TWINS))
+        for twins in (errors, _of_twins(errors_of, data, physical, probe))
     )
     answered = np.maximum(np.split(disturbed_power - quiet_power, 2)[1], 0.0)
-    share = answered / (variance * units[0] + _LEAST * power.max())
+    # Of a few neighbouring bands, as a band of one frequency tells little.
+    answered, whole = (
+        np.convolve(rows.counts * each, np.ones(_POOLED), "same")
+        for each in (answered, variance * units[0])
+    )
+    share = answered / (whole + _LEAST * power.max())
     units, counts = np.hstack([units, share * units]), np.tile(rows.counts, 2)
     backgrounds = np.vstack([known, steps]) if chain.position_step else known[None]
     variances = likeliest_variances(power, units, backgrounds, counts)
