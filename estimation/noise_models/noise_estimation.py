@@ -1,6 +1,5 @@
 """The noise of a record, measured in what it is beside its loop at an estimate."""
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -21,18 +20,17 @@ from .twins import noise_free_record, twins_of
 
 _DRAWS = 16  # of a disturbance, through filter and projection
 _BANDS = 22
-_POOLED = 5  # neighbouring ones, of which it is told together what a loop answers to a disturbance
 _MOST_LEVERAGE = 0.8  # of a frequency: where columns take nearly all, nothing is told
 _RANK = 1e-6
 _ROWS_A_COLUMN = 4
 _HIGHEST = 0.6  # of the frequencies of rows: what the filter leaves as it is
-_TWINS, _FEW_TWINS = 8, 4  # that have position noise and steps alone; disturbances as well
+_TWINS = 8  # that have position noise and steps alone
 _CLASSES = 8  # of speed
 #: Squares of second differences for one power: of one degree of freedom, and of their neighbours'.
 _CORRELATED = 2 * (1 + 2 * ((4 / 6) ** 2 + (1 / 6) ** 2))
 _SURELY = 6.0  # of a logarithm of likelihood: by chance one in 2000
 _REFINEMENTS = 2  # of forces beside what twins with them hunt
-_MOST_AT_ONCE = 16.0  # times less or more variance, whose geometric half is taken
+_MOST_AT_ONCE = 16.0  # times less variance, whose geometric half is taken
 _ROUNDS = 400  # of the likelihood's multiplicative updates
 _LEAST = 1e-12  # of the largest power: rounding
 _SMALLEST = 1e-3  # of a band's power
@@ -49,9 +47,8 @@ def measured_noise(
     Steps are those of the grids of what was logged. White noise of the position is what its second
     differences have beyond those of the loop, and of twins with the encoder's steps alone, as much
     as leaves the same in twins with both. What acts beside the control is a sum of autoregressions
-    of given correlation times, whose variances are the likeliest by Whittle for what the inverse
-    model leaves in the rows, and for the force beside that of the loop, which has less of the
-    encoder: both without all that the model's columns explain when they may change with time,
+    of given correlation times, whose variances are the likeliest by Whittle for the rows of the
+    inverse model, without all that the model's columns explain when they may change with time,
     place, speed and direction, and without what twins with noise and steps of the position have
     there in common, beside what each of these has of its own: first of the steps alone, then of
     twins that are disturbed as well. None is there that is not surely likelier than nothing, and
@@ -94,36 +91,30 @@ def measured_noise(
     # Near turns of either the equation has errors that are no noise of a given colour.
     moving = data.turning_as(quiet.record.position, also=True)
     rows = RowSpectrum.of(moving, quiet)
-    by_filter = _rows_of(quiet, physical, moving)
-    errors_of_record = _rows_of(data, physical, moving) - by_filter
-    residuals = errors_of_record[0]
+    by_filter = _residuals(quiet, physical, moving)
+    residuals = _residuals(data, physical, moving) - by_filter
     times = [t for t in CORRELATION_TIMES if _LONGEST * t <= data.period * len(data)]
     units = rows.power_of_disturbances(moving, times)
     in_control = _control_noise(data, residuals, moving, rows, chain, times, units)
     chain = replace(chain, control=in_control)
 
     def errors_of(twin: FilteredRecord) -> Array:
-        return _rows_of(twin, physical, moving) - by_filter
-
-    def by_band(errors: Array) -> Array:
-        return np.concatenate([rows.power(each) for each in errors])
+        return _residuals(twin, physical, moving) - by_filter
 
     # What every twin has again is no noise: a loop hunts alike until something disturbs it.
     errors = _of_twins(errors_of, data, physical, chain)
     repeated, count = errors.mean(axis=0), len(errors)
 
     def power_of(twin: FilteredRecord) -> Array:
-        return by_band(errors_of(twin) - repeated)
+        return rows.power(errors_of(twin) - repeated)
 
-    power = by_band(errors_of_record - repeated)
+    power = rows.power(residuals - repeated)
     # The mean holds a twin itself, and the record not: beside an independent mean.
     steps = (
-        (count + 1) / max(count - 1, 1) * np.array([by_band(each - repeated) for each in errors])
+        (count + 1) / max(count - 1, 1) * np.array([rows.power(each - repeated) for each in errors])
     )
     known = steps.mean(axis=0)
-    if rows.counts @ rows.power(residuals) < _LEAST_POWER * (
-        rows.counts @ rows.power(errors[:, 0].T)
-    ):
+    if rows.counts @ rows.power(residuals) < _LEAST_POWER * (rows.counts @ rows.power(errors.T)):
         raise EstimationError(
             "its position has noise at the highest frequencies that is not white: there is less "
             "in its rows.",
@@ -131,26 +122,10 @@ def measured_noise(
         )
     if np.linalg.norm(residuals) <= _ROUNDING * np.linalg.norm(moving.reduce(moving.signals.force)):
         return chain  # rounding alone
-    # Of a disturbance the inverse model leaves all, the loop's force what the law answers to it: by
-    # how much more of it twins have that are the same but for it.
-    variance = float(np.median(np.split(power, 2)[1] / units[0]))
-    probe = replace(chain, disturbances=((0.0, math.sqrt(variance)),))
-    quiet_power, disturbed_power = (
-        np.mean([by_band(each - repeated) for each in twins], axis=0)
-        for twins in (errors, _of_twins(errors_of, data, physical, probe))
-    )
-    answered = np.maximum(np.split(disturbed_power - quiet_power, 2)[1], 0.0)
-    # Of a few neighbouring bands, as a band of one frequency tells little.
-    answered, whole = (
-        np.convolve(rows.counts * each, np.ones(_POOLED), "same")
-        for each in (answered, variance * units[0])
-    )
-    share = answered / (whole + _LEAST * power.max())
-    units, counts = np.hstack([units, share * units]), np.tile(rows.counts, 2)
     backgrounds = np.vstack([known, steps]) if chain.position_step else known[None]
-    variances = likeliest_variances(power, units, backgrounds, counts)
+    variances = likeliest_variances(power, units, backgrounds, rows.counts)
     # A little that is not there biases estimates, and would keep twins from hunting alike.
-    seen = power, units, backgrounds, _independent(counts, steps)
+    seen = power, units, backgrounds, _independent(rows.counts, steps)
     surely = _likelihood(variances, *seen) > _likelihood(0 * variances, *seen) + _SURELY
     variances = variances * surely[:, None]
 
@@ -162,15 +137,13 @@ def measured_noise(
         mean = variances.mean(axis=0)
         if not (listed := disturbances(mean)):
             break
-        chain_there = replace(chain, disturbances=listed)
-        disturbed = _of_twins(power_of, data, physical, chain_there, _FEW_TWINS)
+        disturbed = _of_twins(power_of, data, physical, replace(chain, disturbances=listed))
         if not disturbed.any():  # none can be simulated
             break
         hunting = np.maximum(disturbed.mean(axis=0) - mean @ units, 0.0)
         beside = backgrounds * (hunting / (known + _LEAST * power.max()))
-        again = likeliest_variances(power, units, beside, counts)
-        most = _MOST_AT_ONCE * variances
-        variances = np.sqrt(variances * np.clip(again, variances / _MOST_AT_ONCE, most))
+        again = likeliest_variances(power, units, beside, rows.counts)
+        variances = np.sqrt(variances * np.maximum(again, variances / _MOST_AT_ONCE))
     likeliest, *others = map(disturbances, variances)
     return replace(chain, disturbances=likeliest, drawn=tuple(others))
 
@@ -180,11 +153,10 @@ def _of_twins(
     data: FilteredRecord,
     physical: Array,
     chain: Chain,
-    count: int = _TWINS,
 ) -> Array:
-    """Figures of twins with a chain's noise, (m, ...); 0 without, or where none is simulated."""
-    figures = [figures_of(twin) for twin in twins_of(data, physical, chain, count)]
-    return np.array(figures) if figures else np.zeros((1, *figures_of(data).shape))
+    """Figures (b,) of twins with a chain's noise, (m, b); 0 without, or where none is simulated."""
+    figures = [figures_of(twin) for twin in twins_of(data, physical, chain, _TWINS)]
+    return np.array(figures) if figures else np.zeros((1, len(figures_of(data))))
 
 
 def _control_noise(
@@ -354,11 +326,11 @@ def _white(record: Record, quiet: Record, role: str) -> float | None:
     return float(np.sqrt(np.mean(second**2) / 6)) if len(second) else 0.0
 
 
-def _rows_of(record: FilteredRecord, physical: Array, data: FilteredRecord) -> Array:
-    """What the inverse model leaves of a record, and its force, in another's rows, (2, n)."""
+def _residuals(record: FilteredRecord, physical: Array, data: FilteredRecord) -> Array:
+    """What the inverse model leaves of a record, in the rows of another of its kind, (n,)."""
     form = InverseForm(data.axis).at(physical)
     rows = form.equations(record.signals).reduced(data)
-    return np.stack([rows.residuals(form.regressed(physical)), rows.left])
+    return rows.residuals(form.regressed(physical))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -294,18 +294,7 @@ def test_a_force_beside_louder_encoder_steps_is_in_the_chain_by_how_it_changes_t
     forces = [np.sqrt(sum(sd**2 for _, sd in each.disturbances)) for each in chains]
     shares = case.machine.gain * np.array(forces) / truth
     assert np.all((shares > 0.25) & (shares < 3.0))
-    assert 0.6 < np.median(shares) < 2.0  # mostly white, of which the rows have little
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("seed", "number"), [(71, 3), (71, 7), (53, 7)])
-def test_didim_leaves_of_twins_what_it_leaves_of_a_record(seed: int, number: int) -> None:
-    """Where the inverse model's rows alone had forces of 0.3 to 14 times what is left."""
-    (case,) = (case for name, case in field.drawn(seed, 14).items() if f"drawn {number}:" in name)
-    (record,) = case.records(1, 1)
-    estimate = identify(case.axis, record, methods="didim")["didim"]
-    of_twins = np.std(estimate.inference.twins_residuals, axis=0)
-    assert 0.7 < np.median(of_twins) / np.std(estimate.residuals) < 1.3
+    assert 0.6 < np.median(shares) < 1.6
 
 
 def test_a_short_record_has_a_chain_too(emps2015: GeneratedAxis, twin: Record) -> None:
