@@ -29,4 +29,5 @@ from .replay import (
     recorded_inputs as recorded_inputs,
     state_at_rest as state_at_rest,
     two_clocks as two_clocks,
+    with_limit as with_limit,
 )

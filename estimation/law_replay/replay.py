@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from threading import get_ident
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen.generated_axes import GeneratedAxis, law_over_block
+from axisid.codegen.generated_axes import GeneratedAxis, build, law_over_block
 from axisid.codegen.lowering import LoopStart
 from axisid.estimation.records import Record, at_times, law_clock
 from axisid.estimation.signals import (
@@ -26,6 +26,12 @@ from axisid.support.arrays import Array
 from axisid.support.caching import cached_while_alive
 
 LIMIT = "drive's limit"  # beside the terms of a law that may be other than declared
+
+
+@lru_cache(maxsize=64)  # of an axis it is asked for each segment of its records
+def with_limit(axis: GeneratedAxis, limit: float, *, native: bool) -> GeneratedAxis:
+    """The axis whose drive has another limit, compiled or not."""
+    return build(replace(axis.axis, drive=replace(axis.axis.drive, limit=limit)), native=native)
 
 
 @cached_while_alive

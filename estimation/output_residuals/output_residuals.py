@@ -9,7 +9,7 @@ from itertools import islice, pairwise, starmap
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.codegen.generated_axes import GeneratedAxis, build
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.law_replay import (
     LIMIT,
     LawInputs,
@@ -17,6 +17,7 @@ from axisid.estimation.law_replay import (
     law_memory,
     law_terms_along,
     state_at_rest,
+    with_limit,
 )
 from axisid.estimation.records import Record
 from axisid.estimation.regression import Form
@@ -320,11 +321,10 @@ def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
         return {}
     more, less = np.split(out, 2, axis=1)
     slopes = (more - less) / (2 * _ADDED_SHARE)
-    drive = stretch.axis.axis.drive
-    if np.any(np.abs(control) >= (1 - LIMIT_TOLERANCE.value) * drive.limit):
-        wider = replace(drive, limit=(1 + _ADDED_SHARE) * drive.limit)
-        native, axis = stretch.axis.native.enabled, replace(stretch.axis.axis, drive=wider)
-        other = replace(stretch, axis=build(axis, native=native))
+    axis, limit = stretch.axis, stretch.axis.axis.drive.limit
+    if np.any(np.abs(control) >= (1 - LIMIT_TOLERANCE.value) * limit):
+        wider = with_limit(axis, (1 + _ADDED_SHARE) * limit, native=axis.native.enabled)
+        other = replace(stretch, axis=wider)
         (here, _), (there, failures) = (s.rows(theta[None, :], inputs) for s in (stretch, other))
         if failures:
             return {}

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, build
+from axisid.estimation.law_replay import with_limit
 from axisid.estimation.records import Record
 from axisid.estimation.records.columns import expected_units, scale_remedy
 from axisid.estimation.thresholds import MAX_LAW_RESIDUAL, MAX_SCALE_ERROR, MIN_SAMPLES_PER_FACTOR
@@ -190,13 +191,13 @@ def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_
     if drive.logs_what_acts or largest >= drive.limit:
         return
     try:
-        _, made, *_ = compared_with_law(_with_limit(axis, largest), law, record)
+        _, made, *_ = compared_with_law(with_limit(axis, largest, native=False), law, record)
         cut = np.abs(control[made * np.sign(control) > largest])
         if len(cut) < MIN_SAMPLES_PER_FACTOR.value:
             return
         # The largest has the most of a converter's noise, the median has none.
         limit = float(np.median(cut))
-        limited = _with_limit(axis, limit)
+        limited = with_limit(axis, limit, native=False)
     except ModelError:  # no dead band and no step is as large as the limit
         return
     yield (
@@ -206,10 +207,6 @@ def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_
         law,
         record,
     )
-
-
-def _with_limit(axis: GeneratedAxis, limit: float) -> GeneratedAxis:
-    return build(replace(axis.axis, drive=replace(axis.axis.drive, limit=limit)), native=False)
 
 
 def _moved_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
