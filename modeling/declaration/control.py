@@ -242,6 +242,19 @@ class ControlLaw:
             )
 
 
+def no_law(period: float) -> ControlLaw:
+    """A sampled law whose output is 0: what is added to its output moves the axis.
+
+    It has no gains, so that its names leave those of the axis alone.
+
+    Parameters
+    ----------
+    period : float
+        Sampling period, s.
+    """
+    return ControlLaw(name="none", period=period, output=sympy.S.Zero)
+
+
 def gain(name: str) -> sympy.Symbol:
     """The symbol of a gain declared in `ControlLaw.gains`."""
     return sympy.Symbol(name, real=True)
