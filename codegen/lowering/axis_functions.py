@@ -20,6 +20,7 @@ from axisid.modeling.quantities import (
     MEASURED_VELOCITY,
     PERIOD,
     REFERENCE,
+    UNLIMITED_OUTPUT,
     with_numbers,
 )
 from axisid.support.errors import Missing
@@ -173,8 +174,10 @@ def _control_law(
     builder, line = _measured(model, law, gains, injected=injected)
     values = builder.values
     control = _output(model, law, builder, values, values.get(_INJECTED))
+    # Without a test signal, which no integral of the law knows of.
+    if any(each.following.has(UNLIMITED_OUTPUT) for each in law.memory):
+        values[UNLIMITED_OUTPUT] = _law_lowering(law, builder, values)(with_numbers(law.output))
     if any(each.following.has(LIMITED_OUTPUT) for each in law.memory):
-        # Without a test signal, which no integral of the law knows of.
         values[LIMITED_OUTPUT] = _output(model, law, builder, values)
     following = _law_lowering(law, builder, values)
     queue = (control, *line)
@@ -239,7 +242,7 @@ def law_by_gains(law: ControlLaw, signals: Sequence[sympy.Symbol]) -> tuple[Prog
     output = Lowering(builder, values)(with_numbers(law.output))
     limited = builder.apply("min", output, limit)
     limited = builder.apply("max", limited, builder.apply("neg", limit))
-    following = Lowering(builder, {**values, LIMITED_OUTPUT: limited})
+    following = Lowering(builder, {**values, UNLIMITED_OUTPUT: output, LIMITED_OUTPUT: limited})
     builder.output(
         "next_state", [[following(with_numbers(memory.following))] for memory in law.memory]
     )

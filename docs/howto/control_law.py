@@ -65,7 +65,8 @@ pid = ControlLaw(
 # %% [markdown]
 # Filters and limits are blocks, each a value and the memories that it keeps: `low_pass`, `notch`, `pll_velocity`,
 # `rate_limit`, `difference`, `reference_velocity`, `reference_acceleration`. An `integral` takes its anti-windup along:
-# it sees `LIMITED_OUTPUT`, the law's own output within the drive's limit, so that the expression need not be repeated.
+# it compares `UNLIMITED_OUTPUT`, the law's own output, with `LIMITED_OUTPUT`, this output within the drive's limit. Memories
+# of your own may read both. Use these symbols and do not repeat the output's expression: repeated, it differs by rounding.
 #
 # ```python
 # speed = pll_velocity(bandwidth=800.0)

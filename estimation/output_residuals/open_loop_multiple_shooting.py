@@ -20,7 +20,7 @@ from axisid.estimation.regression import Form
 from axisid.estimation.signals import acting_control, recorded_signals
 from axisid.estimation.simulation import LoopInputs, settled_substeps, simulate_lanes
 from axisid.estimation.thresholds import ADVISED_WINDOWS, MAX_GROWTH
-from axisid.modeling.declaration import cascade_pd
+from axisid.modeling.declaration import no_law
 from axisid.support.arrays import Array, mask_of
 from axisid.support.errors import DataError, EstimationError, UsageError
 
@@ -330,7 +330,7 @@ def _windows(
         replace(
             declared,
             drive=declared.drive.behind_path(),
-            control=cascade_pd(kp=0.0, kv=0.0, period=record.period),
+            control=no_law(record.period),
         ),
         native=axis.native.enabled,
     )

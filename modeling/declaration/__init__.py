@@ -13,7 +13,7 @@ from .axis import (
 )
 from .column import Column as Column, column_texts as column_texts
 from .command_path import HIDDEN_FROM as HIDDEN_FROM, CommandPath as CommandPath
-from .control import ControlLaw as ControlLaw, Memory as Memory, gain as gain
+from .control import ControlLaw as ControlLaw, Memory as Memory, gain as gain, no_law as no_law
 from .control_blocks import (
     BLOCKS as BLOCKS,
     Block as Block,

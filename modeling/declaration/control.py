@@ -17,6 +17,7 @@ from axisid.modeling.quantities import (
     MEASURED_VELOCITY,
     PERIOD,
     REFERENCE,
+    UNLIMITED_OUTPUT,
     ConstantSymbol,
     SignalSymbol,
     check_symbol,
@@ -33,6 +34,7 @@ from axisid.support.mappings import FrozenMapping
 #: Samples of a delay, at most.
 LONGEST_DELAY = 100
 _INPUTS = frozenset({REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD})
+_OUTPUTS = frozenset({LIMITED_OUTPUT, UNLIMITED_OUTPUT})
 _AT_REST = frozenset({MEASURED_POSITION, REFERENCE, BALANCED})
 
 
@@ -49,8 +51,10 @@ class Memory:
     name : str
         The symbol it has in the law.
     following : sympy.Expr
-        Its value at the next sample, from what the output is of and from `LIMITED_OUTPUT`, that
-        output within the drive's limit: an integral that stops where the drive gives no more.
+        Its value at the next sample, from what the output is of, from `UNLIMITED_OUTPUT`, the
+        output itself, and from `LIMITED_OUTPUT`, the output within the drive's limit: an integral
+        that stops where the drive gives no more. Use the symbol of the output and not its
+        expression: the two symbols are equal to the last bit where the limit is not reached.
     start : sympy.Expr
         Its value at the first sample, from `MEASURED_POSITION`, `REFERENCE`, numbers or constants:
         the axis at rest. `BALANCED`, for an integral or whatever else holds a load, is the value
@@ -176,7 +180,7 @@ class ControlLaw:
         allowed = _INPUTS | {gain(name) for name in self.names} | self.signals
         self._check(self.output, allowed, "output")
         for memory in self.memory:
-            self._check(memory.following, allowed | {LIMITED_OUTPUT}, f"memory {memory.name!r}")
+            self._check(memory.following, allowed | _OUTPUTS, f"memory {memory.name!r}")
             self._check(memory.start, _AT_REST, f"start of memory {memory.name!r}")
 
     @property
@@ -210,8 +214,7 @@ class ControlLaw:
         """Whether its control is a sum of products of its gains with signals that have none."""
         gains = {gain(name) for name in self.gains}
         remembered = any(  # what it remembers depends on them: no product of gains scales it
-            memory.following.has(LIMITED_OUTPUT) or memory.following.free_symbols & gains
-            for memory in self.memory
+            memory.following.free_symbols & (gains | _OUTPUTS) for memory in self.memory
         )
         return not remembered and self.terms != ((sympy.S.One, self.output),)
 
@@ -237,6 +240,19 @@ class ControlLaw:
                 f"control law {self.name!r}: its {what} has the unknown symbols "
                 f"{', '.join(unknown)}; it may use {', '.join(sorted(map(str, allowed)))}."
             )
+
+
+def no_law(period: float) -> ControlLaw:
+    """A sampled law whose output is 0: what is added to its output moves the axis.
+
+    It has no gains, so that its names leave those of the axis alone.
+
+    Parameters
+    ----------
+    period : float
+        Sampling period, s.
+    """
+    return ControlLaw(name="none", period=period, output=sympy.S.Zero)
 
 
 def gain(name: str) -> sympy.Symbol:

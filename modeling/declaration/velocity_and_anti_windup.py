@@ -1,6 +1,7 @@
 """What ready laws share: how the velocity is formed, and integrals that do not run away.
 
-Anti-windup sees `LIMITED_OUTPUT`, the law's own output within the drive's limit.
+Anti-windup compares `UNLIMITED_OUTPUT`, the law's own output, with `LIMITED_OUTPUT`, the output
+within the drive's limit.
 """
 
 from collections.abc import Callable, Mapping
@@ -13,6 +14,7 @@ from axisid.modeling.quantities import (
     MEASURED_POSITION,
     MEASURED_VELOCITY,
     PERIOD,
+    UNLIMITED_OUTPUT,
     Amount,
     expression,
 )
@@ -149,10 +151,15 @@ def integral(
         # the slope of an output that has kinks of its own is taken for positive.
         slope = sympy.diff(output, symbol)
         driven = error if slope.has(sympy.Heaviside, sympy.Derivative) else slope * error
-        outward = (output - LIMITED_OUTPUT) * driven > 0
+        # Two comparisons, and no difference: equal outputs are equal on every machine, while a
+        # fused multiplication and addition would leave a rounding error of their difference.
+        outward = sympy.Or(
+            sympy.And(UNLIMITED_OUTPUT > LIMITED_OUTPUT, driven > 0),
+            sympy.And(UNLIMITED_OUTPUT < LIMITED_OUTPUT, driven < 0),
+        )
         following = sympy.Piecewise((symbol, outward), (following, True), evaluate=False)
     elif anti_windup == "back_calculation":
-        missing = LIMITED_OUTPUT - output
+        missing = LIMITED_OUTPUT - UNLIMITED_OUTPUT
         following = following + PERIOD * amount(tracking, "the tracking gain") * missing
     return Memory(name, following=following, start=start)
 

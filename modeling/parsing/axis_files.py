@@ -50,6 +50,7 @@ from axisid.modeling.quantities import (
     PERIOD,
     REFERENCE,
     TIME,
+    UNLIMITED_OUTPUT,
     Constant,
     ConstantSymbol,
     Coordinate,
@@ -189,7 +190,8 @@ def read_control(root: TomlTable, recorded: Symbols, constants: Symbols) -> Cont
     at_rest = {**known, **_AT_REST}
     blocks = _blocks(table.table("blocks"), symbols, at_rest)
     symbols |= {name: block.value for name, block in blocks.items()}
-    following = {**symbols, str(LIMITED_OUTPUT): LIMITED_OUTPUT}
+    outputs = {str(output): output for output in (LIMITED_OUTPUT, UNLIMITED_OUTPUT)}
+    following = {**symbols, **outputs}
     kept = memory.each(Memory, symbols=following, own={"start": at_rest})
     inside = [each for block in blocks.values() for each in block.memory]
     # What is wrong of a gain or a memory has been told, and a gain of 1 stands for it.

@@ -79,6 +79,7 @@ from .symbols import (
     POSITION as POSITION,
     REFERENCE as REFERENCE,
     TIME as TIME,
+    UNLIMITED_OUTPUT as UNLIMITED_OUTPUT,
     VELOCITY as VELOCITY,
     Amount as Amount,
     Coordinate as Coordinate,

@@ -30,8 +30,9 @@ _FUNCTIONS = frozenset(
 RESERVED = frozenset(
     "tau direction parameters ddm_parameters reference measured_position measured_velocity "
     "measurement_error reference_rate injected held control state next_state step row known "
-    "limited_output output_limit jacobian first_slope last_slope sides switches by_position "
-    "by_velocity plant_rate wave_number signals law_gains gains period casadi null jac hess".split()
+    "limited_output unlimited_output output_limit jacobian first_slope last_slope sides switches "
+    "by_position by_velocity plant_rate wave_number signals law_gains gains period casadi null jac "
+    "hess".split()
 )
 _TAKEN = {
     "a keyword of Python": {*keyword.kwlist, *keyword.softkwlist},

@@ -297,6 +297,12 @@ MEASURED_VELOCITY = sympy.Symbol("measured_velocity", real=True)
 LIMITED_OUTPUT = sympy.Symbol("limited_output", real=True)
 
 
+#: The output of a law before the drive's limit, which a memory may follow. It is computed once, so
+#: that it equals `LIMITED_OUTPUT` to the last bit wherever the limit is not reached. The same
+#: expression written again is summed in another order, and differs by rounding.
+UNLIMITED_OUTPUT = sympy.Symbol("unlimited_output", real=True)
+
+
 #: Start of a memory at which the law's output holds the axis where it starts, or is the first
 #: control of a record.
 BALANCED = sympy.Symbol("balanced", real=True)

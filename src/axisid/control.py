@@ -34,4 +34,5 @@ from axisid.modeling.quantities import (
     MEASURED_VELOCITY as MEASURED_VELOCITY,
     PERIOD as PERIOD,
     REFERENCE as REFERENCE,
+    UNLIMITED_OUTPUT as UNLIMITED_OUTPUT,
 )

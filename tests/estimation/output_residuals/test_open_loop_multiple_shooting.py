@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axisid import Record, build, fit, load_axis, twin_record
+from axisid import Coordinate, Parameter, Record, build, fit, load_axis, newton, twin_record
 from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.elements import coulomb, viscous
 from axisid.estimation.output_residuals import MultipleShootingResiduals
 from axisid.estimation.regression import InverseForm
 from axisid.support.arrays import Array
@@ -64,6 +65,27 @@ def test_a_force_column_serves_without_a_control(emps2015: GeneratedAxis, twin: 
     force = replace(twin, control=None, force=float(drive.gain) * np.asarray(twin.control))
     found, expected = (_errors(emps2015, record, THETA) for record in (force, twin))
     np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+def test_parameters_may_have_the_names_of_gains(emps2015: GeneratedAxis, twin: Record) -> None:
+    """No law is asked for, so that none brings names along."""
+    q = Coordinate("q")
+    mass, viscosity, friction = (
+        Parameter("kp", "kg", nominal=100.0),
+        Parameter("kV", "N/(m/s)", nominal=200.0),
+        Parameter("kS", "N", nominal=20.0),
+    )
+    named = newton(
+        "named",
+        coordinate=q,
+        parameters=(mass, viscosity, friction),
+        inertia=mass,
+        resistance=(viscous(viscosity, q), coulomb(friction, q)),
+        drive=emps2015.axis.drive,
+    )
+    record = replace(twin, reference=None)
+    found, expected = (_errors(axis, record, THETA) for axis in (build(named), emps2015))
+    np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
 def test_a_window_has_twenty_samples_at_least(emps2015: GeneratedAxis, twin: Record) -> None:

@@ -12,7 +12,8 @@ import sympy
 
 from axisid import Axis, build, load_axis, simulate, twin_record
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.control import MEASURED_POSITION, cascade_pd
+from axisid.control import MEASURED_POSITION, cascade_pd, state_feedback
+from axisid.elements import Drive
 from axisid.estimation import simulate_batch
 from axisid.estimation.simulation import signals_about, twin_plan
 from axisid.estimation.simulation.twin import trajectory
@@ -167,6 +168,36 @@ def test_batch_is_the_simulations_one_by_one(threads: int, rng: np.random.Genera
         whole["force"], simulate_batch(axis, theta, reference, PERIOD, **own)["force"]
     )
     agree(axis, theta, reference, PERIOD, rel=0.0, **own)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("anti_windup", ["clamping", "back_calculation"])
+def test_anti_windup_moves_no_loop_that_stays_within_its_limit(anti_windup: str) -> None:
+    """To the last bit, alone and in a batch, compiled and in the virtual machine."""
+    reference = MOTIONS["1 Hz, 0.1 m sine"][:800]
+
+    def motions(what: str, limit: float) -> list[np.ndarray]:
+        law = state_feedback(
+            k_position=39000.0,
+            k_velocity=243.0,
+            k_integral=2e5,
+            period=PERIOD,
+            velocity="averaged",
+            anti_windup=what,
+        )
+        axis = replace(AXES["offset"], control=law, drive=Drive(gain=35.15, limit=limit))
+        native, virtual = build(axis), build(axis, native=False)
+        theta = native.nominal
+        return [
+            simulate(native, theta, reference, PERIOD).position,
+            simulate_batch(native, theta[None], reference, PERIOD)["position"][:, 0],
+            simulate(virtual, theta, reference[:200], PERIOD).position,
+        ]
+
+    expected = motions("none", math.inf)
+    for limit in (math.inf, 1e6):
+        for found, wanted in zip(motions(anti_windup, limit), expected, strict=True):
+            np.testing.assert_array_equal(found, wanted)
 
 
 @pytest.mark.slow

@@ -12,6 +12,7 @@ import pytest
 from scipy import signal
 
 from axisid import Signal, build, load_axis
+from axisid.codegen.generated_axes import law_functions
 from axisid.control import (
     MEASURED_POSITION,
     REFERENCE,
@@ -25,8 +26,10 @@ from axisid.control import (
     pid,
     pid_ideal,
     rate_limit,
+    state_feedback,
 )
 from axisid.estimation.law_replay import LawInputs, control_along, state_at_rest
+from axisid.estimation.law_replay.replay import run_law
 from axisid.support.arrays import Array
 from tests.axes.ready_laws import KP, KV, LAWS, PERIOD, with_law
 from tests.refusals import refused
@@ -186,6 +189,82 @@ def test_a_ready_law_is_its_difference_equation(name: str) -> None:
     beyond = np.abs(wanted) > limit
     assert 0.05 < beyond.mean() < 0.95  # so that windup shows
     np.testing.assert_allclose(control, np.clip(wanted, -limit, limit), atol=1e-9 * limit)
+
+
+Making = Callable[[str], ControlLaw]
+#: Ready laws with an integral, by what it does at the limit.
+INTEGRATING: dict[str, Making] = {
+    "cascade_p_pi": lambda what: cascade_p_pi(
+        kp=61.3, kv=KV, tn=0.031, period=T, anti_windup=what, speed_limit=0.16
+    ),
+    "cascade_p_pi, averaged": lambda what: cascade_p_pi(
+        kp=41.7,
+        kv=KV,
+        tn=0.03,
+        period=T,
+        anti_windup=what,
+        velocity="averaged",
+        velocity_filter=1e-3,
+        velocity_feed_forward=0.9,
+        acceleration_feed_forward=-2.1,
+    ),
+    "cascade_p_pi, phase-locked loop": lambda what: cascade_p_pi(
+        kp=40.0,
+        kv=-KV,
+        tn=0.05,
+        period=T,
+        anti_windup=what,
+        velocity="pll",
+        pll_bandwidth=500.0,
+    ),
+    "cascade_p_pi, ideal": lambda what: cascade_p_pi(
+        kp=40.0, kv=KV, tn=0.05, period=T, anti_windup=what, velocity="ideal"
+    ),
+    "pid": lambda what: pid(
+        kp=39000.0, ki=2.1e5, kd=243.0, filter_time=1e-3, period=T, anti_windup=what
+    ),
+    "pid of the position": lambda what: pid(
+        kp=-39000.0, ki=-2.1e5, kd=-243.0, period=T, derivative_of="position", anti_windup=what
+    ),
+    "pid_ideal": lambda what: pid_ideal(k=39000.0, ti=0.21, td=0.006, period=T, anti_windup=what),
+    "state_feedback": lambda what: state_feedback(
+        k_position=39000.0, k_velocity=243.0, k_integral=2.1e5, period=T, anti_windup=what
+    ),
+    "state_feedback, averaged": lambda what: state_feedback(
+        k_position=39000.0,
+        k_velocity=243.0,
+        k_integral=2.1e5,
+        period=T,
+        anti_windup=what,
+        velocity="averaged",
+    ),
+    "dynamixel_position": lambda what: dynamixel_position(
+        p=7000.0, i=2000.0, d=6000.0, ff1=30.0, ff2=20.0, period=T, anti_windup=what
+    ),
+}
+
+
+def _run(law: ControlLaw, limit: float) -> tuple[Array, Array]:
+    """What a law remembers after each sample, and its output."""
+    reference, position = _signals()
+    functions = law_functions(law, ())
+    start = functions["law_start"](reference[0], position[0]).full().ravel()
+    limits, gains = np.full(len(position), limit), np.array([[*law.gains.values()]])
+    velocity = np.gradient(position, T)
+    return run_law(functions["law_step"], start, (reference, position, velocity, limits, gains))
+
+
+@pytest.mark.parametrize("name", INTEGRATING)
+@pytest.mark.parametrize("anti_windup", ["clamping", "back_calculation"])
+def test_anti_windup_does_nothing_where_the_limit_is_not_reached(
+    name: str, anti_windup: str
+) -> None:
+    """To the last bit, as the output within the limit is then the output itself."""
+    memory, output = _run(INTEGRATING[name]("none"), math.inf)
+    for limit in (math.inf, 1.001 * float(np.abs(output).max())):
+        held, limited = _run(INTEGRATING[name](anti_windup), limit)
+        np.testing.assert_array_equal(held, memory)
+        np.testing.assert_array_equal(limited, output)
 
 
 test_contradictions_have_a_sentence = refused(

@@ -5,7 +5,7 @@ import sympy
 
 from axisid.control import integral
 from axisid.modeling.declaration import gain
-from axisid.modeling.quantities import LIMITED_OUTPUT, PERIOD
+from axisid.modeling.quantities import LIMITED_OUTPUT, PERIOD, UNLIMITED_OUTPUT
 
 E, INTEGRAL = sympy.symbols("e integral", real=True)
 
@@ -19,5 +19,5 @@ def test_a_clamped_integral_stands_still_where_it_drives_the_output_further(
     output = gain("ki") * INTEGRAL
     memory = integral(E, output, anti_windup="clamping")
     values = {gain("ki"): 2.0 * sign, E: error, INTEGRAL: 10.0, PERIOD: 1.0}
-    limited = {LIMITED_OUTPUT: 5.0 * sign}
-    assert memory.following.subs(values | limited) == pytest.approx(after)
+    outputs = {LIMITED_OUTPUT: 5.0 * sign, UNLIMITED_OUTPUT: 20.0 * sign}
+    assert memory.following.subs(values | outputs) == pytest.approx(after)
