@@ -253,9 +253,11 @@ def write_twins(
                         **{f"true {n} [{units[n]}]": value for n, value in true.items()},
                     }
                 )
-            for name in names:
+            # The manifest has the true values of these logs: the two are written before either is
+            # put in its place, so that a full disk leaves earlier logs with their own manifest.
+            replace_file(Path(made, MANIFEST), csv_text([rows[0], *(row.values() for row in rows)]))
+            for name in (*names, MANIFEST):
                 os.replace(Path(made, name), place / name)
-        replace_file(place / MANIFEST, csv_text([rows[0], *(row.values() for row in rows)]))
     except OSError as error:
         raise UsageError(f"{folder} cannot be written to: {error.strerror}.") from error
     return Path(folder, MANIFEST)

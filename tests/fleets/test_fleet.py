@@ -12,6 +12,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +42,7 @@ from axisid.fleets.trend import last_results
 from axisid.modeling.declaration import back_and_forth
 from axisid.twins import TwinMachines, write_twins
 from tests.fleets.logs import CENTRE, identify_or_harm, row_of
+from tests.refusals import refuses
 
 FILTER = Prefilter(cutoff=60.0)
 
@@ -258,16 +260,57 @@ def run(place: Path, *names: str, serial: str = "", resume: bool = True) -> Flee
 def test_what_is_put_right_of_a_log_that_is_done_goes_into_the_ledger(place: Path) -> None:
     run(place, "x")
     assert run(place, "x", serial="17")["a"].status == "skipped"
-    row = read_ledger(place / "out")[0]["a"]
+    row = read_ledger(place / "out").last["a"]
     assert (row.serial, row.status) == ("17", "ok")
 
 
 @pytest.mark.parametrize("resume", [True, False])
-def test_the_result_of_a_log_that_fails_now_is_taken_away(place: Path, resume: bool) -> None:
+def test_the_result_of_a_log_that_fails_now_is_kept_and_counts_again_later(
+    place: Path, resume: bool
+) -> None:
     run(place, "x")
-    (place / "x" / "a.csv").write_text("")
-    assert run(place, "x", resume=resume)["a"].status == "failed"
-    assert not (place / "out" / "a.json").exists()
+    (place / "x" / "a.csv").rename(place / "x" / "away.csv")  # as a share that is not mounted
+    again = run(place, "x", resume=resume)
+    assert again["a"].status == "failed"
+    assert len(again.notes) == 1
+    assert (place / "out" / "a.json").read_text() == "{}"
+    ledger = read_ledger(place / "out")
+    assert (ledger.last["a"].status, ledger.results["a"].status) == ("failed", "ok")
+    (place / "x" / "away.csv").rename(place / "x" / "a.csv")
+    assert run(place, "x")["a"].status == "skipped"
+    assert read_ledger(place / "out").last["a"].status == "ok"
+
+
+def test_a_fleet_keeps_the_lines_of_logs_that_it_does_not_identify(place: Path) -> None:
+    (place / "y" / "a.csv").rename(place / "y" / "b.csv")
+    items = [FleetItem(log=str(place / "y" / "b.csv"))]
+    run(place, "x")
+    fleet(items, "emps2015", place / "out", jobs=0, native=False)
+    assert [*read_ledger(place / "out").results] == ["a", "b"]
+
+
+def test_a_result_never_replaces_its_log(place: Path) -> None:
+    log = place / "out" / "a.json"
+    log.write_text('{"t": [0, 1]}')
+    with refuses("fleet"):
+        fleet(log, "emps2015", place / "out", jobs=0, native=False)
+    assert log.read_text() == '{"t": [0, 1]}'
+
+
+def _append_rows(folder: Path, name: str) -> None:
+    for number in range(40):
+        write_rows(folder, [row_of(f"{name}{number}", CENTRE)])
+
+
+def test_two_processes_that_write_a_ledger_lose_no_line(tmp_path: Path) -> None:
+    context = get_context("fork")
+    both = [context.Process(target=_append_rows, args=(tmp_path, name)) for name in ("a", "b")]
+    for each in both:
+        each.start()
+    for each in both:
+        each.join()
+    ledger = read_ledger(tmp_path)
+    assert (len(ledger.last), ledger.broken) == (80, "")
 
 
 @pytest.mark.parametrize(
@@ -288,10 +331,10 @@ def test_a_run_file_that_is_wrong_is_told_and_not_left_out(place: Path) -> None:
 
 
 def test_a_trend_takes_the_last_row_of_each_log_and_machine() -> None:
-    told = [("a", "x", "ok"), ("b", "y", "ok"), ("a-1", "x", "ok"), ("b-1", "y", "failed")]
+    told = [("a", "x", "ok"), ("b", "y", "ok"), ("a-1", "x", "ok"), ("b", "y", "failed")]
     rows = [FleetRow(name=n, log=log, axis="s", status=s) for n, log, s in told]  # type: ignore[arg-type]
     two = [msgspec.structs.replace(rows[0], name=n, columns={"position": n}) for n in ("p", "q")]
-    assert last_results([*rows, *two]) == {"a-1", "p", "q"}
+    assert last_results([*rows, *two]) == {"a-1", "b", "p", "q"}
 
 
 def test_lines_that_are_broken_are_told_and_their_logs_made_again(place: Path) -> None:
@@ -327,8 +370,8 @@ def test_rows_are_read_in_the_order_of_their_last_lines_finite_or_not(tmp_path: 
     write_rows(tmp_path, [row_of("a", CENTRE), odd, row_of("a", CENTRE + 1.0)])
     with (tmp_path / LEDGER).open("ab") as ledger:
         ledger.write(b'{"schema": "axisid.fle')  # cut off
-    rows = read_ledger(tmp_path)[0]
-    assert read_ledger(tmp_path)[1].endswith("(4)")
+    rows = read_ledger(tmp_path).last
+    assert read_ledger(tmp_path).broken.endswith("(4)")
     assert list(rows) == ["odd", "a"]
     assert math.isnan(rows["odd"].parameters["M"].value)
     assert rows["odd"].conditions == {"room": None}
@@ -366,4 +409,5 @@ def test_a_row_without_room_is_refused_by_the_ledgers_name_and_leaves_nothing(
             write_rows(tmp_path, [row_of("a", CENTRE)])
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-    assert [file.read_bytes() for file in tmp_path.iterdir()] == [before][before is None :]
+    left = [file for file in tmp_path.iterdir() if not file.name.startswith(".")]
+    assert [file.read_bytes() for file in left] == [before][before is None :]

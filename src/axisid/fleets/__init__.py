@@ -10,6 +10,7 @@ from .items import FleetItem as FleetItem, gather_items as gather_items
 from .ledger import (
     LEDGER as LEDGER,
     FleetRow as FleetRow,
+    Ledger as Ledger,
     read_ledger as read_ledger,
 )
 from .result import Fleet as Fleet

@@ -13,7 +13,7 @@ import msgspec
 
 from axisid.codegen.generated_axes import as_declared
 from axisid.estimation.identification import identify, requested_methods
-from axisid.estimation.records import read_record
+from axisid.estimation.records import log_of, read_record
 from axisid.estimation.signals import Prefilter
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import (
@@ -22,6 +22,7 @@ from axisid.support.errors import (
     ModelError,
     UsageError,
     by_name,
+    first_of,
     is_real,
     is_whole,
     listed,
@@ -33,7 +34,7 @@ from axisid.support.jobs import Failure, run_jobs
 from axisid.support.progress import Progress
 
 from .items import FleetItem, gather_items
-from .ledger import LEDGER, FleetRow, read_ledger, write_rows
+from .ledger import LEDGER, FleetRow, Ledger, read_ledger, write_rows
 from .one_log import Settings, identify_log, log_digest, result_file, result_of, row_for
 from .result import TABLES, Fleet
 
@@ -66,7 +67,8 @@ def fleet(
     """Identify every log by itself, and tell which axes stand out.
 
     Each result is written as ``NAME.json`` as soon as it is there, the same as ``axisid identify
-    --json`` writes, and each log has a line in ``fleet.jsonl``.
+    --json`` writes, and each log has a line in ``fleet.jsonl``. A log that fails leaves the result
+    of an earlier run as it is.
 
     Parameters
     ----------
@@ -107,7 +109,7 @@ def fleet(
     Raises
     ------
     UsageError
-        There is no log, or an option is wrong in itself.
+        There is no log, an option is wrong in itself, or a result would replace its log.
     ModelError, DataError
         The axis of all logs is wrong, or all logs are without a column; what is wrong with one log
         is in its row.
@@ -137,6 +139,7 @@ def fleet(
         code="fleet",
     )
     items = gather_items(logs, Path(out))
+    _keep_logs(items, out)
     settings = Settings(
         folder=str(out),
         axis=str(axis or "") if isinstance(axis, (str, Path)) else as_declared(axis) or "",
@@ -162,16 +165,14 @@ def fleet(
     requested_methods(settings.identifying.get("methods"))
     if len({item.axis for item in items}) == 1:
         settings.built(items[0])  # what is wrong with the axis of all is refused at once
-    rows_before, broken = read_ledger(Path(out))
-    before = rows_before if resume else {}
-    done = dict(_finished(settings, items, before))
+    ledger = read_ledger(Path(out))
+    done = dict(_finished(settings, items, ledger)) if resume else {}
     todo = [item for item in items if item.name not in done]
-    moved = [row for row in done.values() if row != before[row.name]]
+    moved = [row for row in done.values() if row != ledger.last[row.name]]
     made = _work(
         settings,
         todo,
         moved,
-        resume=resume,
         trusted=any(row.has_result for row in done.values()),
         progress=progress,
         jobs=jobs,
@@ -182,16 +183,33 @@ def fleet(
         name: msgspec.structs.replace(row, status="skipped") if row.has_result else row
         for name, row in done.items()
     } | {row.name: row for row in made}
-    return Fleet(
-        folder=str(out),
-        rows=tuple(rows[item.name] for item in items),
-        notes=(
-            f"{broken}, as a run leaves that is cut off; logs that no other line has were "
-            "identified again.",
+    notes = []
+    if resume and ledger.broken:
+        notes.append(
+            f"{ledger.broken}, as a run leaves that is cut off; logs that no other line has were "
+            "identified again."
         )
-        if resume and broken
-        else (),
-    )
+    failed = [name for name, row in rows.items() if not row.has_result and name in ledger.results]
+    if kept := [name for name in failed if result_file(out, name).exists()]:
+        of = "1 log that failed is" if len(kept) == 1 else f"{len(kept)} logs that failed are"
+        notes.append(
+            f"The earlier results of {of} kept: {first_of(kept)}. Once the logs can be "
+            "identified, run the fleet again with resume (--resume)."
+        )
+    return Fleet(folder=str(out), rows=tuple(rows[item.name] for item in items), notes=tuple(notes))
+
+
+def _keep_logs(items: Sequence[FleetItem], out: str | Path) -> None:
+    """Refuse a folder in which a result would replace its log."""
+    for item in items:
+        result = result_file(out, item.name)
+        logs = [Path(item.log), log_of(item.log)]
+        if result.exists() and any(log.exists() and log.samefile(result) for log in logs):
+            raise UsageError(
+                f"the result of {item.log} would replace the log. Choose another folder for the "
+                "results with out= (--output).",
+                code="fleet",
+            )
 
 
 def written_files(items: Sequence[FleetItem]) -> dict[str, str]:
@@ -208,7 +226,6 @@ def _work(
     todo: Sequence[FleetItem],
     moved: Sequence[FleetRow],
     *,
-    resume: bool,
     trusted: bool,
     **how: Any,
 ) -> Iterator[FleetRow]:
@@ -229,12 +246,8 @@ def _work(
         )
         if moved:
             write_rows(folder, moved)
-        for number, row in enumerate(rows):  # what is refused has none, and leaves the ledger
-            result, log = result_file(settings.folder, row.name), Path(row.log)
-            is_log = log.exists() and result.exists() and result.samefile(log)
-            if not row.has_result and result.is_file() and not is_log:
-                result.unlink()  # that of an earlier run
-            write_rows(folder, [row], anew=not resume and number == 0)
+        for row in rows:  # what is refused has none, and leaves the ledger
+            write_rows(folder, [row])
             yield row
 
 
@@ -250,20 +263,23 @@ def _row_of(item: FleetItem, made: FleetRow | Failure) -> FleetRow:
 
 
 def _finished(
-    settings: Settings, items: Sequence[FleetItem], before: Mapping[str, FleetRow]
+    settings: Settings, items: Sequence[FleetItem], ledger: Ledger
 ) -> Iterator[tuple[str, FleetRow]]:
     """Rows of what was done before with the same log, axis and options, by the items' names.
 
-    What was killed or took too long has no key: another time it may not.
+    A result counts although a later try failed, as when the log could not be read. What was killed
+    or took too long has no key: another time it may not.
     """
     for item in items:
         try:
             key = settings.key(item, log_digest(Path(item.log)))
         except (AxisidError, OSError):
             continue
-        row = before.get(item.name)
-        if row is None or row.key != key:
+        rows = (ledger.results.get(item.name), ledger.last.get(item.name))
+        same = [row for row in rows if row is not None and row.key == key]
+        if not same:
             continue
+        row = same[0]
         if not row.has_result or _is_whole(result_file(settings.folder, row.name)):
             said = {n: getattr(item, n) for n in ("log", "serial", "columns", "conditions")}
             yield item.name, msgspec.structs.replace(row, **said)

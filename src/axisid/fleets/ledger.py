@@ -1,20 +1,22 @@
 """What a fleet has done, as it is done: a file of one line for each log."""
 
 import os
-from collections.abc import Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 from typing import Annotated, Literal
 
 import msgspec
+from filelock import FileLock, Timeout
 
 from axisid.estimation.estimates import Value
 from axisid.estimation.verdict_checks import Belief, Check, Checked
 from axisid.presentation.result_files import JsonObject, about
 from axisid.support.arrays import MaybeNan, from_json
 from axisid.support.errors import DataError, UsageError, first_of
-from axisid.support.files import read_regular, write_file
+from axisid.support.files import read_regular, replace_file
 
 from .robust_statistics import LARGEST
 
@@ -23,6 +25,7 @@ _IN_RESULT = "see the result of the log"
 Status = Literal["ok", "failed", "skipped"]
 #: In the folder of the results.
 LEDGER = "fleet.jsonl"
+_LOCK_SECONDS = 60.0  # to wait for other processes, each of which writes a few lines
 
 
 class FleetValue(JsonObject, frozen=True, kw_only=True):
@@ -119,11 +122,29 @@ def fleet_value(value: Value) -> FleetValue:
     )
 
 
-def read_ledger(folder: Path) -> tuple[dict[str, FleetRow], str]:
-    """The last row of each name in a folder's ledger, in their order, and what is broken in it.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ledger:
+    """The rows of a folder's ledger, by name in the order of their lines.
 
-    There is no row where there is no ledger. A line may have been cut off as its run ended: how
-    many are no JSON is said, and which.
+    Attributes
+    ----------
+    last : mapping of str to FleetRow
+        The last row of each name.
+    results : mapping of str to FleetRow
+        The last row with a result of each name: the row of the result file. A later try may have
+        failed; `last` has that try.
+    broken : str
+        How many lines are no JSON, and which; empty if none. A line may have been cut off when its
+        run ended.
+    """
+
+    last: Mapping[str, FleetRow]
+    results: Mapping[str, FleetRow]
+    broken: str
+
+
+def read_ledger(folder: Path) -> Ledger:
+    """Read the ledger of a folder; without a file it has no rows.
 
     Raises
     ------
@@ -131,12 +152,13 @@ def read_ledger(folder: Path) -> tuple[dict[str, FleetRow], str]:
         A line is JSON and no row.
     """
     file = folder / LEDGER
-    rows: dict[str, FleetRow] = {}
+    last: dict[str, FleetRow] = {}
+    results: dict[str, FleetRow] = {}
     broken: list[str] = []
     try:
         content = read_regular(file)
     except FileNotFoundError:
-        return {}, ""
+        content = b""
     for number, line in enumerate(content.splitlines(), 1):
         if not line.strip():
             continue
@@ -144,41 +166,85 @@ def read_ledger(folder: Path) -> tuple[dict[str, FleetRow], str]:
             row = msgspec.convert(msgspec.json.decode(line), FleetRow, dec_hook=from_json)
         except msgspec.ValidationError as error:
             raise DataError(
-                f"{file}: line {number} is no row of a fleet ({error}); take it out, or identify "
-                "the logs anew.",
+                f"{file}: line {number} is no row of a fleet ({error}). Delete the line, or choose "
+                "another folder for the results.",
                 code="fleet",
             ) from error
         except (msgspec.DecodeError, UnicodeDecodeError):
             broken.append(str(number))
             continue
-        rows.pop(row.name, None)
-        rows[row.name] = row
+        last.pop(row.name, None)
+        last[row.name] = row
+        if row.has_result:
+            results.pop(row.name, None)
+            results[row.name] = row
     lines = "1 line" if len(broken) == 1 else f"{len(broken)} lines"
-    return rows, f"{lines} of {file} cannot be read ({first_of(broken)})" if broken else ""
+    told = f"{lines} of {file} cannot be read ({first_of(broken)})" if broken else ""
+    return Ledger(last=last, results=results, broken=told)
 
 
-def write_rows(folder: Path, rows: Iterable[FleetRow], *, anew: bool = False) -> None:
-    """Add rows to the ledger of a folder, or to an empty one in its place: all of them, or none.
+def write_rows(folder: Path, rows: Iterable[FleetRow]) -> None:
+    """Append rows to the ledger of a folder: all of them, or none.
 
-    They are on their way to the disk when this returns, on lines of their own, also after one that
-    was cut off.
+    They are on their way to the disk when this returns, on lines of their own, also after a line
+    that was cut off. Processes that write the same ledger wait for one another.
 
     Raises
     ------
     UsageError
-        The file system refuses; the ledger is as it was.
+        The file system refuses, or another process does not give the ledger free; the ledger is as
+        it was.
     """
     place = folder / LEDGER
     lines = b"".join(msgspec.json.encode(row) + b"\n" for row in rows)
-    if anew or not place.exists():
-        write_file(place, lines)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with _locked(place):
+            _append(place, lines)
+    except OSError as error:
+        raise UsageError(f"{place} cannot be written: {error.strerror}.", code="file") from error
+
+
+def _append(place: Path, lines: bytes) -> None:
+    if not place.exists():
+        replace_file(place, lines)
         return
     whole = place.stat().st_size
     try:
         with place.open("a+b") as file:
             file.seek(max(whole - 1, 0))
             file.write(lines if file.read() in b"\n" else b"\n" + lines)
-    except OSError as error:
+    except OSError:
         with suppress(OSError):
             os.truncate(place, whole)
-        raise UsageError(f"{place} cannot be written: {error.strerror}.", code="file") from error
+        raise
+
+
+@contextmanager
+def _locked(place: Path) -> Iterator[None]:
+    """Keep other processes from writing a file; not where the file system has no locks.
+
+    Raises
+    ------
+    UsageError
+        Another process holds the lock for too long.
+    OSError
+        The lock cannot be made.
+    """
+    lock = FileLock(place.with_name(f".{place.name}.lock"), timeout=_LOCK_SECONDS)
+    has_locks = True
+    try:
+        lock.acquire()
+    except Timeout as error:
+        raise UsageError(
+            f"{place} cannot be written: another process has locked it for {_LOCK_SECONDS:g} s. "
+            "End that process, or choose another folder for the results.",
+            code="file",
+        ) from error
+    except NotImplementedError:
+        has_locks = False
+    try:
+        yield
+    finally:
+        if has_locks:
+            lock.release()

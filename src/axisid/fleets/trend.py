@@ -25,13 +25,13 @@ from axisid.support.files import csv_text, json_text, kinds_of, write_by_ending
 from axisid.support.mappings import grouped
 from axisid.support.presentable import Shown
 
-from .ledger import LEDGER, FleetRow, fleet_value, read_ledger
+from .ledger import LEDGER, FleetRow, Ledger, fleet_value, read_ledger
 from .robust_statistics import LARGEST
 from .series import Chart, Series, chart_of
 from .trend_document import trend_document, trend_page
 
-#: The rows of a folder's ledger, and what is broken in it.
-Ledgers: TypeAlias = Callable[[Path], tuple[dict[str, FleetRow], str]]
+#: Gives the ledger of a folder.
+Ledgers: TypeAlias = Callable[[Path], Ledger]
 #: A result of which there are several over time.
 Saved: TypeAlias = SavedIdentification | SavedOutputFit
 
@@ -133,14 +133,14 @@ def points_of(results: object, method: str | None) -> tuple[list[FleetRow], list
             code="trend",
         )
     found = [
-        _point_of(saved, ledgers(file.parent)[0].get(file.stem), method)
+        _point_of(saved, ledgers(file.parent).results.get(file.stem), method)
         for saved in every
         for file in [Path(saved.file)]
     ]
     folders = [
         Path(each) for each in given if isinstance(each, (str, Path)) and os.path.isdir(each)
     ]
-    notes = [note for each in folders for note in _left_out(each, *ledgers(each), {*files})]
+    notes = [note for each in folders for note in _told_of(each, ledgers(each), {*files})]
     if not found:
         raise UsageError(
             " ".join(
@@ -163,10 +163,10 @@ def _saved(given: object, ledgers: Ledgers) -> Iterator[Saved]:
         raise UsageError(f"a result is {quoted(given)}; give a file, a folder or load_result(...).")
     files = [given]
     if os.path.isdir(given):
-        done, _ = ledgers(Path(given))
-        kept = last_results(done.values())
+        ledger = ledgers(Path(given))
+        kept = last_results(ledger.results.values())
         # What a fleet did not write in its folder may be anything.
-        files = [f for f in sorted(Path(given).glob("*.json")) if not done or f.stem in kept]
+        files = [f for f in sorted(Path(given).glob("*.json")) if not ledger.last or f.stem in kept]
     for file in files:
         found = load_result(file)
         if not isinstance(found, Saved):
@@ -178,20 +178,26 @@ def _saved(given: object, ledgers: Ledgers) -> Iterator[Saved]:
         yield found
 
 
-def _left_out(
-    folder: Path, rows: dict[str, FleetRow], broken: str, named: set[Path]
-) -> Iterator[str]:
-    """What is said of the results of a folder that its ledger has not."""
-    if not rows and broken:
-        yield f"{broken}: serial numbers and conditions are not known."
+def _told_of(folder: Path, ledger: Ledger, named: set[Path]) -> Iterator[str]:
+    """Notes on the results of a folder: those without a line, and those before a failed try."""
+    if not ledger.last and ledger.broken:
+        yield f"{ledger.broken}: serial numbers and conditions are not known."
+    kept = last_results(ledger.results.values())
+    failed = [row.name for row in ledger.last.values() if not row.has_result]
+    if earlier := [name for name in failed if name in kept]:
+        of = "1 log" if len(earlier) == 1 else f"{len(earlier)} logs"
+        yield (
+            f"The last try of {of} failed: {first_of(earlier)}. The trend shows their earlier "
+            "results."
+        )
     left = []
-    for file in sorted(folder.glob("*.json")) if rows else ():
+    for file in sorted(folder.glob("*.json")) if ledger.last else ():
         with suppress(OSError):
-            if file.stem not in rows and file.resolve() not in named:
+            if file.stem not in ledger.results and file.resolve() not in named:
                 left += [file.stem] * bool(kinds_of(file) & {"identify", "fit"})
     if left:
         of = "1 result is" if len(left) == 1 else f"{len(left)} results are"
-        why = f" {broken}." if broken else ""
+        why = f" {ledger.broken}." if ledger.broken else ""
         yield (
             f"{of} left out that {folder / LEDGER} has no line of: {first_of(left)}.{why} Give the "
             "files by name, or identify the logs again with axisid fleet --resume."
@@ -201,10 +207,12 @@ def _left_out(
 def last_results(rows: Iterable[FleetRow]) -> set[str]:
     """Names of the results that are the last of their log, axis and columns.
 
-    Of what failed since there is none.
+    Rows of tries that failed leave the results before them as they are.
     """
-    last = {(row.log, row.axis, *sorted(row.columns.items())): row for row in rows}
-    return {row.name for row in last.values() if row.has_result}
+    last = {
+        (row.log, row.axis, *sorted(row.columns.items())): row for row in rows if row.has_result
+    }
+    return {row.name for row in last.values()}
 
 
 _COLUMNS = (
