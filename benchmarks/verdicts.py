@@ -80,7 +80,7 @@ def run_of(axis: GeneratedAxis, record: Record, by: str, truth: Mapping[str, flo
     try:
         if by == "identify":
             result = identify(axis, record)
-            checks: Iterable[Check] = result.verdict
+            checks: Sequence[Check] = result.verdict
             values = {n: result.preferred.parameters[n] for n in truth}
             of = {n: (v.corrected, v.deviation, v.interval) for n, v in values.items()}
         else:
@@ -92,7 +92,7 @@ def run_of(axis: GeneratedAxis, record: Record, by: str, truth: Mapping[str, flo
     failing = by_weight([check for check in checks if check.status == "fail"])
     names = [check.name for check in failing]
     return Run(
-        belief=belief(names),
+        belief=belief(checks),
         failing=names,
         said=str(failing[0].meaning) if failing else "",
         errors={n: float((value - truth[n]) / sd) for n, (value, sd, _) in of.items()},
