@@ -146,9 +146,8 @@ def wrong_figures(runs: Sequence[Run], named: str) -> dict[str, float]:
     }
 
 
-def table(done: Mapping[str, Mapping[str, list[Run]]], seed: int) -> Iterator[str]:
-    """The lines of both tables."""
-    every = cases(seed)
+def table(done: Mapping[str, Mapping[str, list[Run]]], every: Mapping[str, Case]) -> Iterator[str]:
+    """The lines of both tables, of cases by name."""
     by = list(next(iter(done.values())))
     right = [name for name in done if not every[name].fault]
     faults: dict[str, list[str]] = {}
@@ -204,7 +203,7 @@ def main() -> None:
         done[names[place]] = made
     done = {name: done[name] for name in names}
     tree = {n: {b: [asdict(r) for r in each] for b, each in of.items()} for n, of in done.items()}
-    give(tree, options.json, table(done, options.seed))
+    give(tree, options.json, table(done, cases(options.seed)))
 
 
 if __name__ == "__main__":
