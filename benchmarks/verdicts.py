@@ -80,7 +80,7 @@ def run_of(axis: GeneratedAxis, record: Record, by: str, truth: Mapping[str, flo
     try:
         if by == "identify":
             result = identify(axis, record)
-            checks: Iterable[Check] = result.verdict
+            checks: Sequence[Check] = result.verdict
             values = {n: result.preferred.parameters[n] for n in truth}
             of = {n: (v.corrected, v.deviation, v.interval) for n, v in values.items()}
         else:
@@ -92,7 +92,7 @@ def run_of(axis: GeneratedAxis, record: Record, by: str, truth: Mapping[str, flo
     failing = by_weight([check for check in checks if check.status == "fail"])
     names = [check.name for check in failing]
     return Run(
-        belief=belief(names),
+        belief=belief(checks),
         failing=names,
         said=str(failing[0].meaning) if failing else "",
         errors={n: float((value - truth[n]) / sd) for n, (value, sd, _) in of.items()},
@@ -146,9 +146,8 @@ def wrong_figures(runs: Sequence[Run], named: str) -> dict[str, float]:
     }
 
 
-def table(done: Mapping[str, Mapping[str, list[Run]]], seed: int) -> Iterator[str]:
-    """The lines of both tables."""
-    every = cases(seed)
+def table(done: Mapping[str, Mapping[str, list[Run]]], every: Mapping[str, Case]) -> Iterator[str]:
+    """The lines of both tables, of cases by name."""
     by = list(next(iter(done.values())))
     right = [name for name in done if not every[name].fault]
     faults: dict[str, list[str]] = {}
@@ -204,7 +203,7 @@ def main() -> None:
         done[names[place]] = made
     done = {name: done[name] for name in names}
     tree = {n: {b: [asdict(r) for r in each] for b, each in of.items()} for n, of in done.items()}
-    give(tree, options.json, table(done, options.seed))
+    give(tree, options.json, table(done, cases(options.seed)))
 
 
 if __name__ == "__main__":

@@ -88,6 +88,8 @@ class Check:
     p_value : float or None
     source : str
         Where the threshold comes from.
+    leaves_open : bool
+        Whether the numbers rest on something that this check could not test, in any record.
     """
 
     name: str
@@ -97,15 +99,21 @@ class Check:
     threshold: float | None = None
     p_value: float | None = None
     source: str = ""
+    leaves_open: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "meaning", plain_numbers(self.meaning))
 
     @classmethod
     def not_evaluated(cls, name: str, missing: Missing) -> "Check":
-        """A check that could not be made, as a verdict lists it; by a fault it fails."""
+        """A check that could not be made, as a verdict lists it; by a fault it fails.
+
+        It leaves something open where its kind has a `remedy`, unless the result does not use what
+        the check is of.
+        """
         status: Status = "fail" if isinstance(missing, Fault) else "not evaluated"
-        return cls(name=name, status=status, meaning=missing.reason)
+        leaves_open = bool(kind_of(name).remedy) and not isinstance(missing, NotUsed)
+        return cls(name=name, status=status, meaning=missing.reason, leaves_open=leaves_open)
 
     @classmethod
     def unless(
@@ -147,6 +155,11 @@ def status_of(good: bool, *, matters: bool = True) -> Status:
 @dataclass(frozen=True, slots=True)
 class Fault(Missing):
     """What stands in place of something by whose search the program faulted."""
+
+
+@dataclass(frozen=True, slots=True)
+class NotUsed(Missing):
+    """Why something was not checked that the result does not use, as a law without a loop."""
 
 
 def unless_faulty(find: Callable[[], Found]) -> Found | Missing:
@@ -192,11 +205,12 @@ def joined(found: Sequence[Check | None], records: Sequence[str]) -> Check | Non
         return found[0]
     every = [(name, each) for name, each in zip(records, found, strict=True) if each is not None]
     unmade = [name for name, each in every if each.status == "not evaluated"]
+    leaves_open = any(each.leaves_open for _, each in every)
     if len(unmade) == len(every):
-        return every[0][1] if every else None
+        return replace(every[0][1], leaves_open=leaves_open) if every else None
     status = next(s for s in WORST_FIRST if any(each.status == s for _, each in every))
     worst = [(name, each) for name, each in every if each.status == status]
-    first = max((each for _, each in worst), key=_distance)
+    first = replace(max((each for _, each in worst), key=_distance), leaves_open=leaves_open)
     if status == "pass":
         more = f" (not evaluated of {_listed(unmade)})" * bool(unmade)
         return replace(first, meaning=first.meaning + more)
@@ -233,16 +247,25 @@ class Kind:
         Its place among those that fail, the cause before what follows from it.
     grave : bool
         Whether the numbers may mean something else than what they are called where it fails.
+    remedy : str
+        What makes it possible where it could not be made, as an instruction; empty where numbers
+        can be relied on without it.
     """
 
     line: str
     rank: int = 100
     grave: bool = False
+    remedy: str = ""
 
 
 #: By name, line by line.
 KINDS: dict[str, Kind] = {
-    "control law": Kind(line="law", rank=0, grave=True),
+    "control law": Kind(
+        line="law",
+        rank=0,
+        grave=True,
+        remedy="log the reference and the control at each evaluation of the control law",
+    ),
     "law's factors": Kind(line="law"),
     "exact law": Kind(line="law"),
     "force against control": Kind(line="law", rank=5, grave=True),
@@ -251,7 +274,7 @@ KINDS: dict[str, Kind] = {
     "sample period": Kind(line="timing"),
     "alignment": Kind(line="timing", rank=8),
     "recorded signals": Kind(line="timing", rank=2, grave=True),
-    "simulation": Kind(line="loop", rank=2, grave=True),
+    "simulation": Kind(line="loop", rank=2, grave=True, remedy="log the reference"),
     "windows": Kind(line="loop", rank=2, grave=True),
     "measured velocity": Kind(line="loop", rank=1, grave=True),
     "measured acceleration": Kind(line="loop", rank=1, grave=True),
@@ -259,7 +282,12 @@ KINDS: dict[str, Kind] = {
     "noise in the loop": Kind(line="loop"),
     "samples near rests": Kind(line="loop"),
     "equation error": Kind(line="model", rank=3, grave=True),
-    "missing terms": Kind(line="model", rank=8),
+    "missing terms": Kind(
+        line="model",
+        rank=8,
+        remedy="log the control or the force during a longer motion, or validate the result with "
+        "another record",
+    ),
     "fixed values": Kind(line="model", rank=4, grave=True),
     "what was known": Kind(line="model", rank=4, grave=True),
     "lack of fit": Kind(line="model"),
@@ -292,35 +320,63 @@ def lines_of(checks: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(kind_of(check).line for check in checks))
 
 
-#: What is told where it could not be asked: of what an axis declares, and what noise does.
-_OF_THE_MODEL = ("missing terms", "control law", "method")
+#: Checks that a verdict names where they could not be made.
+_NAMED = ("missing terms", "control law", "simulation", "method")
 
 
 def conclusion(checks: Sequence[Check]) -> str:
-    """Whether the numbers can be believed, from the checks of a result."""
-    failed = [check.name for check in by_weight(checks) if check.status == "fail"]
-    # What could not be asked of the model: what it lacks, and whether the law is the drive's.
+    """Whether the numbers can be used, what speaks against them, and what was not checked.
+
+    What the numbers rest on and was not checked is named with what makes it possible to check.
+    """
+    failed = [check for check in by_weight(checks) if check.status == "fail"]
+    lines = lines_of(check.name for check in failed)
+    # What is serious, and what comes before it, of which it may be a consequence.
+    grave = [i for i, check in enumerate(failed) if kind_of(check.name).grave]
+    first = lines_of(check.name for check in failed[: min(grave, default=0) + 1])
     skipped = {check.name for check in checks if check.status == "not evaluated"}
-    names = lines_of(name for name in _OF_THE_MODEL if name in skipped)
-    unchecked = f"; not checked: {', '.join(names)}" if names else ""
-    lines, how = lines_of(failed), belief(failed)
-    return first_case(
-        (
-            how == "believed",
-            f"Nothing that was checked speaks against these numbers{unchecked}.",
-        ),
+    left_open = {check.name for check in checks if check.leaves_open}
+    unchecked = lines_of(
+        name
+        for name in dict.fromkeys((*_NAMED, *left_open))
+        # A loop that nothing simulates is no matter beside its law.
+        if name in left_open or (name in skipped and name != "simulation")
+    )
+    how = belief(checks)
+    said = first_case(
         (
             how == "not believed",
-            f"Do not believe these numbers before this is mended: {''.join(lines[:1])}.",
+            f"Do not use these numbers. Correct this first: {', '.join(first)}.",
         ),
-        (True, f"Believe these numbers with care; to look at: {', '.join(lines)}{unchecked}."),
+        (failed, f"Use with care. Failed checks: {', '.join(lines)}."),
+        (how == "with care", "Use with care."),
+        (unchecked, "All checks that were made passed."),
+        (True, "All checks passed."),
     )
+    if how == "not believed" or not unchecked:
+        return said
+    remedies = [
+        f" To check the {kind.line}, {kind.remedy}."
+        for name, kind in KINDS.items()
+        if name in left_open
+    ]
+    return f"{said} Not checked: {', '.join(unchecked)}.{''.join(remedies)}"
 
 
-def belief(failing: Iterable[str]) -> Belief:
-    """How far the numbers of a result can be believed of which checks of these names fail."""
-    first = min(map(kind_of, failing), key=lambda kind: kind.rank, default=None)
-    return "believed" if first is None else "not believed" if first.grave else "with care"
+def belief(checks: Iterable[Check]) -> Belief:
+    """How far the numbers of a result can be believed.
+
+    They are not believed where any serious check fails, whatever else fails. They are to be used
+    with care where another check fails, or where something that they rest on could not be checked.
+    """
+    found: Belief = "believed"
+    for check in checks:
+        failed = check.status == "fail"
+        if failed and kind_of(check.name).grave:
+            return "not believed"
+        if failed or check.leaves_open:
+            found = "with care"
+    return found
 
 
 class _HasChecks(Protocol):
@@ -336,12 +392,12 @@ class Checked:
     @property
     def belief(self: _HasChecks) -> Belief:
         """How far the numbers can be believed: "believed", "with care", "not believed"."""
-        return belief(check.name for check in self.checks if check.status == "fail")
+        return belief(self.checks)
 
     @property
     def believed(self: _HasChecks) -> bool:
-        """Whether no check fails."""
-        return all(check.status != "fail" for check in self.checks)
+        """Whether no check fails, and nothing that the numbers rest on was left unchecked."""
+        return belief(self.checks) == "believed"
 
 
 def by_weight(checks: Sequence[Check]) -> list[Check]:

@@ -138,7 +138,11 @@ def _method(case: DiagnosticInputs) -> Check | Missing | None:
 DIAGNOSTICS: dict[str, Diagnostic] = {
     row.name: row
     for row in (
-        Diagnostic(name="control law", check=lambda case: law_check(case.law), by_record=True),
+        Diagnostic(
+            name="control law",
+            check=lambda case: case.if_used(law_check(case.law)),
+            by_record=True,
+        ),
         Diagnostic(
             name="instrument strength",
             check=lambda case: case.strength if {"idm-iv", "ddm-iv"} & {*case.estimates} else None,
@@ -175,11 +179,13 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         ),
         Diagnostic(
             name="simulation",
-            check=lambda case: simulation_error_check(
-                case.preferred,
-                case.data.rest,
-                misspecified=case.laws_hold
-                and fails(unless_faulty(lambda: missing_terms_check(case.lacking, case))),
+            check=lambda case: case.if_used(
+                simulation_error_check(
+                    case.preferred,
+                    case.data.rest,
+                    misspecified=case.laws_hold
+                    and fails(unless_faulty(lambda: missing_terms_check(case.lacking, case))),
+                )
             ),
             by_record=True,
         ),

@@ -28,6 +28,7 @@ from axisid.estimation.verdict_checks import (
     DEFAULT_LEVELS,
     Check,
     Levels,
+    NotUsed,
     unless_faulty,
     value_or,
 )
@@ -167,6 +168,18 @@ class DiagnosticInputs:
     def preferred(self) -> Estimate:
         """The estimate that checks of one estimate are of."""
         return self.estimates[(self.whole or self).method]
+
+    @property
+    def rests_on_loop(self) -> bool:
+        """Whether the judged estimate, its bias or its deviations are of simulated loops."""
+        judged = (self.whole or self).preferred
+        return judged.Z is not None or judged.by_output_error or bool(judged.inference.chains)
+
+    def if_used(self, found: Check | Missing) -> Check | Missing:
+        """A check of law or loop, which is no matter to an estimate that rests on neither."""
+        if self.rests_on_loop or not isinstance(found, Missing):
+            return found
+        return NotUsed(found.reason)
 
     @cached_property
     def law(self) -> LawAgreement | Missing:

@@ -26,6 +26,7 @@ from axisid.estimation.regression import (
     instrumental_variables,
     wald,
 )
+from axisid.estimation.thresholds import MIN_ROWS_PER_PARAMETER
 from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Levels
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, Missing, first_case, unless_missing
@@ -53,6 +54,8 @@ class RecordRegressor:
         There.
     size : float
         Norm of what their part is told of.
+    every : int
+        How many of these rows say as much as one whose neighbours are independent of it.
     """
 
     names: tuple[str, ...]
@@ -63,6 +66,12 @@ class RecordRegressor:
     columns: Array
     instruments: Array
     size: float
+    every: int = 1
+
+    @property
+    def independent_rows(self) -> int:
+        """Rows that tell a parameter, each as much as one beside independent neighbours."""
+        return int(np.count_nonzero(self.instruments.any(axis=1))) // self.every
 
 
 #: An estimate of all, once more with further columns and their instruments, (N, q) each: its change
@@ -361,6 +370,15 @@ def _tested(
     shown = _independent(Z, base[:, :0])
     if not (own := [shown[j] for j in _independent(Z[:, shown], base)]):
         return Missing("this record tells no parameter that it shares with the others")
+    # An estimate follows few rows, so that what is left of them does not tell what is chance.
+    needed = MIN_ROWS_PER_PARAMETER.value * len(own)
+    others = sum(each.independent_rows for each in records if each is not record)
+    for whose, rows in (("this record has", record.independent_rows), ("the others have", others)):
+        if rows < needed:
+            return Missing(
+                f"{whose} {rows} rows for {len(own)} parameters, and {needed:g} are needed to "
+                "compare the records; record a longer motion"
+            )
     try:
         change, covariance, dof = extended(X[:, own], Z[:, own])
     except EstimationError as error:

@@ -31,7 +31,7 @@ from axisid.support.errors import Missing
 
 from .terms import Along
 
-_FEWEST_ROWS = 20  # for each column
+_FEWEST_ROWS = 8  # for each column: twins tell what chance makes of so few
 _RANK = 1e-9
 
 
@@ -271,7 +271,10 @@ def scores_of(
         quiet = replace(quiet, prefilter=data.prefilter, excluded=data.excluded)
     k, n = len(free), len(data.sampling.rows)
     if n < _FEWEST_ROWS * (k + 1):
-        return Missing(f"{n} rows in motion are too few to tell what is missing")
+        return Missing(
+            f"{n} rows in motion are too few to tell what the model lacks, which takes "
+            f"{_FEWEST_ROWS * (k + 1)}; record a longer motion"
+        )
     rows = form.equations(data.signals).reduced(data)
     clean = form.equations(quiet.signals).reduced(data)
     instruments = clean.regressor[:, free]

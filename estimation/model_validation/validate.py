@@ -42,7 +42,7 @@ from axisid.estimation.signals import FilteredRecord, RowTimes
 from axisid.estimation.simulation import Simulation
 from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE
 from axisid.estimation.unknowns import GAIN, INITIAL_STATE_PARAMETERS, by_declared_gain
-from axisid.estimation.verdict_checks import Check, Levels
+from axisid.estimation.verdict_checks import Check, Levels, NotUsed
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import (
     DataError,
@@ -412,7 +412,7 @@ def _checks(
         matters=False,
     )
     yield checked_law(
-        Missing("an open loop is followed without any law")
+        NotUsed("an open loop is followed without any law")
         if result.outputs == (OPEN_LOOP,)
         else law_agreement(axis, record),
         "the record's control is not the law's of the fit's axis: ",

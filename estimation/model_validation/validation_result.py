@@ -16,7 +16,7 @@ from axisid.estimation.diagnostics import RecordDifference
 from axisid.estimation.diagnostics.control_law import LawAgreement, law_check
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds import MIN_COMMON_SAMPLES
-from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Checked, Levels
+from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Checked, Levels, NotUsed
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import Missing, check_among
 from axisid.support.presentable import Presentable
@@ -250,7 +250,8 @@ class Validation(Checked, Presentable, Exact):
                 (v.reason for v in self if v.reason),
                 "the loop of this record is another one, or has no position",
             )
-            return Check.not_evaluated("simulation", Missing(said))
+            is_unused = isinstance(self.law, NotUsed)
+            return Check.not_evaluated("simulation", NotUsed(said) if is_unused else Missing(said))
         worst = max(v.tracking_error_percent or 0.0 for v in shown)
         return Check.unless(
             "simulation",

@@ -19,7 +19,8 @@ from .noise_model import CORRELATION_TIMES, Autoregressions, Chain, MeasuredChai
 from .twins import noise_free_record, twins_of
 
 _DRAWS = 16  # of a disturbance, through filter and projection
-_BANDS = 22
+_BANDS = 22  # at most; of few rows a frequency is a band of its own
+_FEWEST_FREQUENCIES = 8  # of the rows, which tell their noise
 _MOST_LEVERAGE = 0.8  # of a frequency: where columns take nearly all, nothing is told
 _RANK = 1e-6
 _ROWS_A_COLUMN = 4
@@ -361,14 +362,19 @@ class RowSpectrum:
         Raises
         ------
         EstimationError
-            There are too few rows for a band.
+            There are too few rows.
         """
         numbers = np.round(data.sampling.rows).astype(np.int64)
         places = (numbers - numbers[:1]) // data.prefilter.decimate
         count = int(places.max(initial=0)) + 1
-        if _HIGHEST * count / 2 < _BANDS:
-            raise EstimationError("its rows are too few to tell their noise.", code="too-short")
-        bands = np.unique(np.geomspace(1.0, _HIGHEST * count / 2, _BANDS + 1).astype(np.int64))
+        highest = _HIGHEST * count / 2
+        if highest < _FEWEST_FREQUENCIES:
+            raise EstimationError(
+                f"its {len(places)} rows in motion are too few to tell their noise; record a "
+                "longer motion.",
+                code="too-short",
+            )
+        bands = np.unique(np.geomspace(1.0, highest, _BANDS + 1).astype(np.int64))
         rows = cls(
             places=places,
             basis=_basis(data, quiet),

@@ -26,6 +26,7 @@ from axisid.estimation.verdict_checks import (
     Check,
     Checked,
     Levels,
+    NotUsed,
     unless_faulty,
     value_or,
 )
@@ -315,7 +316,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     def laws(self) -> tuple[LawAgreement | Missing, ...]:
         """The declared control law against each record."""
         if self.outputs == (OPEN_LOOP,):
-            why = Missing("no law is simulated: the control is the recorded one")
+            why = NotUsed("no law is simulated: the control is the recorded one")
             return (why,) * len(self.records)
         return tuple(
             unless_faulty(partial(found_law_agreement, axis, record, self.estimated_gains))

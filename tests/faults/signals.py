@@ -131,7 +131,7 @@ _TIME_BASE = (
             name=f"time times {factor:g} without a reference",
             make=_wrong_time(factor, *options),
             code=0,
-            says=r"Do not believe .*: law\. FAIL law: the record is sampled every "
+            says=r"Do not use .*: law\. FAIL law: the record is sampled every "
             rf"{factor * 1e-3:g} s, the control law runs every 0\.001 s: check the time column",
         )
         for factor, options in (

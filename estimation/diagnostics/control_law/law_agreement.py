@@ -31,7 +31,7 @@ from axisid.estimation.thresholds import (
     MIN_DISTANCE_FROM_NOISE,
     MIN_SAMPLES_PER_FACTOR,
 )
-from axisid.estimation.verdict_checks import Check, status_of
+from axisid.estimation.verdict_checks import Check, NotUsed, status_of
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import Missing, first_case, unless_missing
@@ -128,7 +128,7 @@ def first_failing(laws: Sequence[LawAgreement | Missing]) -> LawAgreement | Miss
 def law_agreement(axis: GeneratedAxis, record: Record) -> LawAgreement | Missing:
     """Check an axis's control law against a record; or say why it cannot be checked."""
     if (law := axis.axis.control) is None:
-        return Missing(str(lacking_law(axis)))
+        return NotUsed(str(lacking_law(axis)))
     if (incomparable := _incomparable(axis, law, record)) is not None:
         return incomparable
     others = [*other_readings(record)]

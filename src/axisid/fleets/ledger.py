@@ -15,8 +15,9 @@ from axisid.estimation.estimates import Value
 from axisid.estimation.verdict_checks import Belief, Check, Checked
 from axisid.presentation.result_files import JsonObject, about
 from axisid.support.arrays import MaybeNan, from_json
-from axisid.support.errors import DataError, UsageError, first_of
+from axisid.support.errors import DataError, Missing, UsageError, first_of
 from axisid.support.files import read_regular, replace_file
+from axisid.support.mappings import grouped
 
 from .robust_statistics import LARGEST
 
@@ -62,8 +63,10 @@ class FleetRow(
         Of the parameters in their order.
     failing : tuple of str
         Checks that fail, the gravest first.
+    unchecked : tuple of str
+        Checks that could not be made of what the result rests on.
     doubt : str
-        What the gravest of them says.
+        What the gravest of those that fail says; where none fails, why the first was not made.
     seconds : float
         CPU time.
     """
@@ -83,6 +86,7 @@ class FleetRow(
     parameters: Mapping[str, FleetValue] = {}
     covariance: tuple[tuple[MaybeNan, ...], ...] = ()
     failing: tuple[str, ...] = ()
+    unchecked: tuple[str, ...] = ()
     doubt: str = ""
     seconds: float = 0.0
 
@@ -93,11 +97,18 @@ class FleetRow(
 
     @property
     def checks(self) -> tuple[Check, ...]:
-        """Those that fail, the gravest first, which alone says what; the result has all."""
+        """Those that fail, the gravest first, and those that could not be made.
+
+        The first alone says what it found; the result has all.
+        """
         if not self.has_result:
             return (Check.unless("result", self.reason or "it came to no result"),)
         said = (self.doubt or _IN_RESULT, *[_IN_RESULT] * len(self.failing))
-        return tuple(map(Check.unless, self.failing, said))
+        unmade = Missing(_IN_RESULT if self.failing else said[0])
+        return (
+            *map(Check.unless, self.failing, said),
+            *(Check.not_evaluated(name, unmade) for name in self.unchecked),
+        )
 
     @property
     def verdict(self) -> Belief | Literal[""]:
@@ -109,6 +120,22 @@ class FleetRow(
         """Whether values, deviations and covariance are numbers whose squares are ones too."""
         own = ((each.value, each.sd) for each in self.parameters.values())
         return all(abs(each) < LARGEST for each in chain(*own, *self.covariance))
+
+
+def unchecked_of(rows: Iterable[FleetRow], of: str = "") -> tuple[Check, ...]:
+    """Checks that could not be made in some rows, each once, with their names.
+
+    Parameters
+    ----------
+    rows : iterable of FleetRow
+    of : str
+        What is said before.
+    """
+    found = grouped((name, row.name) for row in rows for name in row.unchecked)
+    return tuple(
+        Check.not_evaluated(name, Missing(f"{of}could not be checked in {first_of(names)}"))
+        for name, names in found.items()
+    )
 
 
 def fleet_value(value: Value) -> FleetValue:

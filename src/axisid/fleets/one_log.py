@@ -200,6 +200,7 @@ def identify_log(settings: Settings, item: FleetItem) -> FleetRow:
         )
     estimate = result.preferred
     said = {c.name: c.meaning for c in by_weight(result.verdict) if c.status == "fail"}
+    unchecked = {c.name: c.meaning for c in result.verdict if c.leaves_open}
     return row_for(
         item,
         axis=axis,
@@ -210,7 +211,8 @@ def identify_log(settings: Settings, item: FleetItem) -> FleetRow:
         parameters={name: fleet_value(value) for name, value in estimate.parameters.items()},
         covariance=tuple(map(tuple, estimate.covariance.tolist())),
         failing=tuple(said),
-        doubt=next(iter(said.values()), ""),
+        unchecked=tuple(unchecked),
+        doubt=next(iter((said or unchecked).values()), ""),
         seconds=process_time() - begin,
     )
 

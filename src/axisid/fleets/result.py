@@ -33,7 +33,7 @@ from axisid.support.mappings import grouped
 from axisid.support.presentable import Shown
 from axisid.support.table_bytes import npz_bytes, parquet_bytes
 
-from .ledger import FleetRow, FleetValue
+from .ledger import FleetRow, FleetValue, unchecked_of
 from .robust_statistics import RandomEffects, detect_outliers, spread_of
 
 _MIN_LOGS_PER_PARAMETER = 5  # with fewer, half of the logs hardly tell a scatter
@@ -319,7 +319,12 @@ class Fleet(Checked, Shown):
     @property
     def checks(self) -> tuple[Check, ...]:
         """What fails in any log, of how many, and whether any stands out; a row has its own."""
-        found = grouped((check.name, row.name) for row in self.rows for check in row.checks)
+        found = grouped(
+            (check.name, row.name)
+            for row in self.rows
+            for check in row.checks
+            if check.status == "fail"
+        )
         out = first_of([each.name for each in self.outliers])
         return (
             *(
@@ -327,6 +332,7 @@ class Fleet(Checked, Shown):
                 for name, logs in found.items()
             ),
             Check.unless("outlying logs", out and f"stand out: {out}", "no log stands out"),
+            *unchecked_of(self.rows),
         )
 
     def document(self) -> Document:
@@ -361,7 +367,7 @@ class Fleet(Checked, Shown):
             )
         for verdict in ("not believed", "with care"):
             if doubted := [row for row in self if row.verdict == verdict]:
-                lines = [f"{row.name}: {row.failing[0]}: {row.doubt}" for row in doubted]
+                lines = [f"{row.name}: {row.checks[0].name}: {row.doubt}" for row in doubted]
                 ended = [
                     each if each.endswith(".") else f"{each.removesuffix(': ')}." for each in lines
                 ]
@@ -437,6 +443,7 @@ def columns_of(
         for name in "name log axis serial status reason code method verdict".split()
     }
     columns["failing"] = ["; ".join(row.failing) for row in rows]
+    columns["unchecked"] = ["; ".join(row.unchecked) for row in rows]
     for name in dict.fromkeys(name for row in rows for name in row.conditions):
         values = [row.conditions.get(name) for row in rows]
         # Numbers where all are, else texts, since a column has one kind.

@@ -12,7 +12,7 @@ from axisid.support.arrays import Array, Exact
 from axisid.support.errors import Missing, first_of
 from axisid.support.mappings import grouped
 
-from .ledger import FleetRow
+from .ledger import FleetRow, unchecked_of
 from .robust_statistics import Drift, Step, change_in, detect_outliers, prediction_limit
 
 _MIN_SERIES = 5  # results; with fewer a limit is some ten deviations wide
@@ -206,6 +206,7 @@ class Series(Checked):
                 Check.unless(name, f"{of}fails in {first_of(of_it)}")
                 for name, of_it in found.items()
             ),
+            *unchecked_of(self.points, of),
         )
 
     @property

@@ -73,6 +73,7 @@ def _point_of(saved: Saved, row: FleetRow | None, method: str | None) -> FleetRo
         method=own,
         parameters=parameters,
         failing=tuple(check.name for check in saved.document.verdict if check.status == "fail"),
+        unchecked=tuple(check.name for check in saved.document.verdict if check.leaves_open),
         signature=saved.document.signature,
     )
 

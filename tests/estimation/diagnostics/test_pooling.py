@@ -117,6 +117,7 @@ def _asked(
     *,
     windows: int = 1,
     clustered: bool = False,
+    every: int = 1,
 ) -> PoolingTest | Missing:
     """Of least squares over records of 400 rows, in so many windows each."""
     long, firsts = 400 // windows, range(0, len(J), 400)
@@ -141,6 +142,7 @@ def _asked(
             columns=J[first : first + 400],
             instruments=J[first : first + 400],
             size=1e-3,
+            every=every,
         )
         for first in firsts
     ]
@@ -190,6 +192,20 @@ def test_what_a_record_alone_does_not_tell_is_said(rng: np.random.Generator) -> 
     check = pooling_check(_asked(J, rng.standard_normal(1200)), ["one", "two", "three"])
     assert check.status == "pass"
     assert check.meaning.endswith("(one alone would not tell b; three alone would not tell them)")
+
+
+@pytest.mark.parametrize("place", [0, 1])
+@pytest.mark.parametrize(("rows", "every", "tested"), [(4, 1, 0), (19, 1, 0), (200, 10, 2)])
+def test_a_record_of_few_rows_is_not_compared_nor_are_others_with_it(
+    rng: np.random.Generator, place: int, rows: int, every: int, tested: int
+) -> None:
+    """Fewer than ten for a parameter: the estimate follows them, whatever is wrong."""
+    J, errors = rng.standard_normal((800, 2)), rng.standard_normal(800)
+    few = slice(400 * place, 400 * place + 400 - rows)
+    J[few], errors[few] = 0.0, 0.0
+    found = _asked(J, errors, every=every)
+    records = [] if isinstance(found, Missing) else found.records
+    assert sum(not isinstance(each, Missing) for each in records) == tested
 
 
 def test_few_windows_do_not_tell_what_is_chance(rng: np.random.Generator) -> None:

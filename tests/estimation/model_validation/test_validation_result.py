@@ -145,7 +145,7 @@ def test_a_failed_validation_is_a_line_of_the_verdict_and_of_the_file(
     arguments = ["identify", "emps2015", "--method", "idm-iv"]
     done = CliRunner().invoke(cli, [*arguments, "--validate", str(file), "--json", str(out)])
     assert re.search(
-        r"^verdict +Believe .* with care; to look at: validation", done.output, re.MULTILINE
+        r"^verdict +Use with care\. Failed checks: validation", done.output, re.MULTILINE
     )
     written, read = json.loads(out.read_text()), load_result(out)
     assert (written["belief"], written["validation"]["belief"]) == ("with care", "not believed")

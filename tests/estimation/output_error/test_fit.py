@@ -17,7 +17,7 @@ from axisid import (
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.elements import Drive
 from axisid.estimation.output_error import OutputFit
-from axisid.estimation.verdict_checks import conclusion
+from axisid.estimation.verdict_checks import lines_of
 from axisid.modeling.declaration.experiment import back_and_forth
 from tests.axes.cascaded import cascaded
 from tests.axes.unseen import with_bump, with_bump_somewhere
@@ -169,8 +169,9 @@ def test_a_law_one_percent_wrong_is_named_with_what_it_moves(twin: Record) -> No
     assert abs(control["Fv"].value / TRUTH["Fv"] - 1) < 0.01
     # The law's check itself fails for what is moved by much; else that is said once, with care.
     assert checks_of(position)["control law"].status == "fail"
-    assert conclusion(position.checks).startswith("Do not believe")
-    assert conclusion(control.checks) == ("Believe these numbers with care; to look at: law.")
+    assert position.belief == "not believed"
+    assert control.belief == "with care"
+    assert lines_of(c.name for c in control.checks if c.status == "fail") == ("law",)
 
 
 @pytest.mark.slow
@@ -203,7 +204,8 @@ def test_a_limit_that_is_declared_a_little_wrong_is_named_with_what_it_moves(
 def test_a_control_that_is_scaled_by_a_fifth_is_not_believed(twin: Record) -> None:
     """Its factors explain it, and would be those of its scale, which every estimate has."""
     result = fit(load_axis("emps2015"), replace(twin, control=1.2 * twin.control))
-    assert conclusion(result.checks).endswith("before this is mended: law.")
+    assert result.belief == "not believed"
+    assert checks_of(result)["control law"].status == "fail"
 
 
 @pytest.mark.parametrize("output", ["control", "position"])

@@ -129,7 +129,7 @@ class WrittenOutputFit(
     costs: Annotated[tuple[float, ...], about("Of each search's end, where several were made.")]
     law_check: WrittenLawCheck
     verdict: tuple[Check, ...]
-    believed: Annotated[bool, about("Whether no check fails.")]
+    believed: Annotated[bool, about("Whether `belief` is believed.")]
     levels: Levels | UnsetType = UNSET
     remarks: tuple[str, ...]
 

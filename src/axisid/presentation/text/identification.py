@@ -101,7 +101,8 @@ def _screen(result: SavedIdentification) -> Document:
     Where a check fails, methods that came to nothing are named alone: why follows from that.
     """
     noted = [check.line for check in by_weight(result.verdict) if check.status == "note"]
-    missing, fails = {**result.skipped, **result.failed}, result.belief != "believed"
+    missing = {**result.skipped, **result.failed}
+    fails = any(check.status == "fail" for check in result.verdict)
     without = (
         [f"Without {', '.join(missing)}."] * bool(missing)
         if fails
