@@ -431,8 +431,9 @@ def nominal_check(
 ) -> Check | None:
     """Remark values that are another order of size than declared; None where none is.
 
-    A column in another unit makes such values, which nothing else tells where no law is simulated.
-    Of parameters that may have either sign, such as an offset, any size is as declared.
+    A column in another unit makes such values, which nothing else shows where no law is simulated.
+    A nominal value of 0 says nothing of the size. Of a parameter that may have either sign, the
+    sizes are compared.
 
     Parameters
     ----------
@@ -441,10 +442,16 @@ def nominal_check(
     """
     most, far = _MAX_FROM_NOMINAL, dict[Parameter, float]()
     for parameter, value, interval in found:
-        if parameter.lower >= 0 < parameter.nominal:
-            ratio, *ends = np.array([value, *interval]) / parameter.nominal
-            if min(ratio, *ends) > most or max(ratio, *ends) < 1 / most:
-                far[parameter] = float(ratio)
+        if not parameter.nominal:
+            continue
+        ratios = np.array([value, *interval]) / parameter.nominal
+        least, greatest = float(ratios.min()), float(ratios.max())
+        if parameter.lower < 0 < parameter.upper:
+            has_zero = least <= 0 <= greatest
+            sizes = np.abs(ratios)
+            least, greatest = 0.0 if has_zero else float(sizes.min()), float(sizes.max())
+        if least > most or greatest < 1 / most:
+            far[parameter] = float(ratios[0])
     if not far:
         return None
     listed = ", ".join(

@@ -29,6 +29,7 @@ class Repair:
         "shift",
         "window",
         "between",
+        "wild",
     ]
     count: int
     text: str
@@ -78,7 +79,8 @@ class Provenance:
     doubts : tuple of str
         What may be wrong with the data, and was taken as it is, with what to do about it.
     repairs : tuple of Repair
-        What was done to the data, in this order; only on request, but for a last row that is cut.
+        What was done to the data, in this order; only on request, except a last row that is cut and
+        wild samples.
     clock : PeriodSource or None
         Of a log that was read.
     """

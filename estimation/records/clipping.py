@@ -66,7 +66,10 @@ def clipped(
         count=count,
         text=f"clipped samples masked, with the rows whose filters reach them: {which}",
     )
-    return replace(columns.repaired({}, repair), masks={} if driven is None else {role: cut}), []
+    masks = dict(columns.masks)
+    if driven is not None:
+        masks[role] = cut | masks.get(role, np.zeros_like(cut))
+    return replace(columns.repaired({}, repair), masks=masks), []
 
 
 def _flat_tops(driven: Samples, position: Samples | None) -> Mask:

@@ -32,6 +32,7 @@ from .resampling import resample
 from .run_toml import Repairs, is_run_file, read_run
 from .segments import Window, as_sampled, checked_windows, edges, within
 from .shifts_and_interpolation import drawn_between, seldom_notes, shifted
+from .wild_samples import leading_zeros_note, without_wild_samples
 from .wrapping import unwound
 
 
@@ -174,7 +175,13 @@ def _record(
     room.check_samples(max(len(s.values) for s in columns.samples.values()))
     columns = filled(table, columns, uneven=uneven)
     gap = (MAX_UNEVEN_STEP if uneven else MAX_EVEN_STEP).value
-    columns, jumps = unwound(columns, repairs.moduli(axis), axis, gap)
+    moduli = repairs.moduli(axis)
+    zeros = leading_zeros_note(columns)
+    restarts = {role: modulus.si for role, modulus in moduli.items()}
+    if "position" in restarts:
+        restarts["reference"] = restarts["position"]
+    columns = without_wild_samples(columns, restarts, gap)
+    columns, jumps = unwound(columns, moduli, axis, gap)
     seldom = seldom_notes({r: s for r, s in columns.samples.items() if r not in repairs.between})
     columns, cut = clipped(columns, axis, masked=repairs.mask is not None)
     signals = () if axis is None else axis.signals
@@ -210,7 +217,7 @@ def _record(
                 path=table.path,
                 columns={**read.names},
                 assumed=read.notes,
-                doubts=(*jumps, *cut, *seldom, *jitter),
+                doubts=(*zeros, *jumps, *cut, *seldom, *jitter),
                 repairs=of.repairs,
                 clock=replace(of.clock, counted=counted),
             ),

@@ -143,6 +143,9 @@ _LIKELY_UNITS = (
     *("mm/s^2", "cm/s^2", "g", "deg/s^2", "rev/s^2"),
 )
 
+#: Units of angles as logs write them, to name in place of one without an angle.
+_ANGLES = ("rad", "deg", "rev", "rad/s", "deg/s", "rev/s", "rpm", "rad/s^2", "deg/s^2", "rev/s^2")
+
 #: Scalings that give a unit of motion.
 _EXAMPLES = {
     "m": "counts*5mm/4096",
@@ -246,9 +249,19 @@ def to_si(
             code="units",
         )
     factor = float(of)
+    if scaled:
+        _check_angle(role, text, of, same, source)
+    elif same and not any(_has_angle_of(of, unit) for unit in same):
+        named = " or ".join(name for name in _ANGLES if _is_of(name, same[0])) or same[0]
+        raise wrong(
+            f"{source}: the {role} is given as {text!r}, which is no unit of an angle, but the "
+            f"{role} is measured in {same[0]}. By the angle that is counted the numbers differ by "
+            f"factors such as 2 pi: give the unit with its angle, {named}, as in columns "
+            f"{role}=NAME:{same[0]}.",
+            code="units",
+        )
     if not scaled:
         return (values, "") if factor == 1.0 else (values * factor, f"{role}: {text} -> {of.unit}")
-    _check_angle(role, text, of, same, source)
     unit = same[0] if same else of.unit or (wanted[0] if len(wanted) == 1 else "SI")
     note = f"{role}: {text}, {factor:.9g} {unit} each"
     if offset is None:
@@ -273,6 +286,23 @@ def _check_angle(role: str, text: str, of: UnitQuantity, same: Sequence[str], so
         "what length belongs to what angle, as in rpm*5mm/rev or counts*1rev/4096*5mm/rev for a "
         "screw, *5mm/rad for a radius, mm/5mm*1rev for an angle.",
         code="units",
+    )
+
+
+def _has_angle_of(of: UnitQuantity, unit: str) -> bool:
+    """Whether a quantity has the power of an angle of a unit, where that has one."""
+    power = angle_power(parse_unit(unit))
+    return not power or of.angle == power
+
+
+def _is_of(name: str, unit: str) -> bool:
+    """Whether a unit as logs write it measures the same as a coherent one, in its angle too."""
+    named, wanted = exact_unit(name), parse_unit(unit)
+    return bool(
+        named
+        and named.unit
+        and named.unit.same_dimension(wanted)
+        and named.angle == angle_power(wanted)
     )
 
 

@@ -63,6 +63,26 @@ def test_a_value_is_remarked_where_all_of_its_interval_is_far(
     assert found is None or (found.status == "note" and f"{value / 10:.2g} times" in found.meaning)
 
 
+@pytest.mark.parametrize(
+    ("nominal", "value", "deviation", "remarked"),
+    [
+        (5.0, 5000.0, 10.0, True),
+        (5.0, 0.005, 1e-5, True),
+        (5.0, -5000.0, 10.0, True),
+        (-5.0, 5000.0, 10.0, True),
+        (5.0, -6.0, 0.1, False),
+        (5.0, 0.1, 2.0, False),
+        (0.0, 5000.0, 10.0, False),
+    ],
+)
+def test_a_value_of_either_sign_is_remarked_by_its_size(
+    nominal: float, value: float, deviation: float, remarked: bool
+) -> None:
+    parameter = Parameter("m", "kg", nominal=nominal)
+    interval = (value - 2 * deviation, value + 2 * deviation)
+    assert (nominal_check([(parameter, value, interval)]) is not None) == remarked
+
+
 @pytest.mark.parametrize("name", LIBRARY)
 def test_no_axis_of_the_library_is_remarked(name: str) -> None:
     axis = load_axis(name)

@@ -302,6 +302,41 @@ def test_unit_of_another_kind_is_refused(rotary: Axis, columns: dict[str, str], 
         read_record(log, rotary, columns=columns)
 
 
+@pytest.mark.parametrize(
+    ("role", "unit"),
+    [
+        ("velocity", "1/s"),
+        ("velocity", "s^-1"),
+        ("acceleration", "1/s^2"),
+        ("position", "1"),
+        ("reference", "%"),
+    ],
+)
+def test_unit_without_an_angle_is_refused_of_a_rotary_axis(
+    rotary: Axis, role: str, unit: str
+) -> None:
+    log = {"time": TIME, "position": VALUES, "control": VALUES, "x": VALUES}
+    for axis in (rotary, None):
+        with refuses("units", "rad"):
+            read_record(log, axis, columns={role: f"x:{unit}"})
+
+
+def test_unit_without_an_angle_in_a_header_is_refused(rotary: Axis) -> None:
+    log = {"time": TIME, "position": VALUES, "control": VALUES, "w [1/s]": VALUES}
+    with refuses("units", "rad/s"):
+        read_record(log, rotary, columns={"velocity": "w"})
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor"),
+    [("rad/s", 1.0), ("rpm", math.pi / 30), ("1/min", math.pi / 30), ("rev/s", 2 * math.pi)],
+)
+def test_unit_of_turns_is_read_of_a_rotary_axis(rotary: Axis, unit: str, factor: float) -> None:
+    log = {"time": TIME, "position": VALUES, "control": VALUES, "x": VALUES}
+    record = read_record(log, rotary, columns={"velocity": f"x:{unit}"})
+    assert record.velocity == pytest.approx(factor * VALUES)
+
+
 def test_modulus_has_a_unit_too(rotary: Axis) -> None:
     wrap = {"position": "360:deg", "control": "6.5"}
     sizes = {role: modulus.si for role, modulus in Repairs(wrap=wrap).moduli(rotary).items()}

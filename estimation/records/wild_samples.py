@@ -1,0 +1,300 @@
+"""Wild samples of a column: they leave and return within one step, as no signal of a machine does.
+
+A position and a velocity have inertia. Where one sample alone is elsewhere, its steps in and out
+are opposite, and larger than the column bends anywhere else. The first and the last sample are wild
+if they do not continue their neighbours. A reference bends as a motion does, but it may be an
+impulse: then the control answers it. A control, a force, an acceleration, a test signal or another
+signal may jump to any value of its range, so that a wild one is far outside the range. It may jump
+further where another column jumps: the control of a differentiating law follows a step of the
+reference.
+
+Wild samples are masked, and a straight line between their neighbours takes their place, so that no
+filter and no replay of the control law spreads them.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from axisid.estimation.raw_tables import Repair, Samples
+from axisid.estimation.records.columns import Mask, RoleColumns
+from axisid.support.arrays import Array, runs
+
+from .clocks import long_steps
+from .quantisation import quantisation_step, rounding
+from .segments import Span
+
+_TIMES = 2.0  # what a column does elsewhere, beyond which a sample is wild
+_FEWEST = 6  # samples of a piece between gaps, from which their course is known
+# Samples of a column that may be wild: so many, and such a part of it, but no more than so many.
+_SOME, _PART, _MOST = 3, 0.02, 100
+_PASSES = 4  # a wild sample may stand beside a larger one
+_ANSWERS = (-1, 3)  # samples before and after, within which one column follows another
+
+_INERT = ("position", "velocity")
+_PLANNED = "reference"
+
+Places = NDArray[np.intp]
+
+
+def without_wild_samples(
+    columns: RoleColumns, moduli: Mapping[str, float], gap: float
+) -> RoleColumns:
+    """Columns whose wild samples are masked, replaced, named and counted.
+
+    Parameters
+    ----------
+    columns : RoleColumns
+        Each with its clock, every value finite.
+    moduli : mapping of str to float
+        What a position and its reference start again after, SI, by role.
+    gap : float
+        A longer step of time is a gap, in median steps.
+    """
+    courses = {
+        role: _Course.of(samples, moduli.get(role, 0.0), gap, has_inertia=role in _INERT)
+        for role, samples in columns.samples.items()
+    }
+    found: dict[str, Places] = {}
+    first = [role for role in (*_INERT, _PLANNED) if role in courses]
+    for role in dict.fromkeys((*first, *courses)):
+        course, wild = courses[role], np.zeros(len(courses[role].values), dtype=bool)
+        bends = role in (*_INERT, _PLANNED)
+        for _ in range(_PASSES):
+            places = course.standing_out(bends=bends)
+            if role not in _INERT:
+                times = [courses[other].times[at] for other, at in found.items()]
+                places = _unexplained(role, places, courses, np.concatenate([np.empty(0), *times]))
+            places = places[~wild[places]]
+            if not len(places):
+                break
+            wild[places] = True
+            course = course.bridged(wild)
+        if wild.any():
+            found[role], courses[role] = np.flatnonzero(wild), course
+    if not found:
+        return columns
+    texts = [_named(role, columns.samples[role], at) for role, at in found.items()]
+    repair = Repair(
+        kind="wild",
+        count=sum(map(len, found.values())),
+        text="single samples that leave and return within one step, further than the column moves "
+        f"anywhere else: {'; '.join(texts)}. They are masked, with the rows whose filters reach "
+        "them",
+    )
+    changed = {
+        role: replace(columns.samples[role], values=courses[role].values) for role in found
+    }
+    masks = {role: _mask(at, len(courses[role].values)) for role, at in found.items()}
+    return replace(columns.repaired(changed, repair), masks={**columns.masks, **masks})
+
+
+def _mask(places: Places, size: int) -> Mask:
+    mask = np.zeros(size, dtype=bool)
+    mask[places] = True
+    return mask
+
+
+def _named(role: str, samples: Samples, places: Places) -> str:
+    first, others = places[0], len(places) - 1
+    more = f", and {others} more" if others else ""
+    return f"{role} {samples.values[first]:.6g} at {samples.times[first]:.9g} s{more}"
+
+
+def leading_zeros_note(columns: RoleColumns) -> list[str]:
+    """What is said of rows at a log's beginning in which every column is exactly 0.
+
+    Parameters
+    ----------
+    columns : RoleColumns
+        Each with its clock.
+    """
+    begins = []
+    for samples in columns.samples.values():
+        others = np.flatnonzero(samples.values)
+        if len(others):
+            begins.append(float(samples.times[others[0]]))
+    clock = columns.motion.times
+    rows = int(np.sum(clock < min(begins, default=clock[0])))
+    if rows < _FEWEST or len(columns.samples) < 2:
+        return []
+    return [
+        f"every column is 0 in the first {rows} rows, as of a recorder that has not yet begun: "
+        f'unless the axis rested there, leave them out with windows = ["{min(begins):.9g}.."] in '
+        "run.toml"
+    ]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Course:
+    """How a column goes from sample to sample.
+
+    Attributes
+    ----------
+    values, times : (N,) array
+    spans : tuple of (int, int)
+        Pieces between gaps.
+    modulus : float
+        What the values start again after; 0 for nothing.
+    has_inertia : bool
+        Whether no step is sudden, so that the first and the last sample continue the others.
+    excursions : (N,) array
+        By how much each sample is away from both neighbours, on one side: the smaller of the steps
+        in and out, minus whichever of the steps before and after them makes it smaller.
+    bends : (N,) array
+        Size of the second difference; 0 at the ends.
+    """
+
+    values: Array
+    times: Array
+    spans: tuple[Span, ...]
+    modulus: float
+    has_inertia: bool
+    excursions: Array
+    bends: Array
+
+    @classmethod
+    def of(cls, samples: Samples, modulus: float, gap: float, *, has_inertia: bool) -> "_Course":
+        """The course of a column with its clock."""
+        cuts = long_steps(samples.times, gap) + 1
+        ends = [0, *cuts.tolist(), len(samples.values)]
+        spans = tuple(zip(ends[:-1], ends[1:], strict=True))
+        return cls._through(samples.values, samples.times, spans, modulus, has_inertia)
+
+    @classmethod
+    def _through(
+        cls, values: Array, times: Array, spans: tuple[Span, ...], modulus: float, has_inertia: bool
+    ) -> "_Course":
+        excursions, bends = np.zeros(len(values)), np.zeros(len(values))
+        for start, stop in spans:
+            if stop - start < _FEWEST:
+                continue
+            steps = _steps(values[start:stop], modulus)
+            bend = np.abs(np.diff(steps))
+            before = np.concatenate([steps[2:3], steps[:-2]])
+            after = np.concatenate([steps[2:], steps[-3:-2]])
+            away = np.array([steps[:-1] - before, steps[:-1] - after])
+            back = np.array([before - steps[1:], after - steps[1:]])
+            up = np.minimum(away, back).min(axis=0)
+            down = np.minimum(-away, -back).min(axis=0)
+            bends[start + 1 : stop - 1] = bend
+            excursions[start + 1 : stop - 1] = np.maximum(np.maximum(up, down), 0.0)
+            if has_inertia:  # a wild neighbour bends twice as much as an end that is wild
+                excursions[start] = max(bend[0] - 3 * bend[1], 0.0)
+                excursions[stop - 1] = max(bend[-1] - 3 * bend[-2], 0.0)
+        return cls(
+            values=values,
+            times=times,
+            spans=spans,
+            modulus=modulus,
+            has_inertia=has_inertia,
+            excursions=excursions,
+            bends=bends,
+        )
+
+    def standing_out(self, *, bends: bool) -> Places:
+        """The samples that are further away than the column moves without them.
+
+        Parameters
+        ----------
+        bends : bool
+            Whether what it moves is what it bends; else it is its range.
+        """
+        most = min(_SOME + int(_PART * len(self.values)), _MOST, len(self.values))
+        order = np.argpartition(-self.excursions, most - 1)[:most]
+        order = order[np.argsort(-self.excursions[order], kind="stable")]
+        order = order[self.excursions[order] > 0]
+        others = np.delete(self.values, order)
+        if not len(order) or not len(others) or np.ptp(others) == 0:
+            return order[:0]
+        quantum = max(quantisation_step(others), rounding(others))
+        moves: Callable[[Places], float] = self.largest_bend if bends else self._range
+        sizes = self.excursions[order]
+        # Without all of them it moves least: mostly that tells that there is none.
+        if sizes[0] <= _TIMES * max(moves(order), 2 * quantum):
+            return order[:0]
+        for count in range(len(order), 0, -1):
+            if sizes[count - 1] > _TIMES * max(moves(order[:count]), 2 * quantum):
+                return np.sort(order[:count])
+        return order[:0]
+
+    def largest_bend(self, without: Places) -> float:
+        """The largest second difference of which none of some samples is a part."""
+        kept = np.ones(len(self.values), dtype=bool)
+        for beside in (-1, 0, 1):
+            places = without + beside
+            kept[places[(places >= 0) & (places < len(kept))]] = False
+        return float(self.bends[kept].max(initial=0.0))
+
+    def _range(self, without: Places) -> float:
+        return float(np.ptp(np.delete(self.values, without)))
+
+    def jumps(self, time: float, times: Array) -> bool:
+        """Whether it bends more about a time than away from all of several."""
+        kept = np.ones(len(self.values), dtype=bool)
+        for each in times:
+            kept[self._about(each)] = False
+        here = float(self.bends[self._about(time)].max(initial=0.0))
+        elsewhere = float(self.bends[kept].max(initial=0.0))
+        quantum = max(quantisation_step(self.values), rounding(self.values))
+        return here > _TIMES * max(elsewhere, 2 * quantum)
+
+    def _about(self, time: float) -> slice:
+        place = int(np.searchsorted(self.times, time))
+        before, after = _ANSWERS
+        return slice(max(place + before, 0), place + after + 1)
+
+    def bridged(self, wild: Mask) -> "_Course":
+        """With straight lines, in whole steps of the column, in place of some samples."""
+        values = np.array(self.values)
+        quantum = quantisation_step(values[~wild])
+        for start, stop in self.spans:
+            for first, end in runs(wild[start:stop], start):
+                _bridge(values, first, end, (start, stop), self.modulus, quantum)
+        return self._through(values, self.times, self.spans, self.modulus, self.has_inertia)
+
+
+def _steps(values: Array, modulus: float) -> Array:
+    steps = np.diff(values)
+    return steps - modulus * np.round(steps / modulus) if modulus else steps
+
+
+def _bridge(
+    values: Array, first: int, end: int, span: Span, modulus: float, quantum: float
+) -> None:
+    """Draw the samples from the first to before the end on a line through their neighbours."""
+    left, right = first - 1, end
+    has_left, has_right = left >= span[0], right < span[1]
+    if not has_left and not has_right:
+        return
+    origin = left if has_left else right
+    slope = 0.0
+    if has_left and has_right:
+        if modulus and abs(values[right] - values[left]) > modulus / 2:
+            values[first:end] = values[left]  # it starts again here: no line goes across that
+            return
+        slope = (values[right] - values[left]) / (right - left)
+    elif has_right and right + 1 < span[1]:
+        slope = _steps(values[right : right + 2], modulus)[0]
+    elif has_left and left - 1 >= span[0]:
+        slope = _steps(values[left - 1 : left + 1], modulus)[0]
+    moved = slope * (np.arange(first, end) - origin)
+    if quantum:
+        moved = quantum * np.round(moved / quantum)
+    values[first:end] = values[origin] + moved
+
+
+def _unexplained(
+    role: str, places: Places, courses: Mapping[str, _Course], named: Sequence[float] | Array
+) -> Places:
+    """Those samples at which no other column jumps, or at which one is wild itself."""
+    times = courses[role].times[places]
+    others = [course for other, course in courses.items() if other != role]
+    wild = [
+        place
+        for place, time in zip(places, times, strict=True)
+        if time in named or not any(course.jumps(time, times) for course in others)
+    ]
+    return np.array(wild, dtype=np.intp)
