@@ -87,7 +87,7 @@ def force_terms(
     nonlinear = Coefficients(force, parameters).nonlinear
     terms = Coefficients(force, parameters, nonlinear).terms
     weights = {e: terms[e] for e in sorted(terms, key=_order) if any(e)}
-    found, pivots = reduced_functions(list(weights.values()), velocity)
+    found, pivots, doubts = reduced_functions(list(weights.values()), velocity)
     own = [j for j, p in enumerate(parameters) if p in nonlinear]
     monomials = [*weights, *(tuple(int(i == j) for i in range(len(parameters))) for j in own)]
     units = [

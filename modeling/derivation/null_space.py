@@ -140,7 +140,7 @@ def unidentifiable_directions(
     found: list[tuple[NullSpaceVector, ...]] = []
     for point in generic_points(parameters):
         with contextlib.suppress(NotRealError):
-            rows, _ = reduced_functions(regressor.columns, coordinate.velocity, point)
+            rows, _, _ = reduced_functions(regressor.columns, coordinate.velocity, point)
             found.append(tuple(_kernel(rows, symbols, QQ[symbols])))
     return tuple(
         d if all(d in others for others in found) else {p: sympy.Float(w) for p, w in d.items()}

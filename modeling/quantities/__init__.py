@@ -8,10 +8,6 @@ Knows nothing of axes.
 from .coefficients import (
     Coefficients as Coefficients,
     Exponents as Exponents,
-    NotRealError as NotRealError,
-    Row as Row,
-    reduced_functions as reduced_functions,
-    reduced_rows as reduced_rows,
 )
 from .constants import (
     Constant as Constant,
@@ -26,6 +22,14 @@ from .constants import (
     with_numbers as with_numbers,
     with_unit as with_unit,
     within as within,
+)
+from .dependences import (
+    NotRealError as NotRealError,
+    Reduced as Reduced,
+    Row as Row,
+    reduced_functions as reduced_functions,
+    reduced_rows as reduced_rows,
+    vanishes as vanishes,
 )
 from .derivative import jumping_node as jumping_node, plain_slope as plain_slope, slope as slope
 from .expression_rewriting import (
@@ -49,7 +53,6 @@ from .point_value import (
     CANNOT as CANNOT,
     float_at as float_at,
     value_at as value_at,
-    vanishes as vanishes,
 )
 from .reading_order import (
     Formula as Formula,

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Set as AbstractSet
 
 import sympy
 
-from .point_value import depends
+from .dependences import depends
 
 # Beyond it the factor goes back. Where a smaller one stays, only values beyond 1e288 overflow.
 _LARGEST = sympy.Float(2.0**64)

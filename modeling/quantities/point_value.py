@@ -1,18 +1,13 @@
 """Values of expressions at points, in many digits, each with how far rounding moves it.
 
-What is made of analytic functions and is 0 at points that have nothing to do with each other is 0
-everywhere. What has a kink or a jump may be 0 on one side and not on the other, and the edge may be
-far away: it is looked for, and there are points on both sides of it.
-
 Each number is worked out twice. The second time the decimals that were declared and the terms of
 sums are off by a little, as rounding leaves them: what changes as much as it is large is nothing.
 """
 
-import contextlib
 import hashlib
 import math
 import random
-from collections.abc import Callable, Iterable, Iterator, Mapping, Set as AbstractSet
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from fractions import Fraction
 from itertools import combinations
 from typing import Any, TypeAlias
@@ -22,20 +17,17 @@ from mpmath.ctx_mp import MPContext
 from sympy.core.relational import Relational
 from sympy.functions.elementary.miscellaneous import Max, Min
 
-from .constants import replaced
+from .structural_order import structural_order
 from .symbols import DIRECTION
 
 #: Numbers of many digits; SymPy's own context is left alone.
 numbers = MPContext()
 numbers.dps = 70
-_POINTS, _SIDES = 3, 40  # where nothing has sides, and more where something has
 _DECIMAL = 1e-14  # share by which decimals are off
 _SPARE_BITS = 60  # of each number, in which the terms of sums are off
-_MOST_BITS = 2**14  # in which a sum is looked at again, if it has lost a small term
 _NOTHING = 30  # changes by rounding, up to which a number is nothing
-_SPREAD = 5  # factors of two by which numbers in place of symbols are larger or smaller
+_SPREAD, _BITS = 6, 40  # factors of two that numbers spread over, by bits that tell no size
 _SECANTS = 16  # steps in which an edge is found
-_BESIDE = 1e-3  # share of a symbol's value by which it is beside
 _TOLD = 25  # digits by which what a function is of is told
 _LARGEST = 2000  # binary digits before the point of what a function is evaluated of
 #: What a value that does not exist raises.
@@ -50,7 +42,6 @@ _ANALYTIC: dict[Any, Callable[..., Any]] = {
     getattr(sympy, name): getattr(numbers, name)
     for name in "exp log sin cos tan asin acos atan sinh cosh tanh".split()
 }
-_KINKS = (sympy.Abs, sympy.sign, sympy.Heaviside, Max, Min, Relational)
 
 
 def is_nothing(value: Value) -> bool:
@@ -80,24 +71,6 @@ def off_as_decimal(number: Fraction) -> Value:
     return value, value + value * share * drawn(0, "number", str(number))
 
 
-def vanishes(expression: sympy.Expr) -> bool:
-    """Whether an expression is 0; what has no finite value is not."""
-    if expression == 0:
-        return True
-    try:
-        points = Points(expression)
-        with points.digits():
-            return all(is_nothing(points.at(turn)(expression)) for turn in range(points.count))
-    except CANNOT:
-        return False
-
-
-def depends(expression: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> bool:
-    """Whether an expression changes with symbols; what has no finite value does."""
-    others = {s: sympy.Symbol(f"other {s.name}", **s.assumptions0) for s in symbols}
-    return not vanishes(expression - replaced(expression, others))
-
-
 def value_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> Any:
     """The real value of an expression at a point.
 
@@ -119,71 +92,6 @@ def float_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> float
     return value if math.isfinite(value) else math.nan
 
 
-class Points:
-    """Points that have nothing to do with each other, by number.
-
-    Parameters
-    ----------
-    *expressions : sympy.Expr
-        What is evaluated.
-    velocity : sympy.Symbol, optional
-        The friction direction is its sign.
-    given : mapping of sympy.Symbol to Value, optional
-        Symbols that have the same numbers at all points.
-
-    Attributes
-    ----------
-    count : int
-        How many points tell of a function whether it is 0 everywhere.
-    """
-
-    def __init__(
-        self,
-        *expressions: sympy.Expr,
-        velocity: sympy.Symbol | None = None,
-        given: Mapping[sympy.Symbol, Value] | None = None,
-    ) -> None:
-        self.given, self.velocity = given or {}, velocity
-        kinks = {node for e in expressions for node in e.atoms(*_KINKS)}
-        decisive = {x for node in kinks for x in deciding(node)}
-        if velocity is not None and any(DIRECTION in e.free_symbols for e in expressions):
-            decisive.add(velocity)
-        self.signed = {x for x in decisive if x.is_Symbol}
-        edges = decisive if self.signed != decisive else ()
-        self._edges = sorted(edges, key=sympy.default_sort_key)
-        self.count = _SIDES + 4 * len(edges) if decisive else _POINTS
-        self._bits = numbers.prec
-        self._made: dict[int, _Drawn] = {}
-        with contextlib.suppress(*CANNOT):
-            for expression in expressions:
-                self.at(0)(expression)
-        if self.at(0).span > numbers.prec:
-            # At usual digits log(1 + exp(x - 3000)) would be the logarithm of 1.
-            self._bits = min(numbers.prec + self.at(0).span, _MOST_BITS)
-            self._made = {}
-
-    def look_closer(self) -> None:
-        """Take twice as many digits."""
-        self._bits *= 2
-        self._made = {}
-
-    def digits(self) -> Any:
-        """In as many digits as what stands in the expressions needs."""
-        return numbers.workprec(self._bits)
-
-    def at(self, turn: int) -> "_Drawn":
-        """Values at one of the points."""
-        if turn not in self._made:
-            made = _Drawn(self, turn)
-            size = len(self._edges)
-            if size:
-                made.place(self._edges[turn % size], 1 - 2 * (turn // size % 2))
-                other = int(1000 * made.drawn("edge"))
-                made.place(self._edges[other % size], (-1) ** other)
-            self._made = {turn: made}
-        return self._made[turn]
-
-
 class _Values:
     """Real values, where symbols have numbers.
 
@@ -191,31 +99,30 @@ class _Values:
     ----------
     values : dict
         By expression.
-    span : int
-        Binary digits between the largest and the smallest term of a sum.
+    is_real : bool
+        Whether all that was evaluated so far is real.
     off : callable
         Moves a number as rounding does.
     """
 
     def __init__(self, given: Mapping[sympy.Symbol, Value], turn: int = 0) -> None:
         self.values: dict[sympy.Basic, Value] = dict(given)
-        self.span = 0
         self.off = rounding(turn)
+        self.is_real = True
 
     def __call__(self, node: sympy.Basic) -> Value:
         if node not in self.values:
-            self.values[node] = self._value(node)
+            value = self.values[node] = self._value(node)
+            self.is_real = self.is_real and not isinstance(value[0], numbers.mpc)
         return self.values[node]
 
     def _value(self, node: sympy.Basic) -> Value:
         if not node.args:
-            return self._symbol(node) if node.is_Symbol else _number(node)
+            return self._symbol(node) if node.is_Symbol else self._number(node)
         if isinstance(node, sympy.Piecewise):
             return self(self._chosen(node))
         inner = [self(argument) for argument in node.args]
         if node.is_Add:
-            sizes = [numbers.mag(v) for v, _ in inner if v and numbers.isfinite(v)]
-            self.span = max([self.span, max(sizes) - min(sizes)] if sizes else [self.span])
             return numbers.fsum(v for v, _ in inner), numbers.fsum(self.off(m) for _, m in inner)
         if node.is_Mul:
             return numbers.fprod(v for v, _ in inner), numbers.fprod(m for _, m in inner)
@@ -232,7 +139,13 @@ class _Values:
             if isinstance(node, sympy.Abs):
                 return _both(lambda x: side * x, inner[0])
             return exactly(side if isinstance(node, sympy.sign) else (1 + side) / 2)
+        if isinstance(node, sympy.atan2) and not any(numbers.im(x) for pair in inner for x in pair):
+            ahead, across = zip(*inner, strict=True)
+            return numbers.atan2(*map(_real, ahead)), numbers.atan2(*map(_real, across))
         return self._opaque(node, [number for number, _ in inner])
+
+    def _number(self, number: sympy.Expr) -> Value:
+        return _number(number, off=True)
 
     def _real(self, number: Any) -> Any:
         return _real(number)
@@ -244,8 +157,6 @@ class _Values:
         raise ValueError(f"{symbol} has no value")
 
     def _opaque(self, node: sympy.Basic, inner: Iterable[Any]) -> Value:
-        if isinstance(node, sympy.atan2):
-            return exactly(numbers.atan2(*map(_real, inner)))
         raise TypeError(f"{type(node).__name__} has no value")
 
     def _chosen(self, node: sympy.Basic) -> sympy.Basic:
@@ -256,37 +167,55 @@ class _Values:
 
     def _holds(self, condition: sympy.Basic) -> bool:
         if isinstance(condition, Relational):
-            return bool(condition.func(int(self._side(self(condition.lhs - condition.rhs))), 0))
+            (left, left_off), (right, right_off) = self(condition.lhs), self(condition.rhs)
+            side = self._side((left - right, left_off - right_off))
+            return bool(condition.func(int(side), 0))
         if condition.args:
             return bool(condition.func(*map(self._holds, condition.args)))
         return bool(condition)
 
 
-class _Drawn(_Values):
+class Drawn(_Values):
     """Values at a point that is drawn.
 
-    Attributes
+    Parameters
     ----------
-    placed : dict
-        Symbols that are close to an edge.
+    points : Points
+    turn : int
+        Of the point; what is drawn is another number at each.
+    placed : mapping of sympy.Basic to Value
+        Numbers of symbols, or in place of whole expressions.
+    decimals : bool
+        Whether decimals are off by rounding.
     """
 
-    def __init__(self, points: Points, turn: int) -> None:
-        super().__init__(points.given, turn)
-        self.placed: dict[sympy.Symbol, Value] = {}
-        self._points, self._turn = points, turn
+    def __init__(
+        self,
+        points: "Points",
+        turn: int,
+        placed: Mapping[sympy.Basic, Value] | None = None,
+        *,
+        decimals: bool = True,
+    ) -> None:
+        super().__init__({**points.given, **(placed or {})}, turn)
+        self._points, self.turn, self._decimals = points, turn, decimals
 
     def drawn(self, *about: str) -> Any:
         """A number of its own for what has a name, between 1/2 and 3/2."""
-        return drawn(self._turn, *about)
+        return drawn(self.turn, *about)
+
+    def again(self, *, decimals: bool) -> "Drawn":
+        """The same point, of which nothing was evaluated."""
+        symbols = {node: value for node, value in self.values.items() if node.is_Symbol}
+        return Drawn(self._points, self.turn, symbols, decimals=decimals)
+
+    def _number(self, number: sympy.Expr) -> Value:
+        return _number(number, off=self._decimals)
 
     def _symbol(self, symbol: sympy.Symbol) -> Value:
         if symbol == DIRECTION and self._points.velocity is not None:
             return exactly(self._side(self(self._points.velocity)))
-        times = int(_SPREAD * self.drawn("size", symbol.name)) - _SPREAD
-        size = numbers.ldexp(self.drawn("symbol", symbol.name), times)
-        turned = symbol in self._points.signed and self.drawn("turned", symbol.name) < 1
-        return exactly(-size if turned else size)
+        return exactly(self._points.generic(symbol, self.turn))
 
     def _real(self, number: Any) -> Any:
         return numbers.re(number)  # what is not real there may be elsewhere
@@ -299,23 +228,45 @@ class _Drawn(_Values):
             self.drawn(type(node).__name__, *(str(numbers.nstr(number, _TOLD)) for number in inner))
         )
 
-    def place(self, decisive: sympy.Expr, side: int) -> None:
-        """Give a symbol a number on a side of the place where a sign changes, if there is one."""
-        free = decisive.free_symbols - self._points.given.keys() - self.placed.keys()
-        for symbol in sorted(free, key=lambda s: self.drawn("moved", s.name)):
 
-            def value(place: Any, *, symbol: sympy.Symbol = symbol) -> Any:
-                there = _Drawn(self._points, self._turn)
-                there.values |= {**self.placed, symbol: exactly(place)}
-                return numbers.re(there(decisive)[0])
+class Points:
+    """Points at which expressions are looked at, by number; the names of symbols do not matter.
 
-            with contextlib.suppress(*CANNOT):
-                place = zero(value, self.drawn("symbol", symbol.name))
-                step = side * (abs(place) + 1) * _BESIDE * self.drawn("beside", symbol.name)
-                if value(place - step) * value(place + step) < 0:
-                    self.placed[symbol] = exactly(place + step)
-                    self.values = {**self._points.given, **self.placed}
-                    return
+    Parameters
+    ----------
+    *expressions : sympy.Expr
+        What is evaluated.
+    velocity : sympy.Symbol, optional
+        The friction direction is its sign.
+    given : mapping of sympy.Symbol to Value, optional
+        Symbols that have the same numbers at all points.
+    """
+
+    def __init__(
+        self,
+        *expressions: sympy.Expr,
+        velocity: sympy.Symbol | None = None,
+        given: Mapping[sympy.Symbol, Value] | None = None,
+    ) -> None:
+        self.given: Mapping[sympy.Symbol, Value] = given or {}
+        self.velocity = velocity
+        first = (DIRECTION,) if velocity is None else (DIRECTION, velocity)
+        self.places = structural_order(expressions, first)
+        if velocity is not None:
+            self.places.setdefault(velocity, len(self.places))
+
+    def generic(self, symbol: sympy.Symbol, turn: int) -> Any:
+        """A number of moderate size for a symbol: positive, negative or, every fourth turn, any."""
+        about = str(self.places.setdefault(symbol, len(self.places)))
+        share = drawn(turn, "symbol", about)
+        bits = int(numbers.ldexp(share, _BITS))
+        size = numbers.ldexp(share, bits % _SPREAD - _SPREAD // 2)
+        turned = turn % 4 == 1 or (turn % 4 == 3 and bits // _SPREAD % 2)
+        return -size if turned and not symbol.is_positive else size
+
+    def at(self, turn: int, *, decimals: bool = True) -> Drawn:
+        """Values at one of the points, which have nothing to do with each other."""
+        return Drawn(self, turn, decimals=decimals)
 
 
 def deciding(kink: sympy.Basic) -> Iterator[sympy.Expr]:
@@ -334,9 +285,11 @@ def zero(value: Callable[[Any], Any], start: Any) -> Any:
     return numbers.findroot(value, (start, start + 1), maxsteps=_SECANTS, verify=False)
 
 
-def _number(node: sympy.Expr) -> Value:
+def _number(node: sympy.Expr, *, off: bool) -> Value:
     if node.is_Float:
         number = numbers.mpf(str(node))
+        if not off:
+            return exactly(number)
         return number, number + number * _DECIMAL * drawn(0, "decimal", str(node))
     if node.is_Rational:
         return exactly(numbers.mpf(node.p) / node.q)

@@ -8,7 +8,7 @@ from hypothesis import given, settings, strategies as st
 
 from axisid.modeling.quantities import joined_exponential
 from axisid.modeling.quantities.coefficients import Coefficients
-from axisid.modeling.quantities.point_value import depends, vanishes
+from axisid.modeling.quantities.dependences import depends, vanishes
 
 a, b, q = sympy.symbols("a b q", real=True)
 

@@ -4,7 +4,8 @@ import pytest
 import sympy
 from sympy import Abs, Heaviside, Max, Min, Piecewise, sign
 
-from axisid.modeling.quantities.point_value import depends, value_at, vanishes
+from axisid.modeling.quantities.dependences import depends, vanishes
+from axisid.modeling.quantities.point_value import value_at
 
 p, q, r = sympy.symbols("p q r", real=True)
 

@@ -1,0 +1,471 @@
+"""Which functions are sums of others: found at points, and used only with evidence.
+
+Functions that agree at a few points are not the same for that. A dependence holds by algebra, if it
+holds with independent numbers in place of all functions; else it has to hold at points that cover
+the functions and did not help to find it. Where that cannot be shown, the functions stay, and the
+doubt is told.
+"""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence, Set as AbstractSet
+from fractions import Fraction
+from functools import cached_property
+from operator import itemgetter
+from typing import Any, NamedTuple, TypeAlias
+
+import sympy
+
+from axisid.support.errors import ModelError
+
+from .constants import replaced
+from .covering_points import CoveringPoints
+from .features import Feature
+from .point_value import (
+    CANNOT,
+    NOTHING,
+    Drawn,
+    Points,
+    Value,
+    drawn,
+    exactly,
+    is_nothing,
+    numbers,
+    off_as_decimal,
+    rounding,
+)
+from .symbols import DIRECTION
+
+#: Exact, or all digits that there are.
+Row: TypeAlias = list[Fraction]
+_Row: TypeAlias = list[Value]
+#: Rows by the column in which they have a 1 and all others a 0.
+_Echelon: TypeAlias = dict[int, _Row]
+
+_MOST_STEPS = 2_000_000  # numbers that are worked out
+_SPARE_ROWS = 3  # beyond one for each column
+_FAILURES = 40  # points in a row at which a function may have no value
+_MOST_CYCLES = 12
+_FEW = 3
+_OPAQUE_TURNS = 10**9  # of points with numbers in place of functions
+_NOTHING_LEFT = 30  # times the change by rounding
+_SIMPLE, _SAME = 10**15, 40  # the largest divisor of a simple fraction, and its digits
+_SHORT = 10**35  # the largest product of its numbers, of a fraction that is no coincidence
+_LARGEST = 1000  # binary digits of a number, beyond which all are alike
+_EXACT = 1e-30  # share of the terms of a sum, up to which they cancel
+_ROUNDED = 1e-12  # the same where decimals may be products that the user rounded,
+_MOST_CANCELLED = 1e8  # of terms that are not larger than the function by more than this
+
+
+class NotRealError(ModelError):
+    """A part of an expression is no finite real number, whatever the motion."""
+
+    code = "formula"
+
+
+class Reduced(NamedTuple):
+    """Reduced row echelon form of functions.
+
+    Attributes
+    ----------
+    rows : list of list of Fraction
+        Without zero rows.
+    pivots : list of int
+        The column that each row begins with.
+    doubts : list of tuple of int
+        Columns between which no dependence was found at any point, or is 0 at all points if it is
+        one, but where points that would show a difference were not found. The last of each has a
+        row of its own.
+    """
+
+    rows: list[Row]
+    pivots: list[int]
+    doubts: list[tuple[int, ...]]
+
+
+def reduced_rows(rows: Sequence[Row]) -> tuple[list[Row], list[int]]:
+    """Reduced row echelon form without its zero rows, and its pivot columns.
+
+    What is left where weights cancel is nothing if it is no more than rounding leaves: a product
+    of decimals computed in floating point is not the product of these decimals.
+
+    Raises
+    ------
+    ModelError
+        There are too many weights to be worked out.
+    """
+    columns = max(map(len, rows), default=0)
+    _check_size(len(rows), columns)
+    found = _echelon([[off_as_decimal(x) for x in row] for row in rows], range(columns))
+    pivots = sorted(found)
+    return [[_fraction(x) if x else Fraction(0) for x, _ in found[j]] for j in pivots], pivots
+
+
+def reduced_functions(
+    functions: Sequence[sympy.Expr],
+    velocity: sympy.Symbol,
+    given: Mapping[sympy.Symbol, sympy.Rational] | None = None,
+) -> Reduced:
+    """The same of functions: which combinations of them are 0 anywhere.
+
+    Raises
+    ------
+    NotRealError
+        A function has no finite value.
+    ModelError
+        There are too many functions.
+    """
+    numbered = {s: exactly(numbers.mpf(x.p) / x.q) for s, x in (given or {}).items()}
+    _check_size(len({f.as_coeff_Mul()[1] for f in functions}), len(functions))
+    if not functions:
+        return Reduced([], [], [])
+    return _Reduction(functions, velocity, numbered).result()
+
+
+def vanishes(expression: sympy.Expr) -> bool:
+    """Whether an expression is 0; what has no finite value is not, nor what leaves a doubt."""
+    if expression == 0:
+        return True
+    reduction = _Reduction([expression], None, {})
+    try:
+        for turn in range(_FEW):
+            if not is_nothing(reduction.points.at(2 * turn)(expression)):
+                return False
+    except CANNOT:
+        return False
+    return reduction.is_nothing_everywhere()
+
+
+def depends(expression: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> bool:
+    """Whether an expression changes with symbols; what has no finite value does."""
+    others = {s: sympy.Symbol(f"other {s.name}", **s.assumptions0) for s in symbols}
+    return not vanishes(expression - replaced(expression, others))
+
+
+def _check_size(independent: int, columns: int) -> None:
+    if independent**2 * columns > _MOST_STEPS:
+        raise ModelError(
+            "the parameters enter in too many products and sums to find which of them a "
+            "record tells apart; declare what enters together as one parameter."
+        )
+
+
+class _Reduction:
+    """The dependences of functions, and the evidence for each."""
+
+    def __init__(
+        self,
+        functions: Sequence[sympy.Expr],
+        velocity: sympy.Symbol | None,
+        given: Mapping[sympy.Symbol, Value],
+    ) -> None:
+        self.functions, self.columns = functions, range(len(functions))
+        self.points = Points(*functions, velocity=velocity, given=given)
+        self._only_real = True
+        self._first: dict[int, Drawn] = {}
+
+    @cached_property
+    def covering(self) -> CoveringPoints:
+        """Points that cover the functions."""
+        return CoveringPoints(self.points, self.functions)
+
+    def is_nothing_everywhere(self) -> bool:
+        """Whether the first function is 0, which is so at a few points."""
+        nothing: _Weights = {0: {}}
+        if self._holds_with(_outer_functions(self.functions), nothing, 0, decimals=True):
+            return True
+        for point in self.covering.cycle(1, decimals=True):
+            for row in self._rows(point):
+                if not is_nothing(row[0]):
+                    return False
+                self.covering.observe(point)
+        doubtful = _nodes(self.covering.unresolved([0]))
+        return not doubtful or self._holds_with(doubtful, nothing, 0, decimals=True)
+
+    def result(self) -> Reduced:
+        """The dependences for which there is evidence.
+
+        Decimals are exact first. What is independent then may still be the same but for products
+        of decimals that the user rounded.
+        """
+        size = len(self.columns)
+        for wanted in (size, 2 * size + _SPARE_ROWS):
+            points = self._first_points(wanted)
+            rough = _echelon([row for point in points for row in self._rows(point)], self.columns)
+            if len(rough) == size:
+                return Reduced([_unit(j, size) for j in self.columns], list(self.columns), [])
+        with numbers.workprec(2 * numbers.prec):
+            points = [point.again(decimals=False) for point in points]
+            rows = [row for point in points for row in self._rows(point)]
+            found, doubts = _echelon(rows, self.columns), {}
+            if len(found) < size:
+                algebra = _echelon(self._opaque_rows(), self.columns)
+                if len(algebra) == len(found):
+                    found = algebra
+                else:
+                    found, doubts = self._with_evidence(rows, points)
+            table = {j: _fractions(row, doubts) for j, row in found.items()}
+            table |= {j: _unit(j, size) for j in doubts}
+            if len(table) > len(rough) and _has_decimals(self.functions):
+                self._merge_rounded(table, points, doubts)
+        pivots = sorted(table)
+        return Reduced([table[j] for j in pivots], pivots, list(doubts.values()))
+
+    def _first_points(self, wanted: int) -> list[Drawn]:
+        """So many points of moderate size.
+
+        Raises
+        ------
+        NotRealError
+            There are none.
+        """
+        failures = 0
+        real: list[Drawn] = []
+        others: list[Drawn] = []
+        for turn in range(2 * wanted + _FAILURES):
+            point = self._first.setdefault(turn, self.points.at(turn))
+            if not self._values(point):
+                failures += 1
+            elif point.is_real:
+                real.append(point)
+            else:
+                others.append(point)
+            if len(real) == wanted or failures == _FAILURES:
+                break
+        self._only_real = len(real) == wanted
+        found = real if self._only_real else [*real, *others]
+        if not found:
+            listed = ", ".join(map(str, self.functions))
+            raise NotRealError(f"a part of {listed} has no finite real value.")
+        return found
+
+    def _values(self, point: Drawn) -> _Row:
+        """Values of the functions; none if one has no finite value."""
+        try:
+            row = [point(function) for function in self.functions]
+        except CANNOT:
+            return []
+        finite = all(numbers.isfinite(part) for pair in row for part in pair)
+        return row if finite else []
+
+    def _rows(self, point: Drawn) -> list[_Row]:
+        """The same; real and imaginary parts apart, if the functions are hardly ever real."""
+        row = self._values(point)
+        if not row or (self._only_real and not point.is_real):
+            return []
+        rows = [[(numbers.re(x), point.off(numbers.re(y))) for x, y in row]]
+        if any(numbers.im(x) for x, _ in row):
+            rows.append([(numbers.im(x), point.off(numbers.im(y))) for x, y in row])
+        return rows
+
+    def _opaque_rows(self) -> list[_Row]:
+        """Values with independent numbers in place of all functions."""
+        nodes = _outer_functions(self.functions)
+        turns = range(len(self.columns) + _SPARE_ROWS)
+        return [row for turn in turns for row in self._opaque(nodes, turn, decimals=False)]
+
+    def _opaque(self, nodes: Sequence[sympy.Basic], turn: int, *, decimals: bool) -> list[_Row]:
+        placed = {
+            node: exactly(drawn(turn, "function", str(place)) * (-1) ** (turn + place))
+            for place, node in enumerate(nodes)
+        }
+        return self._rows(Drawn(self.points, _OPAQUE_TURNS + turn, placed, decimals=decimals))
+
+    def _holds_with(
+        self, nodes: Sequence[sympy.Basic], weights: "_Weights", j: int, *, decimals: bool = False
+    ) -> bool:
+        """Whether a dependence holds with independent numbers in place of some functions."""
+        rows = [row for k in range(_FEW) for row in self._opaque(nodes, k, decimals=decimals)]
+        return bool(rows) and not any(_left_over(row, j, weights[j]) for row in rows)
+
+    def _with_evidence(
+        self, rows: list[_Row], points: list[Drawn]
+    ) -> tuple[_Echelon, dict[int, tuple[int, ...]]]:
+        """Dependences, and those of them that leave a doubt, by their column.
+
+        Each cycle of points tries the dependences of those before it; what does not hold at one
+        of them is a row more.
+        """
+        size = len(self.columns)
+        found = _echelon(rows, self.columns)
+        failed: set[int] = set()
+        for number in range(1, _MOST_CYCLES + 1):
+            weights, failed = _weights(found, self.columns), set()
+            more: list[tuple[Any, _Row, Drawn]] = []
+            for point in self.covering.cycle(number):
+                for row in self._rows(point):
+                    self.covering.observe(point)
+                    left = {j: _left_over(row, j, w) for j, w in weights.items()}
+                    failed |= {j for j, share in left.items() if share}
+                    if any(left.values()):
+                        more.append((max(left.values()), row, point))
+            if not failed:
+                break
+            more.sort(key=itemgetter(0), reverse=True)
+            chosen = [*more[: 2 * size], *more[2 * size :: max(1, len(more) // (2 * size))]]
+            rows += [row for _, row, _ in chosen]
+            points += [point for _, _, point in chosen]
+            found = _echelon(rows, self.columns)
+            if len(found) == size:
+                return found, {}
+        weights = _weights(found, self.columns)
+        doubts = {
+            j: (*w, j) for j, w in weights.items() if failed or not self._is_shown(j, weights)
+        }
+        return found, doubts
+
+    def _is_shown(self, j: int, weights: "_Weights") -> bool:
+        """Whether a dependence that holds at all points is more than a coincidence of points."""
+        if not all(map(_is_simple, weights[j].values())) and not _has_numbers(self.functions):
+            return False
+        doubtful = _nodes(self.covering.unresolved((*weights[j], j)))
+        return not doubtful or self._holds_with(doubtful, weights, j)
+
+    def _merge_rounded(
+        self, table: dict[int, Row], points: Sequence[Drawn], doubts: Mapping[int, Any]
+    ) -> None:
+        """Merge functions that are the same but for decimals that the user rounded."""
+        columns = [j for j in sorted(table) if j not in doubts]
+        with numbers.workprec(numbers.prec // 2):
+            again = [point.again(decimals=True) for point in points]
+            rows = [row for point in again for row in self._rows(point)]
+            weights = _weights(_echelon(rows, columns), columns)
+        if not weights:
+            return
+        failed: set[int] = set()
+        for point in self.covering.cycle(_MOST_CYCLES + 1):
+            for row in self._rows(point):
+                self.covering.observe(point)
+                failed |= {j for j, w in weights.items() if _left_over(row, j, w, rounded=True)}
+        for j, own in weights.items():
+            if j not in failed and not self.covering.unresolved((*own, j)):
+                merged = table.pop(j)
+                for p, weight in own.items():
+                    share = _fraction(weight)
+                    table[p] = [x + share * y for x, y in zip(table[p], merged, strict=True)]
+
+
+#: Numbers by which a column is the sum of others, by that column.
+_Weights: TypeAlias = dict[int, dict[int, Any]]
+
+
+def _outer_functions(functions: Sequence[sympy.Expr]) -> list[sympy.Basic]:
+    """What is no rational operation, and stands in no other such."""
+    found: dict[sympy.Basic, None] = {}
+    for function in functions:
+        walk = sympy.preorder_traversal(function)
+        for node in walk:
+            rational = node.is_Add or node.is_Mul or (node.is_Pow and node.exp.is_Integer)
+            if node == DIRECTION or (node.args and not rational):
+                walk.skip()
+                if node.free_symbols:
+                    found[node] = None
+    return list(found)
+
+
+def _nodes(features: Sequence[Feature]) -> list[sympy.Basic]:
+    return list(dict.fromkeys(feature.node for feature in features))
+
+
+def _has_decimals(functions: Sequence[sympy.Expr]) -> bool:
+    return any(function.atoms(sympy.Float) for function in functions)
+
+
+def _has_numbers(functions: Sequence[sympy.Expr]) -> bool:
+    """Whether a number that is no fraction was declared: a decimal, pi, a root of 2."""
+    return any(
+        node.is_number and not node.is_Rational
+        for function in functions
+        for node in sympy.preorder_traversal(function)
+        if isinstance(node, sympy.Expr)
+    )
+
+
+def _unit(j: int, size: int) -> Row:
+    return [Fraction(int(i == j)) for i in range(size)]
+
+
+def _echelon(rows: Sequence[_Row], columns: Sequence[int]) -> _Echelon:
+    """Reduced row echelon form of the given columns, from the left; each pivot the surest."""
+    left, off = list(rows), rounding(0)
+    found: _Echelon = {}
+    for j in columns:
+        sure = [place for place, row in enumerate(left) if not is_nothing(row[j])]
+        if sure:
+            lead = left.pop(max(sure, key=lambda place: _sureness(left[place][j])))
+            number, moved = lead[j]
+            # Off once more: what a row brings into others cancels alike in both numbers.
+            found[j] = [(x / number, off(y / moved)) for x, y in lead]
+            left = [_less(row, found[j], j) for row in left]
+    for j in sorted(found, reverse=True):
+        for i in (i for i in found if i > j and len(found) < len(columns)):
+            found[j] = _less(found[j], found[i], i)
+        found[j] = [
+            NOTHING if i != j and (i in found or is_nothing(x)) else x
+            for i, x in enumerate(found[j])
+        ]
+    return found
+
+
+def _sureness(value: Value) -> tuple[int, Any]:
+    """Binary digits of a number that rounding leaves, and its size."""
+    number, moved = value
+    change = number - moved
+    digits = numbers.mag(number) - numbers.mag(change) if change else numbers.prec
+    return int(digits), abs(number)
+
+
+def _less(row: _Row, lead: _Row, j: int) -> _Row:
+    """A row less what it has in column j of another, whose number there is 1."""
+    share, moved = row[j]
+    if not share and not moved:
+        return row
+    left = [
+        (x - share * a, y - moved * b) for (x, y), (a, b) in zip(row[j:], lead[j:], strict=True)
+    ]
+    return [*row[:j], *left]
+
+
+def _weights(found: _Echelon, columns: Iterable[int]) -> _Weights:
+    """How the columns without a pivot are sums of those with one."""
+    return {
+        j: {p: _simplified(row[j][0]) for p, row in sorted(found.items()) if row[j][0]}
+        for j in columns
+        if j not in found
+    }
+
+
+def _left_over(row: _Row, j: int, weights: Mapping[int, Any], *, rounded: bool = False) -> Any:
+    """The share of a column that others leave over, 0 where rounding may have left it."""
+    value, moved = row[j]
+    terms = [weight * row[p][0] for p, weight in weights.items()]
+    noise = sum((abs(w * (row[p][0] - row[p][1])) for p, w in weights.items()), abs(value - moved))
+    left, size = abs(value - sum(terms)), abs(value) + sum(map(abs, terms))
+    allowed = max(_EXACT * size, _NOTHING_LEFT * noise)
+    if rounded:
+        allowed = max(allowed, _ROUNDED * min(size, _MOST_CANCELLED * abs(value)))
+    return left / size if left > allowed else 0
+
+
+def _fractions(row: _Row, without: Collection[int]) -> Row:
+    return [Fraction(0) if j in without or not x else _fraction(x) for j, (x, _) in enumerate(row)]
+
+
+def _simplified(number: Any) -> Any:
+    """A number, as a simple fraction if it is one but for the last digits."""
+    fraction = _fraction(number)
+    return numbers.mpf(fraction.numerator) / fraction.denominator
+
+
+def _is_simple(number: Any) -> bool:
+    fraction = _fraction(number)
+    return abs(fraction.numerator) * fraction.denominator <= _SHORT
+
+
+def _fraction(number: Any) -> Fraction:
+    """A number as a fraction, a simple one if it is one but for the last digits."""
+    size = numbers.mag(number)
+    if abs(size) > _LARGEST:
+        number = numbers.ldexp(numbers.sign(number), max(-_LARGEST, min(size, _LARGEST)))
+    sign, mantissa, exponent, _ = number._mpf_
+    exact = Fraction(-int(mantissa) if sign else int(mantissa)) * Fraction(2) ** int(exponent)
+    simple = exact.limit_denominator(_SIMPLE)
+    return simple if abs(simple - exact) <= abs(exact) / 10**_SAME else exact

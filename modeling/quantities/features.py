@@ -1,0 +1,221 @@
+"""Where functions change what they do: kinks, edges of roots, and transitions of smooth functions.
+
+A *feature* is a value that decides: the argument of ``Abs``, the difference of two arguments of
+``Max``, the argument of ``tanh``. At a kink, what decides is 0; a smooth function such as ``tanh``
+is all but constant unless its argument is of moderate size.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+from sympy.core.relational import Relational
+from sympy.functions.elementary.miscellaneous import Max, Min
+
+_SIGNED = (sympy.Abs, sympy.sign, sympy.Heaviside)
+#: Functions that are all but constant, or larger than all else, away from small arguments.
+_FLAT = (sympy.exp, sympy.tanh, sympy.sinh, sympy.cosh)
+_OTHER = (sympy.sin, sympy.cos, sympy.tan, sympy.atan, sympy.asin, sympy.acos)
+_STEPS = 100  # in which a crossing is found
+_CLOSE = 1e-24  # share by which a crossing is known
+_TOUCH = 1e-18  # share of the values around, below which a function touches 0
+_PARABOLAS = 12  # steps by a parabola
+
+
+@dataclass(frozen=True, slots=True)
+class Feature:
+    """A value that decides what a function does.
+
+    Attributes
+    ----------
+    node : sympy.Basic
+        The function.
+    parts : tuple of one or two sympy.Expr
+        The value, or two whose difference it is.
+    sharp : bool
+        Whether the function may have a kink, a jump or an edge where the value is 0; else it is
+        smooth, and has its transition where the value is of moderate size.
+    needed : bool
+        Whether the function may be another one where it was not looked at: on the other side of a
+        kink, or in its transition.
+    """
+
+    node: sympy.Basic
+    parts: tuple[sympy.Expr, ...]
+    sharp: bool
+    needed: bool
+
+    @property
+    def symbols(self) -> set[sympy.Symbol]:
+        """The symbols of the value."""
+        return set().union(*(part.free_symbols for part in self.parts))
+
+    @property
+    def is_one_sided(self) -> bool:
+        """Whether the value's sign is known never to change."""
+        value = self.parts[0] - self.parts[1] if len(self.parts) > 1 else self.parts[0]
+        return bool(value.is_nonnegative or value.is_nonpositive)
+
+
+def features_of(expression: sympy.Basic) -> Iterator[Feature]:
+    """The features of an expression, those of inner functions first; some may repeat."""
+    for node in _once(expression):
+        yield from (feature for feature in _features(node) if feature.symbols)
+
+
+def _once(expression: sympy.Basic) -> Iterator[sympy.Basic]:
+    """The nodes of an expression, each once, inner ones first."""
+    seen: set[sympy.Basic] = set()
+    stack = [(expression, False)]
+    while stack:
+        node, ready = stack.pop()
+        if ready:
+            yield node
+        elif node not in seen:
+            seen.add(node)
+            stack.append((node, True))
+            stack.extend((argument, False) for argument in node.args)
+
+
+def _features(node: sympy.Basic) -> Iterator[Feature]:
+    if isinstance(node, _SIGNED):
+        yield from (Feature(node, (x,), sharp=True, needed=True) for x in _factors(node.args[0]))
+    elif isinstance(node, (Max, Min)):
+        for place, one in enumerate(node.args):
+            for other in node.args[place + 1 :]:
+                yield Feature(node, (one, other), sharp=True, needed=True)
+    elif isinstance(node, sympy.Piecewise):
+        for relation in sorted(node.atoms(Relational), key=sympy.default_sort_key):
+            yield Feature(node, (relation.lhs, relation.rhs), sharp=True, needed=True)
+    elif isinstance(node, sympy.atan2):
+        yield Feature(node, (node.args[0],), sharp=True, needed=True)
+        yield Feature(node, (node.args[1],), sharp=True, needed=False)
+    elif node.is_Mul and node.args[0].is_Number:
+        # SymPy writes exp(x - 3000.0) as a small number times exp(x).
+        for factor in node.args:
+            if isinstance(factor, sympy.exp):
+                offset = -sympy.log(abs(node.args[0]))
+                yield Feature(node, (factor.args[0], offset), sharp=False, needed=True)
+    elif node.is_Pow and not node.exp.is_Integer:
+        yield from (Feature(node, (x,), sharp=True, needed=False) for x in _factors(node.base))
+    elif isinstance(node, sympy.log):
+        yield from (Feature(node, (x,), sharp=True, needed=False) for x in _factors(node.args[0]))
+        yield Feature(node, (node.args[0],), sharp=False, needed=False)
+    elif isinstance(node, (*_FLAT, *_OTHER)):
+        if isinstance(node, (sympy.asin, sympy.acos)):
+            for edge in (sympy.S.One, sympy.S.NegativeOne):
+                yield Feature(node, (node.args[0], edge), sharp=True, needed=False)
+        yield Feature(node, (node.args[0],), sharp=False, needed=isinstance(node, _FLAT))
+
+
+def _factors(argument: sympy.Expr) -> Iterator[sympy.Expr]:
+    """What may change the sign of a product, or make it 0."""
+    for factor in sympy.Mul.make_args(argument):
+        base, exponent = factor.as_base_exp()
+        yield base if exponent.is_Number else factor
+
+
+def crossings(value: Callable[[Any], Any], grid: Sequence[Any]) -> list[Any]:
+    """Places at which a function changes its sign, or touches 0, in ascending order.
+
+    Parameters
+    ----------
+    value : callable
+        NaN where it has none.
+    grid : sequence of number
+        Ascending, where it is looked at first; what happens twice between two of them is found
+        only if a parabola leads there.
+    """
+    sizes = [value(place) for place in grid]
+    found = [place for place, size in zip(grid, sizes, strict=True) if size == 0]
+    for i in range(len(grid) - 1):
+        if sizes[i] * sizes[i + 1] < 0:
+            found.append(_between(value, (grid[i], sizes[i]), (grid[i + 1], sizes[i + 1])))
+    for i in range(1, len(grid) - 1):
+        before, here, after = (abs(size) for size in sizes[i - 1 : i + 2])
+        if here and here <= before and here <= after and before != after:
+            same = sizes[i - 1] * sizes[i] > 0 and sizes[i] * sizes[i + 1] > 0
+            found += _by_parabola(value, grid[i - 1 : i + 2], sizes[i - 1 : i + 2]) if same else []
+    return _apart(sorted(found))
+
+
+def _between(value: Callable[[Any], Any], low: tuple[Any, Any], high: tuple[Any, Any]) -> Any:
+    """A change of sign between two places, by secants that are halved, or by the middle."""
+    (a, at_a), (b, at_b) = low, high
+    side = 0
+    for step in range(_STEPS):
+        if abs(b - a) <= _CLOSE * max(abs(a), abs(b)):
+            break
+        middle = (a + b) / 2 if step % 4 == 3 else (a * at_b - b * at_a) / (at_b - at_a)
+        at_middle = value(middle)
+        if at_middle == 0 or at_middle != at_middle:
+            return middle
+        if at_middle * at_b > 0:
+            b, at_b = middle, at_middle
+            at_a = at_a / 2 if side == -1 else at_a
+            side = -1
+        else:
+            a, at_a = middle, at_middle
+            at_b = at_b / 2 if side == 1 else at_b
+            side = 1
+    return (a + b) / 2
+
+
+def _by_parabola(
+    value: Callable[[Any], Any], places: Sequence[Any], sizes: Sequence[Any]
+) -> list[Any]:
+    """Where a parabola through three values, drawn again and again, leads to 0."""
+    (x0, x1, x2), (y0, y1, y2) = places, sizes
+    largest = max(abs(y0), abs(y1), abs(y2))
+    first = (y1 - y0) / (x1 - x0)
+    bend = ((y2 - y1) / (x2 - x1) - first) / (x2 - x0)
+    if bend == 0 or bend != bend:
+        return []
+    slope = first - bend * (x0 + x1)
+    offset = y0 - first * x0 + bend * x0 * x1
+    lowest = -slope / (2 * bend)
+    room = lowest**2 - offset / bend
+    if room <= _TOUCH * (lowest**2 + abs(offset / bend)):
+        roots = [lowest]
+    else:
+        roots = [lowest - room**0.5, lowest + room**0.5]
+    return [
+        root
+        for root in (_polished(value, x, x1 - x0) for x in roots)
+        if _is_zero(value, root, largest)
+    ]
+
+
+def _polished(value: Callable[[Any], Any], place: Any, width: Any) -> Any:
+    """A place nearer to where a function is 0, by parabolas through its neighbourhood."""
+    step = abs(width) * 1e-3
+    for _ in range(_PARABOLAS):
+        below, here, above = value(place - step), value(place), value(place + step)
+        if here == 0 or here != here or below != below or above != above:
+            break
+        slope, bend = (above - below) / (2 * step), (above - 2 * here + below) / step**2
+        if bend and (slope**2 <= 2 * abs(bend * here) * (1 + 1e-9)):
+            move = -slope / bend  # to where it is lowest, as it touches 0 there if anywhere
+        elif slope:
+            move = -here / slope
+        else:
+            break
+        place, step = place + move, max(min(step, abs(move)) / 8, step * 1e-4)
+        if abs(move) <= _CLOSE * abs(place):
+            break
+    return place
+
+
+def _is_zero(value: Callable[[Any], Any], place: Any, largest: Any) -> bool:
+    size = value(place)
+    return bool(abs(size) <= _TOUCH * largest)
+
+
+def _apart(places: Sequence[Any]) -> list[Any]:
+    """Places, ascending, each once."""
+    found: list[Any] = []
+    for place in places:
+        if not found or place - found[-1] > 1e-15 * max(abs(place), abs(found[-1])):
+            found.append(place)
+    return found

@@ -1,0 +1,85 @@
+"""An order of the symbols of expressions that does not depend on how they are called.
+
+Symbols are told apart by where they stand: colour refinement over the graph of all operations. Two
+symbols of the same colour may exchange their places without changing anything that is looked at.
+"""
+
+from collections.abc import Iterable, Sequence
+from hashlib import blake2b
+
+import sympy
+from sympy.core.operations import LatticeOp
+from sympy.logic.boolalg import And, Or
+
+_ROUNDS = 3
+_ANY_ORDER = (sympy.Add, sympy.Mul, LatticeOp, And, Or, sympy.Eq, sympy.Ne)
+
+
+def structural_order(
+    expressions: Sequence[sympy.Basic], first: Iterable[sympy.Symbol] = ()
+) -> dict[sympy.Symbol, int]:
+    """Number the symbols of expressions by the places in which they stand.
+
+    Parameters
+    ----------
+    expressions : sequence of sympy.Basic
+        Their own order does not matter.
+    first : iterable of sympy.Symbol
+        Symbols with a meaning of their own, such as the velocity; each has a colour of its own.
+    """
+    nodes = _children_first(expressions)
+    symbols = [node for node in nodes if node.is_Symbol]
+    own = {symbol: str(place) for place, symbol in enumerate(first)}
+    sign = {True: "positive", False: "not positive", None: "any"}
+    colours = {s: _digest(own.get(s, ""), sign[s.is_positive]) for s in symbols}
+    for _ in range(_ROUNDS):
+        colours = _refined(nodes, expressions, colours)
+    ordered = sorted(symbols, key=lambda symbol: (colours[symbol], symbol.name))
+    return {symbol: place for place, symbol in enumerate(ordered)}
+
+
+def _children_first(expressions: Sequence[sympy.Basic]) -> list[sympy.Basic]:
+    """Each node once, after all that stands in it."""
+    found: dict[sympy.Basic, None] = {}
+    stack = [(expression, False) for expression in expressions]
+    while stack:
+        node, ready = stack.pop()
+        if ready:
+            found.setdefault(node)
+        elif node not in found:
+            stack.append((node, True))
+            stack.extend((argument, False) for argument in node.args)
+    return list(found)
+
+
+def _refined(
+    nodes: Sequence[sympy.Basic],
+    expressions: Sequence[sympy.Basic],
+    colours: dict[sympy.Symbol, str],
+) -> dict[sympy.Symbol, str]:
+    """The colours of symbols by their old ones and by all places in which each stands."""
+    inside: dict[sympy.Basic, str] = {}
+    for node in nodes:
+        if node.is_Symbol:
+            inside[node] = colours[node]
+        elif not node.args:
+            inside[node] = _digest(str(node))
+        else:
+            parts = [inside[argument] for argument in node.args]
+            parts = sorted(parts) if isinstance(node, _ANY_ORDER) else parts
+            inside[node] = _digest(type(node).__name__, *parts)
+    around: dict[sympy.Basic, list[str]] = {node: [] for node in nodes}
+    for expression in expressions:
+        around[expression].append("")
+    for node in reversed(nodes):
+        if not node.args:
+            continue
+        here = _digest(inside[node], *sorted(around[node]))
+        for place, argument in enumerate(node.args):
+            step = "" if isinstance(node, _ANY_ORDER) else str(place)
+            around[argument].append(_digest(here, step))
+    return {symbol: _digest(colours[symbol], *sorted(around[symbol])) for symbol in colours}
+
+
+def _digest(*parts: str) -> str:
+    return blake2b("\n".join(parts).encode(), digest_size=12).hexdigest()
