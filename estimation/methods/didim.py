@@ -40,7 +40,13 @@ class _ByOutputError(Iteration):
     """The iteration, whose rows are the simulated loop's and whose left side was measured.
 
     What it minimises is the loop's own error, so that a step that makes that larger goes too far.
+
+    A loop whose motion depends on the parameters, as under a PI law, has slopes J far from its rows
+    Z, and steps by Z alone hardly shrink. From there on steps are Newton's towards the same
+    estimate, ``(Z'J)^-1 Z'`` of the force that the loop leaves.
     """
+
+    _by_slopes = False
 
     def _solution(self, at: IterationState, simulated: QrFactors) -> Solution:
         left = at.measured.left - at.right.intercept
@@ -52,9 +58,12 @@ class _ByOutputError(Iteration):
     ) -> tuple[Array, SimulatedRows | None]:
         if step.size <= CONVERGED.value:
             return np.clip(step.goal, *self._bounds), None
+        self._by_slopes = self._by_slopes or (self._form.is_linear and self._pace.stalls)
         goal = step.further
+        if self._by_slopes:
+            share, goal = 1.0, self._newton_goal(step)
         if self._iterates[-1].simulation_error_percent >= MAX_SIMULATION_ERROR.value:
-            goal = self._near(physical, step.goal)
+            goal = self._near(physical, goal if self._by_slopes else step.goal)
         scale = robust_scale(step.solution.residuals)
         for _ in range(_HALVINGS):
             wanted = np.clip(physical + share * (goal - physical), *self._bounds)
@@ -70,6 +79,15 @@ class _ByOutputError(Iteration):
                     return wanted, (loops, right)
             share /= 2
         return wanted, None
+
+    def _newton_goal(self, step: IterationStep) -> Array:
+        """Where the simulated force, as straight lines of the parameters, has the estimate."""
+        solver = Solver(
+            loop=step.simulated,
+            slopes=self._slopes(step.solution, step.at),
+            counts=step.solution.counts,
+        )
+        return self._form.physical(solver(self._form, step.at.measured).theta)[0]
 
     def _near(self, physical: Array, goal: Array) -> Array:
         """Less of a step, from where the simulated loop does not follow the records.

@@ -9,7 +9,7 @@ follows from itself to the last digit.
 """
 
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -42,7 +42,7 @@ from .least_squares import LeastSquares, check_loss, robust_solution
 from .method import Fit, Method
 
 _ROUNDING = 1e-9  # of the value, which stands for the deviation in records without noise
-_SWINGING = 0.5  # of the last step, backwards
+_SWINGING = 0.5  # of the last step, from which a step hardly shrinks; backwards it swings
 _LEAST = 0.125
 _NEAR = 0.5  # deviations, within which an estimate goes in proportion with the one before
 _FALLING = 0.25  # of the last step, up to which what follows is told from the two
@@ -50,17 +50,24 @@ _FIRST = 3  # steps; those from the nominal values are of any size and direction
 
 
 class StepControl:
-    """Steps of one iteration, in deviations."""
+    """Steps of one iteration, in deviations.
+
+    Without noise the deviations shrink with the distance from the solution, and steps in their own
+    deviations never do. So a step stalls only if it hardly shrinks in its own deviations and in the
+    same deviations as the one before.
+    """
 
     def __init__(self) -> None:
         self.share, self._taken = 1.0, 0
+        self.stalls = False  # whether the last step was hardly shorter than the one before
         self._last: Array | None = None
+        self._length = 0.0  # of the last step, in its own deviations
         self._goal: Array | None = None
 
     def step(self, start: Array, goal: Array, deviation: Array) -> tuple[float, Array]:
         """Take note of a step between parameters (p,).
 
-        `share` is then the part of it to go.
+        `share` is then the part of it to go, and `stalls` says whether steps hardly shrink.
 
         Returns
         -------
@@ -70,22 +77,25 @@ class StepControl:
             Where the steps lead to, if they go on as they do: the goal, or beyond it.
         """
         unit = deviation + _ROUNDING / CONVERGED.value * np.abs(goal)
-        scaled_step = np.divide(goal - start, unit, out=np.zeros_like(goal), where=goal != start)
-        self._taken += 1
-        last = self._last
-        if last is not None and self._taken > _FIRST and float(scaled_step @ last) < 0:
-            hardly_shrinks = np.linalg.norm(scaled_step) > _SWINGING * np.linalg.norm(last)
-            self.share = max(self.share / 2, _LEAST) if hardly_shrinks else self.share
-        further = self._beyond(goal, scaled_step)
-        self._last, self._goal = scaled_step, goal
+        step = goal - start
+        scaled_step = _scaled(step, unit)
+        self._taken, length = self._taken + 1, float(np.linalg.norm(scaled_step))
+        last = None if self._last is None else _scaled(self._last, unit)
+        if last is not None and self._taken > _FIRST:
+            lengths = self._length, float(np.linalg.norm(last))
+            self.stalls = length > _SWINGING * max(lengths)
+            if self.stalls and float(scaled_step @ last) < 0:
+                self.share = max(self.share / 2, _LEAST)
+        further = self._beyond(goal, scaled_step, last)
+        self._last, self._length, self._goal = step, length, goal
         return float(np.abs(scaled_step).max()), further
 
-    def _beyond(self, goal: Array, scaled_step: Array) -> Array:
+    def _beyond(self, goal: Array, scaled_step: Array, last: Array | None) -> Array:
         """The goal, or where it goes on to where steps fall steadily, from this and the last.
 
         By the secant through both, Anderson's method of depth one.
         """
-        last, before = self._last, self._goal
+        before = self._goal
         if last is None or before is None or self.share < 1:
             return goal
         size, other = (float(np.abs(each).max()) for each in (scaled_step, last))
@@ -96,6 +106,11 @@ class StepControl:
         return np.asarray(
             goal - float(scaled_step @ change) / float(change @ change) * (goal - before)
         )
+
+
+def _scaled(step: Array, unit: Array) -> Array:
+    """A step in units (p,); 0 where it is 0."""
+    return np.divide(step, unit, out=np.zeros_like(step), where=step != 0)
 
 
 # simulation error at the end by that of least squares; beyond, a nonlinear model has gone to
@@ -316,7 +331,8 @@ class Iteration:
 class Instruments(Method):
     """Instrumental variables from the simulated loop."""
 
-    #: What goes from least squares, or from the nominal values where it comes to no end.
+    #: What goes from one start, of least squares and the nominal values, and from the other one
+    #: where it comes to no end.
     iterated = Iteration
 
     def fit(self, problem: Problem) -> Fit:
@@ -327,15 +343,20 @@ class Instruments(Method):
         check_loss(self.loss, form)
         form, start = _start_of(problem, form, self.start)
         first = self.iterated(self, form, start, problem)
-        if start.named == NOMINAL_START or not form.is_linear:
+        if not form.is_linear:
             return first.fit()
         near: Fit | None = None
-        with suppress(EstimationError):
+        try:
             near = first.fit()
-            if not first.jumps:
+        except EstimationError:
+            other = _other_start(problem, form, start)
+            if other is None:
+                raise
+        else:
+            other = _other_start(problem, form, start) if first.jumps else None
+            if other is None:
                 return near
-        nominal = _nominal_start(form, "from least squares it comes to no end")
-        second = self.iterated(self, form, nominal, problem)
+        second = self.iterated(self, form, other, problem)
         try:
             found = second.fit()
         except EstimationError:
@@ -374,6 +395,22 @@ def _start_of(problem: Problem, form: Form, asked: str) -> tuple[Form, Start]:
     said = f"the loop of least squares leaves {fit.simulation_error_percent:.3g} % of the force"
     missing = isinstance(fit.simulated, NotSimulated) and fit.simulated.reason
     return form, _nominal_start(form, missing or f"{said} unexplained")
+
+
+def _other_start(problem: Problem, form: Form, first: Start) -> Start | None:
+    """Second start of a linear model; None where it has no least squares."""
+    if first.named != NOMINAL_START:
+        return _nominal_start(form, "from least squares it comes to no end")
+    try:
+        fit = LeastSquares(name="idm-ls", form=InverseForm).fitted(problem)
+    except (DataError, EstimationError):
+        return None
+    why_not = "from the nominal values it comes to no end"
+    return Start(
+        fit.physical,
+        LEAST_SQUARES_START,
+        why_not=f"the iteration starts from least squares, since {why_not}",
+    )
 
 
 def _nominal_start(form: Form, why_not: str | None = None) -> Start:

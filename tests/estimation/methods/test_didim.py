@@ -8,23 +8,28 @@ import numpy as np
 import pytest
 
 from axisid import (
+    Coordinate,
     Identification,
+    Parameter,
     Prefilter,
     Record,
     build,
     identify,
     load_axis,
+    newton,
     read_record,
     simulate,
     twin_record,
     validate,
 )
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
-from axisid.control import cascade_pd_difference
+from axisid.control import cascade_pd_difference, pid
+from axisid.elements import Drive, coulomb, viscous
 from axisid.estimation.diagnostics.model_error_checks import simulation_error_check
 from axisid.estimation.estimates import NotSimulated
 from axisid.estimation.methods.instrumental import NEARLY_CONVERGED
 from axisid.estimation.thresholds import CONVERGED
+from axisid.modeling import Experiment, back_and_forth
 from benchmarks.machines import Machine, records, white
 from tests.axes.stage import generated, stage_record
 from tests.refusals import refuses
@@ -55,6 +60,35 @@ def test_emps_ends_at_the_same_from_any_mass(
     if mass == 100:  # on the instruments without the filter's bias
         deviations = np.array([value.deviation for value in found.parameters.values()])
         assert np.all(np.abs(found.corrected - result["idm-iv"].corrected) < 0.3 * deviations)
+
+
+_X = Coordinate("x", unit="m")
+_M, _B, _C = Parameter("M", "kg", nominal=4.0), Parameter("b", "N/(m/s)"), Parameter("c", "N")
+#: A PI on the position, which only friction keeps stable.
+_BY_FRICTION = newton(
+    "by_friction",
+    coordinate=_X,
+    parameters=(_M, _B, _C),
+    inertia=_M,
+    resistance=(viscous(_B, _X), coulomb(_C, _X)),
+    drive=Drive(gain=10.0, unit="A", limit=100.0),
+    control=pid(kp=200.0, ki=3000.0, kd=0.0, period=1e-3),
+    experiment=Experiment(
+        moves=back_and_forth(speeds=(0.05, 0.1, 0.2), acceleration=2.0, seconds=0.5, repeat=2),
+        truth={"M": 2.0, "b": 50.0, "c": 2.0},
+    ),
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("start", ["nominal", "least-squares"])
+def test_a_loop_that_friction_keeps_stable_is_identified_from_any_start(start: str) -> None:
+    """Without friction it diverges, and the rows of the simulated loop are far from its slopes."""
+    axis = build(_BY_FRICTION)
+    result = identify(axis, twin_record(axis), methods=["idm-iv", "didim"], start=start)
+    assert not result.failed
+    assert result["didim"].physical == pytest.approx([2.0, 50.0, 2.0], rel=1e-8)
+    assert result["idm-iv"].physical == pytest.approx([2.0, 50.0, 2.0], rel=1e-3)
 
 
 @pytest.mark.slow

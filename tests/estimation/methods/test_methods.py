@@ -86,6 +86,17 @@ def test_pace_comes_to_rest_where_whole_steps_swing(slope: float, unit: float) -
     assert at / unit == pytest.approx(1.0, abs=2 * CONVERGED.value)
 
 
+@pytest.mark.parametrize("slope", [-0.1, -0.3])
+def test_steps_are_whole_where_deviations_shrink_with_them(slope: float) -> None:
+    """Without noise the deviation is of the distance from the solution at 1."""
+    pace, at = StepControl(), np.array([5.0])
+    for _ in range(9):
+        goal = 1.0 + slope * (at - 1.0)
+        pace.step(at, goal, 1e-3 * np.abs(goal - at))
+        at = at + pace.share * (goal - at)
+    assert at == pytest.approx(1.0, abs=4 * 0.3**9)
+
+
 def test_steps_that_fall_steadily_are_known_where_they_lead_to() -> None:
     pace, at, unit = StepControl(), np.array([1.0 + 4.0, 2.0 - 0.4]), np.array([1.0, 0.1])
     for _ in range(2):
