@@ -174,7 +174,7 @@ def _record(
     room.check_samples(max(len(s.values) for s in columns.samples.values()))
     columns = filled(table, columns, uneven=uneven)
     gap = (MAX_UNEVEN_STEP if uneven else MAX_EVEN_STEP).value
-    columns, jumps = unwound(columns, repairs.moduli(axis), axis, gap)
+    columns, jumps = unwound(columns, repairs.moduli(axis, columns.scales), axis, gap)
     seldom = seldom_notes({r: s for r, s in columns.samples.items() if r not in repairs.between})
     columns, cut = clipped(columns, axis, masked=repairs.mask is not None)
     signals = () if axis is None else axis.signals
