@@ -175,7 +175,7 @@ def _record(
     room.check_samples(max(len(s.values) for s in columns.samples.values()))
     columns = filled(table, columns, uneven=uneven)
     gap = (MAX_UNEVEN_STEP if uneven else MAX_EVEN_STEP).value
-    moduli = repairs.moduli(axis)
+    moduli = repairs.moduli(axis, columns.scales)
     zeros = leading_zeros_note(columns)
     restarts = {role: modulus.si for role, modulus in moduli.items()}
     if "position" in restarts:

@@ -18,7 +18,7 @@ import numpy as np
 from axisid.estimation.choices import LOG_KEYS
 from axisid.estimation.logs import read_table
 from axisid.estimation.raw_tables import Table
-from axisid.estimation.records.columns import expected_units, to_si
+from axisid.estimation.records.columns import Scale, expected_units, to_si
 from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
 from axisid.modeling.parsing import TomlTable, nearest, read_columns, read_toml, toml_document
 from axisid.modeling.quantities import settle
@@ -53,9 +53,10 @@ class Repairs:
     gaps : {"split"} or None
         Cut the log where samples are missing; each piece is filtered and simulated by itself.
     wrap : str, float, mapping of str to either, or None
-        Modulus of a position that starts again after it, in SI or with a unit (``360:deg``); of
-        other columns, by role (``{"control": 65536}``, ``"control=65536"``), whose numbers were
-        written without their sign, so that -1 is the modulus less 1.
+        Modulus of a position that starts again after it, with a unit (``360:deg``), or in the
+        column's own numbers; of other columns, by role (``{"control": 65536}``,
+        ``"control=65536"``), whose numbers were written without their sign, so that -1 is the
+        modulus less 1.
     mask : {"clipped"} or None
         Leave out what the drive's limit or a recorder has cut off of the control or the force,
         with all rows whose filters reach it.
@@ -99,8 +100,17 @@ class Repairs:
             between=FrozenMapping(checked_between(self.between)),
         )
 
-    def moduli(self, axis: Axis | None) -> dict[str, Modulus]:
+    def moduli(
+        self, axis: Axis | None, scales: Mapping[str, Scale] | None = None
+    ) -> dict[str, Modulus]:
         """Moduli by role.
+
+        Parameters
+        ----------
+        axis : Axis or None
+        scales : mapping of str to Scale, optional
+            By role, from the column's own numbers to SI where these differ. A modulus without a
+            unit is one of these numbers.
 
         Raises
         ------
@@ -113,10 +123,14 @@ class Repairs:
             given = {role.strip(): modulus for role, _, modulus in pairs}
         elif given is not None and not isinstance(given, Mapping):
             given = {"position": given}
-        return {role: _modulus(role, str(text), axis) for role, text in (given or {}).items()}
+        known = scales or {}
+        return {
+            role: _modulus(role, str(text), axis, known.get(role, Scale()))
+            for role, text in (given or {}).items()
+        }
 
 
-def _modulus(role: str, text: str, axis: Axis | None) -> Modulus:
+def _modulus(role: str, text: str, axis: Axis | None, scale: Scale) -> Modulus:
     number, _, unit = text.partition(":")
     size = math.nan
     with suppress(ValueError):
@@ -131,14 +145,16 @@ def _modulus(role: str, text: str, axis: Axis | None) -> Modulus:
         ),
         (
             not 0 < size < math.inf,
-            f"the modulus is {text!r}; give a positive number, with a unit where it is not SI, as "
-            "in 360:deg or 1:rev",
+            f"the modulus is {text!r}; give a positive number in the column's own numbers, or one "
+            "with its unit, as in 360:deg or 1:rev",
         ),
     )
-    usual, si = " or ".join(expected_units(role, axis)), np.array([size])
     if unit:
-        si, _ = to_si(role, si, unit, axis, requested=True, source="the modulus")
-    return Modulus(si=float(si[0]), factor=float(si[0]) / size, unit=unit.strip() or usual)
+        si, _ = to_si(role, np.array([size]), unit, axis, requested=True, source="the modulus")
+        return Modulus(si=float(si[0]), factor=float(si[0]) / size, unit=unit.strip())
+    factor = abs(scale.factor)
+    usual = " or ".join(expected_units(role, axis)) if factor == 1.0 else ""
+    return Modulus(si=factor * size, factor=factor, unit=usual)
 
 
 def is_run_file(log: object) -> bool:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from axisid.estimation.raw_tables import Repair, Samples
-from axisid.estimation.records.columns import RoleColumns
+from axisid.estimation.records.columns import RoleColumns, Scale
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, refuse
@@ -32,8 +32,9 @@ class Modulus(NamedTuple):
     ----------
     si : float
     factor : float
-        To SI, of the unit in which it was given.
+        To SI, of the unit in which it was given, or of the column's own numbers.
     unit : str
+        What follows its number in a message.
     """
 
     si: float
@@ -45,7 +46,7 @@ class Modulus(NamedTuple):
 
     def written(self, size: float) -> str:
         """A distance, SI, in the unit in which the modulus was given."""
-        return f"{size / self.factor:.6g} {self.unit}"
+        return f"{size / self.factor:.6g} {self.unit}".rstrip()
 
 
 def unwound(
@@ -128,16 +129,19 @@ def _unwrapped(columns: RoleColumns, modulus: Modulus, gap: float) -> RoleColumn
 
 def _signed(columns: RoleColumns, role: str, modulus: Modulus) -> RoleColumns:
     """Take numbers of half a modulus and more as negative ones that were written without a sign."""
-    samples = columns.samples[role]
-    values = samples.values
-    if float(np.abs(values).max()) > modulus.si:
+    samples, scale = columns.samples[role], columns.scales.get(role, Scale())
+    sign = math.copysign(1.0, scale.factor)
+    written = sign * (samples.values - scale.offset)
+    if float(np.abs(written).max()) > modulus.si:
         raise DataError(
-            f"{columns.source}: the {role} reaches {modulus.written(np.abs(values).max())}, more "
-            f"than the modulus {modulus}; give the modulus in the column's unit, or leave it.",
+            f"{columns.source}: the {role} reaches {modulus.written(np.abs(written).max())}, more "
+            f"than the modulus {modulus}. Give the modulus in the column's own numbers, or with "
+            "its unit, or leave wrap out in run.toml.",
             code="wrap",
         )
-    beyond = values >= modulus.si / 2
-    signed = replace(samples, values=np.where(beyond, values - modulus.si, values))
+    beyond = written >= modulus.si / 2
+    values = np.where(beyond, samples.values - sign * modulus.si, samples.values)
+    signed = replace(samples, values=values)
     count = int(np.count_nonzero(beyond))
     return columns.repaired(
         {role: signed},

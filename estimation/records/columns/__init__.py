@@ -12,6 +12,7 @@ from .roles import (
     role_columns as role_columns,
 )
 from .units import (
+    Scale as Scale,
     expected_units as expected_units,
     scale_remedy as scale_remedy,
     to_si as to_si,

@@ -3,6 +3,7 @@
 from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from axisid.estimation.raw_tables import PeriodSource, Repair, Samples, Table
 from axisid.modeling.declaration import ROLES, Axis
 from axisid.support.errors import DataError, UsageError, quoted, refuse
 
-from .units import assumed_units_text, check_no_counts, to_si
+from .units import Scale, assumed_units_text, check_no_counts, to_si
 
 _CLOCKS = "the file's own clocks are taken"
 
@@ -29,6 +30,8 @@ class RoleColumns:
     names : mapping of str to str
         Their names in the log.
     samples : mapping of str to Samples
+    scales : mapping of str to Scale
+        From the numbers of the log to SI, where these differ.
     notes : tuple of str
         What was assumed.
     injected_at : str or None
@@ -48,6 +51,7 @@ class RoleColumns:
     source: str
     names: Mapping[str, str]
     samples: Mapping[str, Samples]
+    scales: Mapping[str, Scale] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     injected_at: str | None = None
     repairs: tuple[Repair, ...] = ()
@@ -90,22 +94,25 @@ def role_columns(
     notes = _placed(
         table.source, chosen, axis, place, requested=requested, has_place=bool(injected_at)
     )
-    names, samples, without_unit = {}, {}, {}
+    names, samples, scales, without_unit = {}, {}, {}, {}
     for role, (name, unit) in chosen.items():
         column, conversion = table.columns[name], ""
         column_samples = column.read()
         values = column_samples.values
         if unit or column.unit:
-            values, conversion = to_si(
+            converted = partial(
+                to_si,
                 role,
-                values,
-                unit or column.unit,
-                axis,
+                text=unit or column.unit,
+                axis=axis,
                 requested=role in requested and bool(unit),
                 source=table.source,
                 own=column.unit if unit else None,
                 injected_at=place,
             )
+            values, conversion = converted(values)
+            offset, one = converted(np.array([0.0, 1.0]))[0]
+            scales[role] = Scale(factor=float(one - offset), offset=float(offset))
         else:
             check_no_counts(role, name, values, axis, source=table.source)
             without_unit[role] = name
@@ -128,6 +135,7 @@ def role_columns(
         source=table.source,
         names=names,
         samples=samples,
+        scales=scales,
         notes=(*table.warnings, *table.notes, *notes, *without),
         injected_at=place,
         repairs=table.repairs,

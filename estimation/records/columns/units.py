@@ -18,6 +18,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
 
@@ -175,6 +176,13 @@ def expected_units(role: str, axis: Axis | None, injected_at: str | None = None)
         "acceleration": str(q.acceleration_unit),
     }
     return (units.get(role, q.unit),)
+
+
+class Scale(NamedTuple):
+    """``factor * number + offset``: the SI value of a number of a log."""
+
+    factor: float = 1.0
+    offset: float = 0.0
 
 
 def to_si(

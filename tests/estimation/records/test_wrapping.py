@@ -143,17 +143,34 @@ def test_motion_that_is_not_wrapped_says_nothing_of_jumps() -> None:
 
 
 VOLTS = "control:counts*10V/32768"
+#: What the column of a control may be, whose numbers are of 16 bits.
+MEANINGS = (
+    VOLTS,
+    "control:mV",
+    "control:counts*-10V/32768",
+    "control:counts*10V/32768+0.5V",
+    "control:counts*-10V/32768-0.5V",
+    "control:V",
+)
 CONTROL = 9000 * np.cos(30 * TIME) + 40 * np.random.default_rng(3).standard_normal(N)
 
 
-@pytest.mark.parametrize("given", ["control=20", "control=20:V", {"control": 20.0}])
-def test_a_control_that_lost_its_sign_has_it_back(given: Any) -> None:
+@pytest.mark.parametrize(
+    ("given", "meaning"),
+    [
+        ("control=20:V", VOLTS),
+        ("control=65536", VOLTS),
+        *(({"control": 65536}, meaning) for meaning in MEANINGS),
+    ],
+)
+def test_a_control_that_lost_its_sign_has_it_back(given: Any, meaning: str) -> None:
+    """A modulus without a unit is of the numbers as they are written, whatever these mean."""
     axis = load_axis("emps2015")
     both = [
         read_record(
             log(0.01 * TURNING, control=control),
             axis,
-            columns={"position": "position:m", "control": VOLTS},
+            columns={"position": "position:m", "control": meaning},
             repairs=Repairs(wrap=wrap),
         )
         for control, wrap in (
@@ -164,3 +181,15 @@ def test_a_control_that_lost_its_sign_has_it_back(given: Any) -> None:
     assert both[0].control == pytest.approx(both[1].control, abs=1e-12)
     (repair,) = both[0].provenance.repairs
     assert repair.count == np.count_nonzero(np.round(CONTROL) < 0)
+
+
+def test_a_modulus_without_a_unit_is_of_the_numbers_of_a_position() -> None:
+    degrees, columns = np.rad2deg(SEAMED), {"position": "position:deg"}
+    records = [
+        read_record(log(degrees), columns=columns, repairs=Repairs(wrap=wrap))
+        for wrap in (360, "360:deg")
+    ]
+    assert records[0].position == pytest.approx(records[1].position, abs=1e-12)
+    assert records[0].position == pytest.approx(TURNING, abs=1e-9)
+    with refuses("wrap", says="spans"):
+        read_record(log(degrees), columns=columns, repairs=Repairs(wrap=TURN))

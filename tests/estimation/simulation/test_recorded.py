@@ -45,11 +45,17 @@ def free_axis(between: str, *, native: bool = True) -> GeneratedAxis:
 
 
 def pushed(
-    push: Array, velocity: float = 0.0, between: str = "linear", *, native: bool = True
+    push: Array,
+    velocity: float = 0.0,
+    between: str = "linear",
+    *,
+    native: bool = True,
+    substeps: int | None = None,
 ) -> Simulation:
     axis = free_axis(between, native=native)
     still = np.zeros(len(push))
-    return simulate(axis, [2.0, 3.0, 1.0], still, T, signals={"p": push}, start_velocity=velocity)
+    given: dict[str, Any] = {"signals": {"p": push}, "start_velocity": velocity}
+    return simulate(axis, [2.0, 3.0, 1.0], still, T, substeps=substeps, **given)
 
 
 @pytest.mark.slow
@@ -115,18 +121,19 @@ def followed(push: Array, velocity: float, *, native: bool) -> Simulation:
     return simulate(build(made, native=native), [2.0, 3.0], push, T, **start)
 
 
+#: Straight pushes, velocities at the start, and the least number of dips, by name.
+PULSES = {
+    "any": (np.random.default_rng(3).uniform(-15.0, 15.0, 80), 0.0, 5),
+    "early": (np.array([-4.0, 40.0, 3.0]), 2e-4, 1),
+    "late": (np.array([-34.0, 10.0, 3.0]), 7.7e-3, 1),
+    # leaves rest between two samples
+    "from rest": (20.0 * (T * np.arange(200) - 0.3 * T), 0.0, 0),
+}
+
+
 @pytest.mark.parametrize("native", [pytest.param(True, marks=pytest.mark.slow), False])
 @pytest.mark.parametrize("run", [pushed, followed], ids=["signal", "law"])
-@pytest.mark.parametrize(
-    ("push", "velocity", "least"),
-    [
-        (np.random.default_rng(3).uniform(-15.0, 15.0, 80), 0.0, 5),
-        (np.array([-4.0, 40.0, 3.0]), 2e-4, 1),
-        (np.array([-34.0, 10.0, 3.0]), 7.7e-3, 1),
-        (20.0 * (T * np.arange(200) - 0.3 * T), 0.0, 0),  # leaves rest between two samples
-    ],
-    ids=["any", "early", "late", "from rest"],
-)
+@pytest.mark.parametrize(("push", "velocity", "least"), PULSES.values(), ids=PULSES)
 def test_a_pulse_that_turns_the_velocity_back_within_a_sample_is_followed(
     push: Array, velocity: float, least: int, run: Callable[..., Simulation], native: bool
 ) -> None:
@@ -138,6 +145,25 @@ def test_a_pulse_that_turns_the_velocity_back_within_a_sample_is_followed(
     assert loop.direction[rests] == pytest.approx(push[rests] / 3.0, abs=1e-12)
     rests[0] = False  # nothing was before it
     assert loop.direction_before[rests] == pytest.approx(push[rests] / 3.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("native", [True, False])
+@pytest.mark.parametrize("name", PULSES)
+def test_a_pulse_is_followed_in_steps_within_a_sample(name: str, native: bool) -> None:
+    """Most steps then have no event, and one after another begins at rest or in a dip."""
+    push, velocity, _ = PULSES[name]
+    loop = pushed(push, velocity, native=native, substeps=4)
+    assert loop.position == pytest.approx(ramped(push, velocity)[0], abs=1e-13)
+
+
+@pytest.mark.parametrize(("least", "most"), [(4.0, 30.0), (-15.0, 15.0)], ids=["ahead", "about"])
+def test_lanes_in_steps_within_a_sample_are_the_single_loops(least: float, most: float) -> None:
+    """Where a signal goes on within a sample, with reversals and without."""
+    push = np.random.default_rng(7).uniform(least, most, (60, LANES))
+    theta = np.tile([2.0, 3.0, 1.0], (LANES, 1))
+    given = {"signals": {"p": push}, "start": np.zeros(LANES), "substeps": 4}
+    speed = np.full(LANES, 0.01)
+    agree(free_axis("linear"), theta, np.zeros(60), T, start_velocity=speed, **given)
 
 
 @pytest.mark.parametrize("between", ["linear", "held"])
