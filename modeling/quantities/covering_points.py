@@ -7,13 +7,14 @@ such point was found leaves a doubt.
 """
 
 import contextlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import sympy
-from sympy.functions.elementary.miscellaneous import Max, Min
 
-from .features import Feature, crossings, features_of
+from .features import Feature, apart, crossings, features_of
 from .point_value import CANNOT, Drawn, Points, Value, drawn, exactly, is_nothing, numbers
 from .symbols import DIRECTION
 
@@ -21,12 +22,12 @@ from .symbols import DIRECTION
 _LOWEST, _DECADES = -9, 14
 _STRIDES = (1, 3, 5, 9, 11, 13)
 _GRID = tuple(numbers.mpf(x) for x in (1e-6, 1e-3, 0.03, 0.3, 1, 3, 30, 1e3, 1e5))
-_AROUND = tuple(numbers.mpf(x) for x in (1e-9, 1e-7, 1e-5, 1e-3, 1e-1))
+_FEW_PLACES = tuple(numbers.mpf(x) for x in (1e-4, 0.03, 10, 1e4))
+_MOST_SOLVED = 12  # features of several symbols that one cycle solves, of those shown already
 _SOLVED_BITS = 160  # digits in which places are found
 _TRANSITION = (0.1, 3.0)  # sizes of an argument between which a smooth function shows
 _MODERATE = 40  # up to which it still does, in many digits
 _MOST_PLACES = 3  # of one transition, at one time
-_BENT = (sympy.Abs, sympy.sign, sympy.Heaviside, sympy.Piecewise, Max, Min)
 _SCALE = 10**6  # points of one cycle, at most
 
 
@@ -58,7 +59,8 @@ class CoveringPoints:
         self._symbols = {feature: self._solvable(feature) for feature in self.features}
         free = set().union(*(function.free_symbols for function in functions))
         self._free = self._ordered(self._without_direction(free))
-        self._lines: dict[sympy.Symbol, list[Any]] = {}
+        self._kinks: dict[sympy.Symbol, list[Any]] = {}
+        self._lines: dict[tuple[sympy.Symbol, int], list[Any]] = {}
         self._seen: dict[Feature, set[Any]] = {feature: set() for feature in self.features}
 
     @property
@@ -87,18 +89,24 @@ class CoveringPoints:
             for place in self._places(symbol, number):
                 turn += 1
                 yield self._drawn(turn, {symbol: place}, decimals=decimals)
-        for feature, symbols in self._symbols.items():
-            if len(symbols) > 1:
-                for side in (1, -1):
-                    turn += 1
-                    placed = self._placed(feature, side, turn)
-                    if placed:
-                        yield self._drawn(turn, placed, decimals=decimals)
+        for feature in self._of_several_symbols(number):
+            for side in (1, -1):
+                turn += 1
+                placed = self._placed(feature, side, turn)
+                if placed:
+                    yield self._drawn(turn, placed, decimals=decimals)
+
+    def _of_several_symbols(self, number: int) -> list[Feature]:
+        """Features to be solved for one of several symbols: those not shown yet, and some more."""
+        several = [feature for feature, symbols in self._symbols.items() if len(symbols) > 1]
+        start = number * _MOST_SOLVED % max(len(several), 1)
+        shown = [*several[start:], *several[:start]][:_MOST_SOLVED]
+        return [*shown, *(f for f in several if f not in shown and not self._is_shown(f))]
 
     def observe(self, point: Drawn) -> None:
         """Keep which features a point shows."""
         for feature, seen in self._seen.items():
-            if feature.needed and len(seen) < 1 + feature.sharp:
+            if not self._is_shown(feature):
                 with contextlib.suppress(*CANNOT):
                     value = _value(point, feature)
                     size = numbers.re(value[0])
@@ -110,8 +118,12 @@ class CoveringPoints:
     def unresolved(self, columns: Iterable[int]) -> list[Feature]:
         """Features of some of the functions which no point has shown so far."""
         own = dict.fromkeys(feature for j in columns for feature in self._of[j])
-        open_ = [f for f in own if f.needed and len(self._seen[f]) < 1 + f.sharp]
-        return [f for f in open_ if self._symbols[f] and not (f.sharp and f.is_one_sided)]
+        open_ = [f for f in own if f.needed and self._symbols[f] and not self._is_shown(f)]
+        return [f for f in open_ if not (f.sharp and f.is_one_sided)]
+
+    def _is_shown(self, feature: Feature) -> bool:
+        """Whether points on both sides, or in a transition, were looked at."""
+        return len(self._seen[feature]) == (2 if feature.sharp else 1)
 
     def _drawn(self, turn: int, placed: dict[sympy.Symbol, Any], *, decimals: bool) -> Drawn:
         """A point at which some symbols have a place; the others may have one too."""
@@ -148,59 +160,68 @@ class CoveringPoints:
         return self._lines[key]
 
     def _along(self, symbol: sympy.Symbol, own: Sequence[Feature], number: int) -> list[Any]:
-        kinks = self._kinks(symbol, own)
-        turn = number * _SCALE
+        if symbol not in self._kinks:
+            self._kinks[symbol] = self._found_kinks(symbol, own)
+        kinks, turn = self._kinks[symbol], number * _SCALE
         found: list[Any] = []
-        for low, high in zip([None, *kinks], [*kinks, None], strict=True):
-            if low is None and high is None:
-                break
+        for low, high in pairwise([None, *kinks, None]):
             share = drawn(turn, "share", str(len(found)))
             found += _inside(low, high, share, middle=number % 2 == 0)
-        grid = _grid(kinks)
+        spots = self._spots(symbol, _grid(kinks))
         for feature in own:
             if not feature.sharp:
                 for sign in (1, -1):
-                    target = sign * self._target(turn, feature, sign)
-                    found += self._solved(feature, symbol, target, grid, {}, turn)[:_MOST_PLACES]
+                    found += self._solved(feature, spots, _target(turn, sign))[:_MOST_PLACES]
         return found
 
-    def _kinks(self, symbol: sympy.Symbol, own: Sequence[Feature]) -> list[Any]:
+    def _found_kinks(self, symbol: sympy.Symbol, own: Sequence[Feature]) -> list[Any]:
         """Where the features that a symbol alone decides are 0, inner ones first."""
         kinks: list[Any] = []
+        spots = self._spots(symbol, _grid(()))
         for feature in own:
             if feature.sharp:
-                bent = any(part.has(*_BENT) for part in feature.parts)
-                grid = _grid(kinks if bent else [])
-                kinks = _joined(kinks, self._solved(feature, symbol, 0, grid, {}, 0))
+                found = self._solved(feature, spots)
+                more = [place for place in apart([*kinks, *found]) if place not in kinks]
+                if more:
+                    kinks = apart([*kinks, *more])
+                    places = spots.points.keys() | set(_grid(kinks))
+                    spots = self._spots(symbol, sorted(places), spots)
         return kinks
 
-    def _target(self, turn: int, feature: Feature, sign: int) -> Any:
-        low, high = (numbers.log(size) for size in _TRANSITION)
-        return numbers.exp(low + (high - low) * (drawn(turn, "target", str(sign)) - 0.5))
-
-    def _solved(
+    def _spots(
         self,
-        feature: Feature,
         symbol: sympy.Symbol,
-        target: Any,
-        grid: Sequence[Any],
-        placed: dict[sympy.Basic, Value],
-        turn: int,
-    ) -> list[Any]:
-        """Places of a symbol at which a feature has a value, the others having numbers."""
+        grid: Iterable[Any],
+        before: "_Spots | None" = None,
+        placed: Mapping[sympy.Basic, Value] | None = None,
+        turn: int = 0,
+    ) -> "_Spots":
+        """Points at which a symbol has the numbers of a grid; all features share them."""
+        known = before.points if before else {}
+        fixed = placed or {}
+        spots = _Spots(symbol, fixed, turn, {})
+        for place in grid:
+            if place > 0 or not symbol.is_positive:
+                spots.points[place] = known.get(place) or self._spot(spots, place)
+        return spots
+
+    def _spot(self, spots: "_Spots", place: Any) -> Drawn:
+        placed = {**spots.placed, spots.symbol: exactly(place)}
+        return Drawn(self._points, spots.turn, placed, decimals=False)
+
+    def _solved(self, feature: Feature, spots: "_Spots", target: Any = 0) -> list[Any]:
+        """Places of a symbol at which a feature has a value."""
 
         def value(place: Any) -> Any:
-            there = Drawn(self._points, turn, {**placed, symbol: exactly(place)}, decimals=False)
+            there = spots.points.get(place) or self._spot(spots, place)
             try:
                 number = _value(there, feature)[0]
             except CANNOT:
                 return numbers.nan
             return numbers.nan if numbers.im(number) else numbers.re(number) - target
 
-        if symbol.is_positive:
-            grid = [place for place in grid if place > 0]
         with contextlib.suppress(*CANNOT):
-            return crossings(value, grid)
+            return crossings(value, list(spots.points))
         return []
 
     def _placed(self, feature: Feature, side: int, turn: int) -> dict[sympy.Symbol, Any]:
@@ -209,11 +230,12 @@ class CoveringPoints:
         values = {s: self._anywhere(s, turn) for s in self._free}
         order = sorted(symbols, key=lambda s: drawn(turn, "solved", str(self._points.places[s])))
         with numbers.workprec(_SOLVED_BITS):
-            target = 0 if feature.sharp else side * self._target(turn, feature, side)
+            target = 0 if feature.sharp else _target(turn, side)
             for symbol in order:
                 fixed = {s: exactly(x) for s, x in values.items() if s != symbol}
-                grid = _grid([self._points.generic(symbol, turn)])
-                found = self._solved(feature, symbol, target, grid, fixed, turn)
+                near = self._points.generic(symbol, turn)
+                grid = sorted({near, -near, *_FEW_PLACES, *(-x for x in _FEW_PLACES)})
+                found = self._solved(feature, self._spots(symbol, grid, None, fixed, turn), target)
                 if found:
                     place = found[int(1000 * drawn(turn, "crossing")) % len(found)]
                     if feature.sharp:
@@ -221,6 +243,16 @@ class CoveringPoints:
                         place += side * step * (abs(place) or 1)
                     return {**values, symbol: place}
         return {}
+
+
+@dataclass(frozen=True, slots=True)
+class _Spots:
+    """Points along a symbol, by its number."""
+
+    symbol: sympy.Symbol
+    placed: Mapping[sympy.Basic, Value]
+    turn: int
+    points: dict[Any, Drawn]
 
 
 def _value(point: Drawn, feature: Feature) -> Value:
@@ -231,21 +263,16 @@ def _value(point: Drawn, feature: Feature) -> Value:
     return one - other, one_off - other_off
 
 
-def _grid(around: Sequence[Any]) -> list[Any]:
-    """Places over the decades, of both signs, and closer ones around some."""
-    places = {numbers.zero, *_GRID, *(-x for x in _GRID)}
-    for place in around:
-        places |= {place, *(place + s * step for step in _AROUND for s in (1, -1))}
-    return sorted(places)
+def _grid(kinks: Iterable[Any]) -> list[Any]:
+    """Places over the decades, of both signs, and kinks and the middles between them."""
+    between = [(low + high) / 2 for low, high in pairwise(kinks)]
+    return sorted({numbers.zero, *_GRID, *(-x for x in _GRID), *kinks, *between})
 
 
-def _joined(places: Sequence[Any], more: Sequence[Any]) -> list[Any]:
-    """Places in ascending order, each once."""
-    found: list[Any] = []
-    for place in sorted([*places, *more]):
-        if not found or place - found[-1] > 1e-15 * max(abs(place), abs(found[-1])):
-            found.append(place)
-    return found
+def _target(turn: int, sign: int) -> Any:
+    """A value of the argument at which a smooth function shows."""
+    low, high = (numbers.log(size) for size in _TRANSITION)
+    return sign * numbers.exp(low + (high - low) * (drawn(turn, "target", str(sign)) - 0.5))
 
 
 def _inside(low: Any, high: Any, share: Any, *, middle: bool) -> list[Any]:
@@ -260,6 +287,8 @@ def _inside(low: Any, high: Any, share: Any, *, middle: bool) -> list[Any]:
     middle : bool
         Whether one of them is in the middle.
     """
+    if low is None and high is None:
+        return []
     if low is not None and high is not None:
         inner = numbers.mpf(1) / 2 if middle else 0.1 + 0.8 * (share - 0.5)
         edge = 1e-3 * share

@@ -314,7 +314,8 @@ class _Reduction:
 
     def _is_shown(self, j: int, weights: "_Weights") -> bool:
         """Whether a dependence that holds at all points is more than a coincidence of points."""
-        if not all(map(_is_simple, weights[j].values())) and not _has_numbers(self.functions):
+        simple = all(map(_is_simple, weights[j].values()))
+        if not (simple or self.points.given or _has_numbers(self.functions)):
             return False
         doubtful = _nodes(self.covering.unresolved((*weights[j], j)))
         return not doubtful or self._holds_with(doubtful, weights, j)

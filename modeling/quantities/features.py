@@ -5,7 +5,7 @@ A *feature* is a value that decides: the argument of ``Abs``, the difference of 
 is all but constant unless its argument is of moderate size.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,6 +20,7 @@ _OTHER = (sympy.sin, sympy.cos, sympy.tan, sympy.atan, sympy.asin, sympy.acos)
 _STEPS = 100  # in which a crossing is found
 _CLOSE = 1e-24  # share by which a crossing is known
 _TOUCH = 1e-18  # share of the values around, below which a function touches 0
+_SAME = 1e-15  # share by which two places are apart
 _PARABOLAS = 12  # steps by a parabola
 
 
@@ -137,7 +138,7 @@ def crossings(value: Callable[[Any], Any], grid: Sequence[Any]) -> list[Any]:
         if here and here <= before and here <= after and before != after:
             same = sizes[i - 1] * sizes[i] > 0 and sizes[i] * sizes[i + 1] > 0
             found += _by_parabola(value, grid[i - 1 : i + 2], sizes[i - 1 : i + 2]) if same else []
-    return _apart(sorted(found))
+    return apart(found)
 
 
 def _between(value: Callable[[Any], Any], low: tuple[Any, Any], high: tuple[Any, Any]) -> Any:
@@ -212,10 +213,10 @@ def _is_zero(value: Callable[[Any], Any], place: Any, largest: Any) -> bool:
     return bool(abs(size) <= _TOUCH * largest)
 
 
-def _apart(places: Sequence[Any]) -> list[Any]:
-    """Places, ascending, each once."""
+def apart(places: Iterable[Any]) -> list[Any]:
+    """Places in ascending order, each once."""
     found: list[Any] = []
-    for place in places:
-        if not found or place - found[-1] > 1e-15 * max(abs(place), abs(found[-1])):
+    for place in sorted(places):
+        if not found or place - found[-1] > _SAME * max(abs(place), abs(found[-1])):
             found.append(place)
     return found
