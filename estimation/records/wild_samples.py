@@ -31,8 +31,9 @@ from .segments import Span
 
 _TIMES = 2.0  # what a column does elsewhere, beyond which a sample is wild
 _FEWEST = 6  # samples of a piece between gaps, from which their course is known
-# Samples of a column that may be wild: so many, and such a part of it, but no more than so many.
-_SOME, _PART, _MOST = 3, 0.02, 100
+# Samples of a column that may be wild: so many, and such a part of it, but no more than so many,
+# and no more than such a part.
+_SOME, _PART, _MOST, _MOST_PART = 3, 0.02, 100, 0.1
 _PASSES = 4  # a wild sample may stand beside a larger one
 _ANSWERS = (-1, 3)  # samples before and after, within which one column follows another
 
@@ -152,8 +153,8 @@ class _Course:
     has_ends : bool
         Whether the first and the last sample continue the others, as no step is sudden.
     excursions : (N,) array
-        By how much each sample is away from both neighbours, on one side: the smaller of the steps
-        in and out, minus whichever of the steps before and after them makes it smaller.
+        By how much each sample is away from both neighbours, on one side: the least of the second
+        differences before and after it, and of half its own.
     bends : (N,) array
         Size of the second difference; 0 at the ends.
     """
@@ -202,7 +203,10 @@ class _Course:
         return self._standing_out(self.excursions, self.range)
 
     def _standing_out(self, excursions: Array, moves: Callable[[Places], float]) -> Places:
-        most = min(_SOME + int(_PART * len(self.values)), _MOST, len(self.values))
+        size = len(self.values)
+        most = min(_SOME + int(_PART * size), _MOST, int(_MOST_PART * size))
+        if not most:
+            return np.zeros(0, dtype=np.intp)
         order = np.argpartition(-excursions, most - 1)[:most]
         order = order[np.argsort(-excursions[order], kind="stable")]
         order = order[excursions[order] > 0]
@@ -263,13 +267,14 @@ def _excursions(values: Array, spans: Sequence[Span], modulus: float) -> tuple[A
         if stop - start < _FEWEST:
             continue
         steps = _steps(values[start:stop], modulus)
-        bend = np.abs(np.diff(steps))
-        before = np.concatenate([steps[2:3], steps[:-2]])
-        after = np.concatenate([steps[2:], steps[-3:-2]])
-        away = np.array([steps[:-1] - before, steps[:-1] - after])
-        back = np.array([before - steps[1:], after - steps[1:]])
-        up = np.minimum(away, back).min(axis=0)
-        down = np.minimum(-away, -back).min(axis=0)
+        second = np.diff(steps)
+        bend = np.abs(second)
+        # A wild sample alone has second differences of 1, -2 and 1 times what it is away.
+        inner = -second / 2
+        before = np.concatenate([inner[:1], second[:-1]])
+        after = np.concatenate([second[1:], inner[-1:]])
+        up = np.minimum(np.minimum(before, inner), after)
+        down = np.minimum(np.minimum(-before, -inner), -after)
         bends[start + 1 : stop - 1] = bend
         excursions[start + 1 : stop - 1] = np.maximum(np.maximum(up, down), 0.0)
         # An end whose neighbour is wild bends too, by less than its neighbour does.
