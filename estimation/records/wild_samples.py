@@ -33,7 +33,8 @@ _TIMES = 2.0  # what a column does elsewhere, beyond which a sample is wild
 _FEWEST = 6  # samples of a piece between gaps, from which their course is known
 # Samples of a column that may be wild: so many, and such a part of it, but no more than so many,
 # and no more than such a part.
-_SOME, _PART, _MOST, _MOST_PART = 3, 0.02, 100, 0.1
+_SOME, _PART, _MOST, _MOST_PART = 10, 0.002, 100, 0.1
+_GRAIN = 1e-9  # of the range, within which two values are one
 _PASSES = 4  # a wild sample may stand beside a larger one
 _ANSWERS = (-1, 3)  # samples before and after, within which one column follows another
 
@@ -213,8 +214,11 @@ class _Course:
         others = np.delete(self.values, order)
         if not len(order) or not len(others) or np.ptp(others) == 0:
             return order[:0]
-        quantum = max(quantisation_step(others), rounding(others))
         sizes = excursions[order]
+        # A differentiated position is in whole steps too, except for what its difference rounds.
+        grain = _GRAIN * float(np.ptp(others))
+        rough = quantisation_step(grain * np.round(others / grain))
+        quantum = max(quantisation_step(others), rough, rounding(others))
         # Without all of them it moves least: mostly that tells that there is none.
         if sizes[0] <= _TIMES * max(moves(order), 2 * quantum):
             return order[:0]

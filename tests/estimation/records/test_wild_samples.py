@@ -98,6 +98,12 @@ def test_a_coarse_encoder_is_kept(levels: int) -> None:
     assert not cleaned(position=position, velocity=velocity).repairs
 
 
+def test_single_counts_of_a_differentiated_position_are_kept() -> None:
+    position = 3.7 + COUNT * np.round(40 * TIME)  # counts one after the other, far apart
+    velocity = np.diff(position, prepend=position[0]) / 1e-3
+    assert not cleaned(velocity=velocity).repairs
+
+
 @pytest.mark.parametrize("rows", [8, 40, 400])
 def test_noise_is_kept(rows: int) -> None:
     for seed in range(20):
