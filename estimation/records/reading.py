@@ -1,5 +1,6 @@
 """From the columns of a log to a record: roles, repairs, one clock."""
 
+import math
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -180,7 +181,8 @@ def _record(
     restarts = {role: modulus.si for role, modulus in moduli.items()}
     if "position" in restarts:
         restarts["reference"] = restarts["position"]
-    columns = without_wild_samples(columns, restarts, gap)
+    limit = math.inf if axis is None else axis.drive.limit
+    columns = without_wild_samples(columns, restarts, gap, limit)
     columns, jumps = unwound(columns, moduli, axis, gap)
     seldom = seldom_notes({r: s for r, s in columns.samples.items() if r not in repairs.between})
     columns, cut = clipped(columns, axis, masked=repairs.mask is not None)

@@ -1,19 +1,22 @@
 """Wild samples of a column: they leave and return within one step, as no signal of a machine does.
 
 A position and a velocity have inertia. Where one sample alone is elsewhere, its steps in and out
-are opposite, and larger than the column bends anywhere else. The first and the last sample are wild
-if they do not continue their neighbours. A reference bends as a motion does, but it may be an
+are opposite, and larger than the column bends anywhere else. The first and the last position are
+wild if they do not continue their neighbours. A reference bends as a motion does, but it may be an
 impulse: then the control answers it. A control, a force, an acceleration, a test signal or another
-signal may jump to any value of its range, so that a wild one is far outside the range. It may jump
-further where another column jumps: the control of a differentiating law follows a step of the
-reference.
+signal may jump to any value of its range, as may the end of any column, which has one neighbour
+alone: there a wild sample is far outside the range. A column may jump further where another one
+jumps: the control of a differentiating law follows a step of the reference. Where no reference is
+recorded, nothing shows that step, and the control is judged by the limit of the drive alone.
 
 Wild samples are masked, and a straight line between their neighbours takes their place, so that no
 filter and no replay of the control law spreads them.
 """
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +31,10 @@ from .segments import Span
 
 _TIMES = 2.0  # what a column does elsewhere, beyond which a sample is wild
 _FEWEST = 6  # samples of a piece between gaps, from which their course is known
-# Samples of a column that may be wild: so many, and such a part of it, but no more than so many.
-_SOME, _PART, _MOST = 3, 0.02, 100
+# Samples of a column that may be wild: so many, and such a part of it, but no more than so many,
+# and no more than such a part.
+_SOME, _PART, _MOST, _MOST_PART = 10, 0.002, 100, 0.1
+_GRAIN = 1e-9  # of the range, within which two values are one
 _PASSES = 4  # a wild sample may stand beside a larger one
 _ANSWERS = (-1, 3)  # samples before and after, within which one column follows another
 
@@ -40,7 +45,7 @@ Places = NDArray[np.intp]
 
 
 def without_wild_samples(
-    columns: RoleColumns, moduli: Mapping[str, float], gap: float
+    columns: RoleColumns, moduli: Mapping[str, float], gap: float, limit: float = math.inf
 ) -> RoleColumns:
     """Columns whose wild samples are masked, replaced, named and counted.
 
@@ -52,18 +57,26 @@ def without_wild_samples(
         What a position and its reference start again after, SI, by role.
     gap : float
         A longer step of time is a gap, in median steps.
+    limit : float
+        Of the control, in its unit.
     """
+    widths = {"control": 2 * limit if math.isfinite(limit) else 0.0, "force": 0.0}
+    if _PLANNED not in columns.samples:
+        widths |= {role: math.inf for role, width in widths.items() if not width}
     courses = {
-        role: _Course.of(samples, moduli.get(role, 0.0), gap, has_inertia=role in _INERT)
+        role: _Course.of(
+            samples, moduli.get(role, 0.0), gap, widths.get(role, 0.0), role == "position"
+        )
         for role, samples in columns.samples.items()
     }
     found: dict[str, Places] = {}
     first = [role for role in (*_INERT, _PLANNED) if role in courses]
     for role in dict.fromkeys((*first, *courses)):
         course, wild = courses[role], np.zeros(len(courses[role].values), dtype=bool)
-        bends = role in (*_INERT, _PLANNED)
         for _ in range(_PASSES):
-            places = course.standing_out(bends=bends)
+            places = course.out_of_range()
+            if role in (*_INERT, _PLANNED):
+                places = np.union1d(places, course.out_of_course())
             if role not in _INERT:
                 times = [courses[other].times[at] for other, at in found.items()]
                 places = _unexplained(role, places, courses, np.concatenate([np.empty(0), *times]))
@@ -84,9 +97,7 @@ def without_wild_samples(
         f"anywhere else: {'; '.join(texts)}. They are masked, with the rows whose filters reach "
         "them",
     )
-    changed = {
-        role: replace(columns.samples[role], values=courses[role].values) for role in found
-    }
+    changed = {role: replace(columns.samples[role], values=courses[role].values) for role in found}
     masks = {role: _mask(at, len(courses[role].values)) for role, at in found.items()}
     return replace(columns.repaired(changed, repair), masks={**columns.masks, **masks})
 
@@ -138,11 +149,13 @@ class _Course:
         Pieces between gaps.
     modulus : float
         What the values start again after; 0 for nothing.
-    has_inertia : bool
-        Whether no step is sudden, so that the first and the last sample continue the others.
+    width : float
+        Of the range that the column is known to have; 0 where nothing is known of it.
+    has_ends : bool
+        Whether the first and the last sample continue the others, as no step is sudden.
     excursions : (N,) array
-        By how much each sample is away from both neighbours, on one side: the smaller of the steps
-        in and out, minus whichever of the steps before and after them makes it smaller.
+        By how much each sample is away from both neighbours, on one side: the least of the second
+        differences before and after it, and of half its own.
     bends : (N,) array
         Size of the second difference; 0 at the ends.
     """
@@ -151,67 +164,61 @@ class _Course:
     times: Array
     spans: tuple[Span, ...]
     modulus: float
-    has_inertia: bool
+    width: float
+    has_ends: bool
     excursions: Array
     bends: Array
 
     @classmethod
-    def of(cls, samples: Samples, modulus: float, gap: float, *, has_inertia: bool) -> "_Course":
+    def of(
+        cls, samples: Samples, modulus: float, gap: float, width: float, has_ends: bool
+    ) -> "_Course":
         """The course of a column with its clock."""
         cuts = long_steps(samples.times, gap) + 1
         ends = [0, *cuts.tolist(), len(samples.values)]
-        spans = tuple(zip(ends[:-1], ends[1:], strict=True))
-        return cls._through(samples.values, samples.times, spans, modulus, has_inertia)
-
-    @classmethod
-    def _through(
-        cls, values: Array, times: Array, spans: tuple[Span, ...], modulus: float, has_inertia: bool
-    ) -> "_Course":
-        excursions, bends = np.zeros(len(values)), np.zeros(len(values))
-        for start, stop in spans:
-            if stop - start < _FEWEST:
-                continue
-            steps = _steps(values[start:stop], modulus)
-            bend = np.abs(np.diff(steps))
-            before = np.concatenate([steps[2:3], steps[:-2]])
-            after = np.concatenate([steps[2:], steps[-3:-2]])
-            away = np.array([steps[:-1] - before, steps[:-1] - after])
-            back = np.array([before - steps[1:], after - steps[1:]])
-            up = np.minimum(away, back).min(axis=0)
-            down = np.minimum(-away, -back).min(axis=0)
-            bends[start + 1 : stop - 1] = bend
-            excursions[start + 1 : stop - 1] = np.maximum(np.maximum(up, down), 0.0)
-            if has_inertia:  # a wild neighbour bends twice as much as an end that is wild
-                excursions[start] = max(bend[0] - 3 * bend[1], 0.0)
-                excursions[stop - 1] = max(bend[-1] - 3 * bend[-2], 0.0)
+        spans = tuple(pairwise(ends))
+        values = samples.values
+        excursions, bends = _excursions(values, spans, modulus)
         return cls(
             values=values,
-            times=times,
+            times=samples.times,
             spans=spans,
             modulus=modulus,
-            has_inertia=has_inertia,
+            width=width,
+            has_ends=has_ends,
             excursions=excursions,
             bends=bends,
         )
 
-    def standing_out(self, *, bends: bool) -> Places:
-        """The samples that are further away than the column moves without them.
+    def out_of_course(self) -> Places:
+        """The samples that are further away than the column bends without them."""
+        excursions = self.excursions
+        if not self.has_ends:
+            excursions = np.array(excursions)
+            for start, stop in self.spans:
+                excursions[[start, stop - 1]] = 0.0
+        return self._standing_out(excursions, self.largest_bend)
 
-        Parameters
-        ----------
-        bends : bool
-            Whether what it moves is what it bends; else it is its range.
-        """
-        most = min(_SOME + int(_PART * len(self.values)), _MOST, len(self.values))
-        order = np.argpartition(-self.excursions, most - 1)[:most]
-        order = order[np.argsort(-self.excursions[order], kind="stable")]
-        order = order[self.excursions[order] > 0]
+    def out_of_range(self) -> Places:
+        """The samples that are further away than the range of the column without them."""
+        return self._standing_out(self.excursions, self.range)
+
+    def _standing_out(self, excursions: Array, moves: Callable[[Places], float]) -> Places:
+        size = len(self.values)
+        most = min(_SOME + int(_PART * size), _MOST, int(_MOST_PART * size))
+        if not most:
+            return np.zeros(0, dtype=np.intp)
+        order = np.argpartition(-excursions, most - 1)[:most]
+        order = order[np.argsort(-excursions[order], kind="stable")]
+        order = order[excursions[order] > 0]
         others = np.delete(self.values, order)
         if not len(order) or not len(others) or np.ptp(others) == 0:
             return order[:0]
-        quantum = max(quantisation_step(others), rounding(others))
-        moves: Callable[[Places], float] = self.largest_bend if bends else self._range
-        sizes = self.excursions[order]
+        sizes = excursions[order]
+        # A differentiated position is in whole steps too, except for what its difference rounds.
+        grain = _GRAIN * float(np.ptp(others))
+        rough = quantisation_step(grain * np.round(others / grain))
+        quantum = max(quantisation_step(others), rough, rounding(others))
         # Without all of them it moves least: mostly that tells that there is none.
         if sizes[0] <= _TIMES * max(moves(order), 2 * quantum):
             return order[:0]
@@ -228,8 +235,9 @@ class _Course:
             kept[places[(places >= 0) & (places < len(kept))]] = False
         return float(self.bends[kept].max(initial=0.0))
 
-    def _range(self, without: Places) -> float:
-        return float(np.ptp(np.delete(self.values, without)))
+    def range(self, without: Places) -> float:
+        """The range of the column without some samples, or what it is known to be."""
+        return max(float(np.ptp(np.delete(self.values, without))), self.width)
 
     def jumps(self, time: float, times: Array) -> bool:
         """Whether it bends more about a time than away from all of several."""
@@ -238,8 +246,7 @@ class _Course:
             kept[self._about(each)] = False
         here = float(self.bends[self._about(time)].max(initial=0.0))
         elsewhere = float(self.bends[kept].max(initial=0.0))
-        quantum = max(quantisation_step(self.values), rounding(self.values))
-        return here > _TIMES * max(elsewhere, 2 * quantum)
+        return here > _TIMES * max(elsewhere, rounding(self.values))
 
     def _about(self, time: float) -> slice:
         place = int(np.searchsorted(self.times, time))
@@ -253,7 +260,31 @@ class _Course:
         for start, stop in self.spans:
             for first, end in runs(wild[start:stop], start):
                 _bridge(values, first, end, (start, stop), self.modulus, quantum)
-        return self._through(values, self.times, self.spans, self.modulus, self.has_inertia)
+        excursions, bends = _excursions(values, self.spans, self.modulus)
+        return replace(self, values=values, excursions=excursions, bends=bends)
+
+
+def _excursions(values: Array, spans: Sequence[Span], modulus: float) -> tuple[Array, Array]:
+    """How far each sample is away from its neighbours, and how much the column bends there."""
+    excursions, bends = np.zeros(len(values)), np.zeros(len(values))
+    for start, stop in spans:
+        if stop - start < _FEWEST:
+            continue
+        steps = _steps(values[start:stop], modulus)
+        second = np.diff(steps)
+        bend = np.abs(second)
+        # A wild sample alone has second differences of 1, -2 and 1 times what it is away.
+        inner = -second / 2
+        before = np.concatenate([inner[:1], second[:-1]])
+        after = np.concatenate([second[1:], inner[-1:]])
+        up = np.minimum(np.minimum(before, inner), after)
+        down = np.minimum(np.minimum(-before, -inner), -after)
+        bends[start + 1 : stop - 1] = bend
+        excursions[start + 1 : stop - 1] = np.maximum(np.maximum(up, down), 0.0)
+        # An end whose neighbour is wild bends too, by less than its neighbour does.
+        excursions[start] = max(bend[0] - 3 * bend[1], 0.0)
+        excursions[stop - 1] = max(bend[-1] - 3 * bend[-2], 0.0)
+    return excursions, bends
 
 
 def _steps(values: Array, modulus: float) -> Array:
