@@ -85,6 +85,9 @@ class Diagnosis(RecordDiagnosis):
         By physical parameter.
     bands : mapping of str to mapping of str to JackknifeInterval
         Of the model's error, by method and physical parameter.
+    with_missing_terms : mapping of str to tuple of float
+        By physical parameter, where *missing terms* fails: its value if the model had what is
+        named. Two values, forward and backward, where that differs between directions.
     differences : mapping of str to mapping of str to HausmanTest
         Of two estimates, ``idm-iv less didim``, by physical parameter.
     records : tuple of RecordDiagnosis
@@ -95,6 +98,7 @@ class Diagnosis(RecordDiagnosis):
     instruments: InstrumentTests | None
     excitation: tuple[Excitation, ...]
     bands: Mapping[str, Mapping[str, JackknifeInterval]] = field(default_factory=dict)
+    with_missing_terms: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     differences: Mapping[str, Mapping[str, HausmanTest]] = field(default_factory=dict)
     records: tuple[RecordDiagnosis, ...] = ()
 
@@ -302,6 +306,7 @@ def diagnose(case: DiagnosticInputs) -> Diagnosis:
         for name, d in DIAGNOSTICS.items()
         if not (d.several and len(names) == 1)
     )
+    are_named = fails(by_record["missing terms"][0])
     law, alignment, velocity = (
         records[_first_failing(by_record[name])]
         for name in ("control law", "alignment", "measured velocity")
@@ -316,6 +321,7 @@ def diagnose(case: DiagnosticInputs) -> Diagnosis:
         verdict=tuple(check for check in checks if check is not None),
         lack_of_fit=None if case.has_parts else records[0].lack_of_fit,
         bands={} if case.has_parts else value_or({}, lambda: case.bands),
+        with_missing_terms=case.with_missing_terms if are_named and not case.has_parts else {},
         records=tuple(records) if len(records) > 1 else (),
         differences=value_or(
             {},

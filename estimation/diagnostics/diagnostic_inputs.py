@@ -251,6 +251,13 @@ class DiagnosticInputs:
             self.scores, half_widths, len((self.whole or self).problem.data), self.levels
         )
 
+    @property
+    def with_missing_terms(self) -> Mapping[str, tuple[float, ...]]:
+        """Values of the parameters with the terms that the judged model lacks; none without any."""
+        lacking = () if isinstance(self.lacking, Missing) else self.lacking
+        terms = [lack for lack in lacking if lack.is_term]
+        return terms[-1].parameters if terms else {}
+
     @cached_property
     def aligned(self) -> Check | Missing:
         """Whether the force is in time with the motion, or why that cannot be told."""

@@ -11,9 +11,11 @@ comes again after a period, to a sample; the correlation of its directions has t
 A model that is not quite right is wrong in the same way wherever the axis moves in the same way:
 its error does not average out over neighbours, as noise does, but over motions that differ. So rows
 are put into groups that may share an error, and the estimate is made again without each. There are
-two ways to form them, after two ways to be wrong: by speed and direction, and by thirds of the
-travel. What is told of a parameter is the wider band of the two. In `benchmarks/model_error.py` it
-held the truth in 98 %, thirds alone in 97 %; but those know nothing of an error by direction.
+two ways to form them, after two ways to be wrong: by level of speed, and by thirds of the travel.
+What is told of a parameter is the wider band of the two. A group has both directions of its speed:
+without one direction friction and an offset change together, so that such groups tell the
+difference between directions and not how far a parameter may be off. That difference is a term of
+its own, which the search for missing terms names.
 
 The estimate without a group is exact, ``(Z'X - Z_g'X_g)^-1 (Z'y - Z_g'y_g)``, and with it the
 leverage of groups of different sizes (the correction that is called CR3). Without it (CR1) bands
@@ -287,7 +289,7 @@ def groupings(data: FilteredRecord, rows: NDArray[np.intp]) -> dict[str, NDArray
     levels = np.cumsum(np.diff(np.log(peaks + _MIN_MOVE_SPEED), prepend=0.0) > _LEVELS_APART)[of]
     edges = place.min() + np.ptp(place) * np.arange(1, _PARTS) / _PARTS
     return {
-        "speed and direction": 2 * levels + (velocity[rows] > 0),
+        "speed": levels,
         "thirds of the travel": np.searchsorted(edges, place, side="right"),
     }
 

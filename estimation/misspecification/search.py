@@ -6,7 +6,8 @@ makes the largest part of the force; it is taken into the model, and the others 
 """
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from itertools import takewhile
 
 import numpy as np
@@ -25,6 +26,8 @@ from .terms import TERMS
 # residuals less the filter's own, by the left side, up to which their look is a note: measured,
 # at most 4e-7 without noise, 5e-3 and more on wrong models that residuals tell
 _NEGLIGIBLE_RESIDUAL = 1e-4
+# of a column's norm, up to which another is the same: the filter rounds both at reversals
+_SAME_COLUMN = 0.05
 #: By kind of what is no term: the check that tells it.
 _CHECKS = {
     "late signal": "recorded signals",
@@ -59,6 +62,9 @@ class Misspecification:
         Over all its places.
     unit : str
         Of its size; empty where none is told.
+    parameters : mapping of str to tuple of float
+        Values of the free parameters if it and everything found before it are in the model. Two
+        values, forward and backward, of a parameter that it makes differ between directions.
     """
 
     kind: str
@@ -71,11 +77,17 @@ class Misspecification:
     own_share: float
     p_value: float
     unit: str = ""
+    parameters: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
     @property
     def size(self) -> float:
         """How much of it there is, in its unit: of several columns that of all."""
         return self.values[0] if len(self.values) == 1 else float(np.linalg.norm(self.values))
+
+    @property
+    def is_term(self) -> bool:
+        """Whether it is a force of the motion, not a change of a parameter or of a signal."""
+        return not self.parameter
 
     @property
     def check(self) -> str:
@@ -132,6 +144,7 @@ def find_misspecification(
     # Without twins nothing tells what the filter itself moves the parameters by.
     half = half_widths[scores.free] if scores.twins else np.full(len(scores.free), np.inf)
     level, lacks = levels.level / records, list[Misspecification]()
+    revised = scores.physical[scores.free]
     while len(lacks) < 3:
         every = [*lasting, *outliers_of(scores)]
         tests = [_tested(scores, each, half, level / len(every)) for each in every]
@@ -151,7 +164,10 @@ def find_misspecification(
         if most is None or (lacks and most.share <= levels.least_share):
             break
         found = _located(scores, most)
-        lacks.append(_told(scores, found))
+        factors = scores.test(found.columns[:, None]).values[0]
+        revised = revised + scores.moved_by(found.columns, factors)
+        with_it = _values_with(scores, found, revised, float(factors[0]))
+        lacks.append(replace(_told(scores, found), parameters=with_it))
         scores = scores.with_columns(found.columns)
     return tuple(lacks)
 
@@ -199,6 +215,35 @@ def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
     if not values.any() or (hypothesis.is_positive and values[0] <= 0):
         return found
     return replace(found, at=float(near[best]), columns=columns[:, best])
+
+
+def _values_with(
+    scores: RecordScores, found: TestedHypothesis, revised: Array, size: float
+) -> dict[str, tuple[float, ...]]:
+    """Values of the free parameters with a hypothesis in the model, see `Misspecification`.
+
+    Parameters
+    ----------
+    scores : RecordScores
+    found : TestedHypothesis
+    revised : (k,) array
+        The free parameters with it.
+    size : float
+        Factor of its first column.
+    """
+    every = scores.data.axis.parameters
+    values = {every[j].name: (float(v),) for j, v in zip(scores.free, revised, strict=True)}
+    term = TERMS.get(found.hypothesis.kind)
+    if term is None or not term.is_by_direction:
+        return values
+    # Its column is half of the parameter's, with the same sign in both directions.
+    halves, column = np.abs(scores.regressor[:, scores.free]) / 2, np.abs(found.columns[:, :1])
+    apart = np.linalg.norm(halves - column, axis=0)
+    nearest = int(np.argmin(apart))
+    if apart[nearest] <= _SAME_COLUMN * np.linalg.norm(column):
+        value = float(revised[nearest])
+        values[every[scores.free[nearest]].name] = (value + size / 2, value - size / 2)
+    return values
 
 
 def _told(scores: RecordScores, name: TestedHypothesis) -> Misspecification:
@@ -253,7 +298,7 @@ def misspecification_text(lack: Misspecification, axis: GeneratedAxis, record: R
     kind, name, share = lack.kind, lack.parameter, f"{100 * lack.share:.2g} % of the force is this"
     part = share if lack.share <= 1 else "this is more than the force"
     by = f"{size:+.3g} +- {deviation:.1g} {unit}".rstrip()
-    if not name:
+    if lack.is_term:
         term, drive = TERMS[kind], axis.axis.drive
         what, advice = term.opposite if term.opposite and size < 0 else (term.what, term.declare)
         if kind == "stribeck" and axis.axis.has_stribeck:

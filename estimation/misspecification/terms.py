@@ -100,6 +100,8 @@ class Term:
         What it is where its size is negative, and what to do then.
     is_positive : bool
         Whether it must be: friction, what a dead band takes, a mass.
+    is_by_direction : bool
+        Whether its size is what a parameter is forward less what it is backward.
     is_of_force : bool
         Whether its columns are made of the force or the acceleration: noise of a measured one is in
         the residuals too, so that it is looked for along simulated loops alone.
@@ -114,6 +116,7 @@ class Term:
     between: Callable[[Array, float], Array] | None = None
     opposite: tuple[str, str] | None = None
     is_positive: bool = False
+    is_by_direction: bool = False
     is_of_force: bool = False
 
     def __post_init__(self) -> None:
@@ -235,6 +238,7 @@ _TERMS = (
         declare="declare asymmetric_viscous(Fvp, Fvm, {q}) in place of viscous",
         unit="{force}/({unit}/s)",
         columns=_one(lambda s: np.abs(s.velocity) / 2),
+        is_by_direction=True,
     ),
     Term(
         kind="quadratic",

@@ -113,6 +113,20 @@ def test_friction_that_is_not_declared_is_told_as_what_it_is(
         assert not any(lack.kind == kind for lack in surer.lacking)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["direction", "constant"])
+def test_values_with_the_missing_term_are_the_machines(kind: str) -> None:
+    """Friction that differs between directions has one value forward and one backward."""
+    result, truth = identify(build(AXIS), of_plant(kind)), dict(AXIS.experiment.truth)
+    halves = {"Fv": (20.0, -20.0)} if kind == "direction" else {}
+    revised = result.diagnosis.with_missing_terms
+    assert {*revised} == {*truth}
+    for name, values in revised.items():
+        expected = [truth[name] + each for each in halves.get(name, (0.0,))]
+        deviation = result.preferred.parameters[name].deviation
+        assert values == pytest.approx(expected, abs=4 * deviation)
+
+
 @pytest.mark.parametrize("given", [0, 1, 2.0, -0.1, math.nan, "0.01", True, None])
 @pytest.mark.parametrize("name", ["level", "least_share"])
 @pytest.mark.parametrize("by", [identify, fit])

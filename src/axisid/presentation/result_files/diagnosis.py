@@ -89,6 +89,7 @@ def diagnosis_members(diagnosis: Diagnosis) -> dict[str, Any]:
             method: dict(of_one) for method, of_one in diagnosis.bands.items() if of_one
         }
         or UNSET,
+        "with_missing_terms": dict(diagnosis.with_missing_terms) or UNSET,
         "differences": {pair: dict(of_one) for pair, of_one in diagnosis.differences.items()}
         or UNSET,
     }

@@ -213,6 +213,13 @@ class WrittenIdentification(
         Mapping[str, Mapping[str, JackknifeInterval]] | UnsetType,
         about("Of the model's error, by method and parameter."),
     ] = UNSET
+    with_missing_terms: Annotated[
+        Mapping[str, tuple[float, ...]] | UnsetType,
+        about(
+            "Values of the parameters if the model had the terms that *missing terms* names; two, "
+            "forward and backward, of one that differs between directions."
+        ),
+    ] = UNSET
     differences: Annotated[
         Mapping[str, Mapping[str, HausmanTest]] | UnsetType,
         about("Of two estimates, as ``idm-iv less didim``, by parameter."),

@@ -148,6 +148,7 @@ def judged_table(result: SavedIdentification) -> TableBlock:
     """The values to believe: each the centre of its interval, less what filter and noise move."""
     judged, plain = result.preferred, result.estimates.get("idm-ls")
     bands = (result.document.model_bands or {}).get(judged.method, {})
+    revised = result.document.with_missing_terms or {}
     physical = result.physical.get(judged.method)
     beside = {} if plain is None or plain is judged else plain.parameters
     more = physical.parameters if physical and physical.shows_more else {}
@@ -171,11 +172,7 @@ def judged_table(result: SavedIdentification) -> TableBlock:
                         if p.name == name
                     ),
                     *([f"{value.value:.{digits}f} with bias"] * value.is_shifted),
-                    *(
-                        [f"{range_text(*bands[name].interval, ' to ')} over moves"]
-                        if name in bands and bands[name].exceeds
-                        else []
-                    ),
+                    *_model_remark(bands.get(name), revised.get(name, ()), digits),
                 ]
             ),
         )
@@ -188,6 +185,29 @@ def judged_table(result: SavedIdentification) -> TableBlock:
         rows=tuple(rows),
         labels=2,
     )
+
+
+def _model_remark(
+    band: JackknifeInterval | None, revised: Sequence[float], digits: int
+) -> list[str]:
+    """What a parameter is with the missing terms, or else how far the model's error may move it.
+
+    Parameters
+    ----------
+    band : JackknifeInterval or None
+    revised : sequence of float
+        Its value with the terms that the verdict names, or its values forward and backward; empty
+        where none are named.
+    digits : int
+    """
+    values = [f"{value:.{digits}f}" for value in revised]
+    if len(values) == 2:
+        return [f"{values[0]} forward, {values[1]} backward"]
+    if band is None or not band.exceeds:
+        return []
+    if values:
+        return [f"{values[0]} with the missing term"]
+    return [f"{range_text(*band.interval, ' to ')} over moves"]
 
 
 def rows_of(result: SavedIdentification) -> str:
