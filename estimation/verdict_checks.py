@@ -290,6 +290,7 @@ KINDS: dict[str, Kind] = {
     ),
     "fixed values": Kind(line="model", rank=4, grave=True),
     "what was known": Kind(line="model", rank=4, grave=True),
+    "moved parameters": Kind(line="model", rank=9, grave=True),
     "lack of fit": Kind(line="model"),
     "outliers": Kind(line="outliers", rank=1),
     "parameters shown": Kind(line="precision", rank=3, grave=True),

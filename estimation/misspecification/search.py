@@ -59,6 +59,11 @@ class Misspecification:
         Over all its places.
     unit : str
         Of its size; empty where none is told.
+    moved : str
+        The parameter that it moves, or changes, most by its value, of those that it moves by more
+        than their interval and by which the force changes as well; empty for none.
+    moved_percent : float
+        By how much.
     """
 
     kind: str
@@ -71,6 +76,8 @@ class Misspecification:
     own_share: float
     p_value: float
     unit: str = ""
+    moved: str = ""
+    moved_percent: float = 0.0
 
     @property
     def size(self) -> float:
@@ -151,7 +158,7 @@ def find_misspecification(
         if most is None or (lacks and most.share <= levels.least_share):
             break
         found = _located(scores, most)
-        lacks.append(_told(scores, found))
+        lacks.append(_told(scores, found, half_widths, levels))
         scores = scores.with_columns(found.columns)
     return tuple(lacks)
 
@@ -162,10 +169,8 @@ def _tested(
     """It at the place that takes most of those that are sure, else at the surest."""
     columns = hypothesis.columns(hypothesis.places)
     tested = scores.test(columns)
-    first, taken = tested.values[:, 0], tested.powers
-    if hypothesis.is_whole:
-        sizes = np.where(first == 0, np.inf, first)
-        taken = taken * (2 / sizes - 1 / sizes**2)
+    first = tested.values[:, 0]
+    taken = tested.whole_powers if hypothesis.is_whole else tested.powers
     p_values = np.clip(tested.p_values * len(hypothesis.places), hypothesis.least, 1.0)
     p_values[hypothesis.is_positive & (first <= 0)] = 1.0
     told = p_values <= sure
@@ -189,11 +194,12 @@ def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
         return found
     near = hypothesis.between(hypothesis.places, found.at)
     columns = hypothesis.columns(near)
-    best = (
-        int(np.argmax(scores.test(columns).powers))
-        if hypothesis.measured is None
-        else scores.nearest(columns, hypothesis.measured(near))
-    )
+    if hypothesis.is_whole:
+        best = int(np.argmax(scores.test(columns).whole_powers))
+    elif hypothesis.measured is None:
+        best = int(np.argmax(scores.test(columns).powers))
+    else:
+        best = scores.nearest(columns, hypothesis.measured(near))
     values = scores.test(columns[:, [best]]).values[0]
     # What was taken in before is at one of these places, and nothing of it there.
     if not values.any() or (hypothesis.is_positive and values[0] <= 0):
@@ -201,7 +207,9 @@ def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
     return replace(found, at=float(near[best]), columns=columns[:, best])
 
 
-def _told(scores: RecordScores, name: TestedHypothesis) -> Misspecification:
+def _told(
+    scores: RecordScores, name: TestedHypothesis, half_widths: Array, levels: Levels
+) -> Misspecification:
     """What is found, as it is told: a change, a delay, a factor, or how much of each column.
 
     What a parameter is before it changes is told beside: the estimate is in between.
@@ -224,12 +232,20 @@ def _told(scores: RecordScores, name: TestedHypothesis) -> Misspecification:
     elif kind == "scaled signal":
         values = 1 + values
     names = [q.name for q in scores.data.axis.parameters]
+    moved = np.zeros(len(names))
+    moved[scores.free] = scores.moved_by(columns, factors)
     if parameter == GAIN:  # what it makes is on the other side
         values, before = -values, 1.0
     elif parameter in names:
-        estimate = scores.physical.copy()
-        estimate[scores.free] += scores.moved_by(columns, factors)
-        before = float(estimate[names.index(parameter)] + begun)
+        place = names.index(parameter)
+        before = float(scores.physical[place] + moved[place] + begun)
+        moved[place] = max(abs(moved[place]), abs(values[0]))
+    effects = np.linalg.norm(scores.regressor * moved, axis=0)
+    matters = effects > levels.least_share * float(np.linalg.norm(scores.force))
+    matters &= np.abs(moved) > half_widths
+    sizes = np.where(matters & (scores.physical != 0), np.abs(scores.physical), np.inf)
+    percents = 100 * np.abs(moved) / sizes
+    most = int(np.argmax(percents))
     return Misspecification(
         kind=kind,
         parameter=parameter,
@@ -244,6 +260,8 @@ def _told(scores: RecordScores, name: TestedHypothesis) -> Misspecification:
         unit=expected_units(parameter, scores.data.axis.axis)[0]
         if kind == "outlier"
         else name.hypothesis.unit,
+        moved=names[most] if percents[most] else "",
+        moved_percent=float(percents[most]),
     )
 
 
@@ -266,6 +284,7 @@ def misspecification_text(lack: Misspecification, axis: GeneratedAxis, record: R
             "at": lack.at,
             "rigid": lack.at / 3,  # of an antiresonance
             "band": drive.deadband + size / abs(drive.gain) if kind == "dead band" else 0.0,
+            "limit": lack.at / abs(drive.gain) if kind == "saturation" else 0.0,
         }
         return f"{what}{f', {by}' * bool(unit)}: {advice} ({part})".format(**words)
     changed = by + (f" ({100 * size / lack.before:+.2g} %)" if lack.before else "")

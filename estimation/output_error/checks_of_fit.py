@@ -12,6 +12,7 @@ from axisid.estimation.diagnostics import (
     RecordRegressor,
     at_bound_check,
     misspecification_check,
+    moved_parameters_check,
     nominal_check,
     pooling_check,
     pooling_test_of,
@@ -260,6 +261,13 @@ def missing_terms_check(of: OutputFit) -> Check | None:
     return replace(check, status="note", meaning=check.meaning + more)
 
 
+def moved_check(of: OutputFit) -> Check | None:
+    """Whether what the model lacks moves a parameter so far that its value means nothing."""
+    found = missing_terms_check(of)
+    checks = [moved_parameters_check(found, lacks) for lacks in of.lacks]
+    return joined(checks, record_labels(of.records))
+
+
 def joined_check(name: str, of: OutputFit) -> Check | None:
     """What is checked of what the model lacks, over all records."""
     checks = [
@@ -447,6 +455,7 @@ _CHECKS: dict[str, Callable[[OutputFit], Check | Missing | None]] = {
     "exact law": exact_law_check,
     "simulation": simulation_check,
     "missing terms": missing_terms_check,
+    "moved parameters": moved_check,
     "outliers": partial(joined_check, "outliers"),
     "what was known": known_check,
     "rows": enough_rows_check,
