@@ -205,7 +205,7 @@ def _after(
 
 # Of the force that commands go up to but for a few samples: more would be of these alone.
 _USUALLY_LARGEST = 0.98
-_LEVELS = np.linspace(0.3, 0.95, 14)
+_LEVELS = np.geomspace(0.05, 0.95, 20)
 
 
 def saturation_levels(s: Along) -> Array:
@@ -401,7 +401,7 @@ _TERMS = (
         unit="",
         columns=lambda s, levels: s.reduce(beyond_levels(s, levels))[:, :, None],
         places=saturation_levels,
-        between=lambda grid, _: np.linspace(grid[0], grid[-1], _BETWEEN),
+        between=lambda grid, _: np.geomspace(grid[0], grid[-1], _BETWEEN),
         is_positive=True,
         is_of_command=True,
         is_whole=True,

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from axisid.estimation.choices import POSITION
+from axisid.estimation.choices import OPEN_LOOP, POSITION
 from axisid.estimation.diagnostics import (
     NOMINAL_VALUES,
     RecordRegressor,
@@ -37,7 +37,7 @@ from axisid.estimation.thresholds import (
     NOTICEABLE_BIAS,
 )
 from axisid.estimation.unknowns import GAIN
-from axisid.estimation.verdict_checks import Check, joined, made, status_of
+from axisid.estimation.verdict_checks import Check, NotUsed, joined, made, status_of
 from axisid.support.errors import Missing
 
 from .result import OutputFit
@@ -177,7 +177,9 @@ def noise_in_loop_check(of: OutputFit) -> Missing | None:
     """Why it is not known what noise in the loop moves; what is known is taken off."""
     if not isinstance(of.moved, Missing):
         return None
-    return Missing(f"what noise makes of the parameters is not known: {of.moved.reason}")
+    said = f"what noise makes of the parameters is not known: {of.moved.reason}"
+    is_unused = isinstance(of.moved, NotUsed) or of.outputs == (OPEN_LOOP,)
+    return NotUsed(said) if is_unused else Missing(said)
 
 
 def starts_check(of: OutputFit) -> Check | None:
