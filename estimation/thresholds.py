@@ -134,6 +134,11 @@ NOTICEABLE_BIAS = Threshold(0.1, "1",
 MAX_VARIANCE_INFLATION = Threshold(10.0, "1",
     "variance inflation from which a column nearly repeats others", "convention")
 MAX_RELATIVE_DEVIATION = Threshold(30.0, "%", "up to which a parameter is known", "chosen")
+MAX_MOVED_PERCENT = Threshold(30.0, "%",
+    "of its value, by which something that the model lacks may move a parameter, or a parameter "
+    "change in the record, before the result is not believed",
+    "as the deviation up to which a parameter is known: further off, the value is no property of "
+    "the axis")
 NEGLIGIBLE_FORCE = Threshold(0.01, "1",
     "share of the force below which a part of it does not matter", "chosen")
 NEGLIGIBLE_PEAK_FORCE = Threshold(0.05, "1",

@@ -279,7 +279,10 @@ KINDS: dict[str, Kind] = {
     "measured velocity": Kind(line="loop", rank=1, grave=True),
     "measured acceleration": Kind(line="loop", rank=1, grave=True),
     "control against limit": Kind(line="loop", rank=6, grave=True),
-    "noise in the loop": Kind(line="loop"),
+    "noise in the loop": Kind(
+        line="loop",
+        remedy="log the control or the force during a longer motion, which show its noise",
+    ),
     "samples near rests": Kind(line="loop"),
     "equation error": Kind(line="model", rank=3, grave=True),
     "missing terms": Kind(
@@ -290,6 +293,7 @@ KINDS: dict[str, Kind] = {
     ),
     "fixed values": Kind(line="model", rank=4, grave=True),
     "what was known": Kind(line="model", rank=4, grave=True),
+    "moved parameters": Kind(line="model", rank=9, grave=True),
     "lack of fit": Kind(line="model"),
     "outliers": Kind(line="outliers", rank=1),
     "parameters shown": Kind(line="precision", rank=3, grave=True),
@@ -321,7 +325,7 @@ def lines_of(checks: Iterable[str]) -> tuple[str, ...]:
 
 
 #: Checks that a verdict names where they could not be made.
-_NAMED = ("missing terms", "control law", "simulation", "method")
+_NAMED = ("missing terms", "control law", "simulation", "noise in the loop", "method")
 
 
 def conclusion(checks: Sequence[Check]) -> str:
@@ -340,7 +344,7 @@ def conclusion(checks: Sequence[Check]) -> str:
         name
         for name in dict.fromkeys((*_NAMED, *left_open))
         # A loop that nothing simulates is no matter beside its law.
-        if name in left_open or (name in skipped and name != "simulation")
+        if name in left_open or (name in skipped and kind_of(name).line != "loop")
     )
     how = belief(checks)
     said = first_case(

@@ -30,7 +30,10 @@ from .column_comparison import (
 )
 from .diagnostic_inputs import DiagnosticInputs as DiagnosticInputs
 from .hausman import HausmanTest as HausmanTest
-from .model_error_checks import misspecification_check as misspecification_check
+from .model_error_checks import (
+    misspecification_check as misspecification_check,
+    moved_parameters_check as moved_parameters_check,
+)
 from .overlapping_records import (
     common_samples as common_samples,
     repeated_check as repeated_check,

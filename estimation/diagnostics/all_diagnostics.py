@@ -26,6 +26,7 @@ from .model_error_checks import (
     lack_of_fit_check,
     missing_terms_check,
     misspecification_check,
+    moved_parameters_check,
     outliers_check,
     simulation_error_check,
 )
@@ -253,6 +254,13 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(
             name="missing terms",
             check=lambda case: missing_terms_check(case.lacking, case),
+            by_record=True,
+        ),
+        Diagnostic(
+            name="moved parameters",
+            check=lambda case: moved_parameters_check(
+                missing_terms_check(case.lacking, case), case.lacking
+            ),
             by_record=True,
         ),
         Diagnostic(

@@ -10,6 +10,7 @@ from axisid.estimation.records import Record, advised_shift
 from axisid.estimation.records.columns import scale_remedy
 from axisid.estimation.signals import advice_on_rests
 from axisid.estimation.thresholds import (
+    MAX_MOVED_PERCENT,
     MAX_SIMULATION_ERROR,
     MIN_DISTANCE_FROM_NOISE,
     MIN_MODEL_SHARE,
@@ -70,6 +71,37 @@ def missing_terms_check(
             "may make it: mend that first",
         )
     return found
+
+
+def moved_parameters_check(
+    found: Check | Missing | None, lacking: Sequence[Misspecification] | Missing
+) -> Check | None:
+    """Whether what the model lacks moves a parameter so far that its value means nothing.
+
+    Parameters
+    ----------
+    found : Check or Missing or None
+        Whether the model lacks terms: None is returned unless that fails.
+    lacking : sequence of Misspecification or Missing
+    """
+    if not fails(found) or isinstance(lacking, Missing):
+        return None
+    most = MAX_MOVED_PERCENT.value
+    own = [each for each in lacking if each.check == "missing terms"]
+    worst = max(own, key=lambda each: each.moved_percent, default=None)
+    if worst is None or worst.moved_percent <= most:
+        return None
+    does = "changes" if worst.parameter == worst.moved else "is moved"
+    return Check(
+        name="moved parameters",
+        status="fail",
+        figure=worst.moved_percent,
+        threshold=most,
+        source=MAX_MOVED_PERCENT.source,
+        meaning=f"{worst.moved} {does} by {worst.moved_percent:.2g} % of its value by what the "
+        f"model lacks. Do not use a value that is more than {most:g} % off: correct the model or "
+        "the record first",
+    )
 
 
 def fails(found: Check | Missing | None) -> bool:

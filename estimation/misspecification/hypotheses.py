@@ -68,8 +68,7 @@ def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
     data = scores.data
     axis, drive = data.axis.axis, data.axis.axis.drive
     commanded = data.record.force is None and drive.is_gain and not drive.logs_what_acts
-    # A turn is told of an angle, a dead band of what is commanded.
-    possible = {"turn": axis.coordinate.unit == "rad", "dead band": commanded}
+    is_turning = axis.coordinate.unit == "rad"
     most = scores.twins - 1 if scores.twins else len(scores.along.place)
     found = [
         Hypothesis(
@@ -80,9 +79,12 @@ def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
             measured=partial(_columns, term, most, scores.measured),
             between=None if term.between is None else partial(_of_user, term, term.between),
             is_positive=term.is_positive,
+            is_whole=term.is_whole,
         )
         for term in TERMS.values()
-        if possible.get(term.kind, True) and (scores.twins or not term.is_of_force)
+        if (is_turning or term.kind != "turn")
+        and (commanded or not term.is_of_command)
+        and (scores.twins or not term.is_of_force)
     ]
     held = [  # parameters that have a value which the record did not tell
         Hypothesis(

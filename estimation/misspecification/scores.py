@@ -56,6 +56,13 @@ class ColumnTests:
     covariances: Array
     powers: Array
 
+    @property
+    def whole_powers(self) -> Array:
+        """What the first column of each takes where its factor is 1, (m,)."""
+        first = self.values[:, 0]
+        sizes = np.where(first == 0, np.inf, first)
+        return np.asarray(self.powers * (2 / sizes - 1 / sizes**2))
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RecordScores:

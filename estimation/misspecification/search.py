@@ -65,6 +65,11 @@ class Misspecification:
     parameters : mapping of str to tuple of float
         Values of the free parameters if it and everything found before it are in the model. Two
         values, forward and backward, of a parameter that it makes differ between directions.
+    moved : str
+        The parameter that it moves, or changes, most by its value, of those that it moves by more
+        than their interval and by which the force changes as well; empty for none.
+    moved_percent : float
+        By how much.
     """
 
     kind: str
@@ -78,6 +83,8 @@ class Misspecification:
     p_value: float
     unit: str = ""
     parameters: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    moved: str = ""
+    moved_percent: float = 0.0
 
     @property
     def size(self) -> float:
@@ -167,7 +174,7 @@ def find_misspecification(
         factors = scores.test(found.columns[:, None]).values[0]
         revised = revised + scores.moved_by(found.columns, factors)
         with_it = _values_with(scores, found, revised, float(factors[0]))
-        lacks.append(replace(_told(scores, found), parameters=with_it))
+        lacks.append(replace(_told(scores, found, half_widths, levels), parameters=with_it))
         scores = scores.with_columns(found.columns)
     return tuple(lacks)
 
@@ -178,10 +185,8 @@ def _tested(
     """It at the place that takes most of those that are sure, else at the surest."""
     columns = hypothesis.columns(hypothesis.places)
     tested = scores.test(columns)
-    first, taken = tested.values[:, 0], tested.powers
-    if hypothesis.is_whole:
-        sizes = np.where(first == 0, np.inf, first)
-        taken = taken * (2 / sizes - 1 / sizes**2)
+    first = tested.values[:, 0]
+    taken = tested.whole_powers if hypothesis.is_whole else tested.powers
     p_values = np.clip(tested.p_values * len(hypothesis.places), hypothesis.least, 1.0)
     p_values[hypothesis.is_positive & (first <= 0)] = 1.0
     told = p_values <= sure
@@ -205,11 +210,12 @@ def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
         return found
     near = hypothesis.between(hypothesis.places, found.at)
     columns = hypothesis.columns(near)
-    best = (
-        int(np.argmax(scores.test(columns).powers))
-        if hypothesis.measured is None
-        else scores.nearest(columns, hypothesis.measured(near))
-    )
+    if hypothesis.is_whole:
+        best = int(np.argmax(scores.test(columns).whole_powers))
+    elif hypothesis.measured is None:
+        best = int(np.argmax(scores.test(columns).powers))
+    else:
+        best = scores.nearest(columns, hypothesis.measured(near))
     values = scores.test(columns[:, [best]]).values[0]
     # What was taken in before is at one of these places, and nothing of it there.
     if not values.any() or (hypothesis.is_positive and values[0] <= 0):
@@ -246,7 +252,9 @@ def _values_with(
     return values
 
 
-def _told(scores: RecordScores, name: TestedHypothesis) -> Misspecification:
+def _told(
+    scores: RecordScores, name: TestedHypothesis, half_widths: Array, levels: Levels
+) -> Misspecification:
     """What is found, as it is told: a change, a delay, a factor, or how much of each column.
 
     What a parameter is before it changes is told beside: the estimate is in between.
@@ -269,12 +277,20 @@ def _told(scores: RecordScores, name: TestedHypothesis) -> Misspecification:
     elif kind == "scaled signal":
         values = 1 + values
     names = [q.name for q in scores.data.axis.parameters]
+    moved = np.zeros(len(names))
+    moved[scores.free] = scores.moved_by(columns, factors)
     if parameter == GAIN:  # what it makes is on the other side
         values, before = -values, 1.0
     elif parameter in names:
-        estimate = scores.physical.copy()
-        estimate[scores.free] += scores.moved_by(columns, factors)
-        before = float(estimate[names.index(parameter)] + begun)
+        place = names.index(parameter)
+        before = float(scores.physical[place] + moved[place] + begun)
+        moved[place] = max(abs(moved[place]), abs(values[0]))
+    effects = np.linalg.norm(scores.regressor * moved, axis=0)
+    matters = effects > levels.least_share * float(np.linalg.norm(scores.force))
+    matters &= np.abs(moved) > half_widths
+    sizes = np.where(matters & (scores.physical != 0), np.abs(scores.physical), np.inf)
+    percents = 100 * np.abs(moved) / sizes
+    most = int(np.argmax(percents))
     return Misspecification(
         kind=kind,
         parameter=parameter,
@@ -289,6 +305,8 @@ def _told(scores: RecordScores, name: TestedHypothesis) -> Misspecification:
         unit=expected_units(parameter, scores.data.axis.axis)[0]
         if kind == "outlier"
         else name.hypothesis.unit,
+        moved=names[most] if percents[most] else "",
+        moved_percent=float(percents[most]),
     )
 
 
@@ -311,6 +329,7 @@ def misspecification_text(lack: Misspecification, axis: GeneratedAxis, record: R
             "at": lack.at,
             "rigid": lack.at / 3,  # of an antiresonance
             "band": drive.deadband + size / abs(drive.gain) if kind == "dead band" else 0.0,
+            "limit": lack.at / abs(drive.gain) if kind == "saturation" else 0.0,
         }
         return f"{what}{f', {by}' * bool(unit)}: {advice} ({part})".format(**words)
     changed = by + (f" ({100 * size / lack.before:+.2g} %)" if lack.before else "")

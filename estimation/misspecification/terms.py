@@ -105,6 +105,10 @@ class Term:
     is_of_force : bool
         Whether its columns are made of the force or the acceleration: noise of a measured one is in
         the residuals too, so that it is looked for along simulated loops alone.
+    is_of_command : bool
+        Whether a drive makes it of what is commanded, so that a measured force has none of it.
+    is_whole : bool
+        Whether its columns are the whole of it, so that its place alone tells how much.
     """
 
     kind: str
@@ -118,10 +122,12 @@ class Term:
     is_positive: bool = False
     is_by_direction: bool = False
     is_of_force: bool = False
+    is_of_command: bool = False
+    is_whole: bool = False
 
     def __post_init__(self) -> None:
         words = dict.fromkeys(("q", "unit", "drive", "force"), "") | dict.fromkeys(
-            ("at", "rigid", "band"), 0.0
+            ("at", "rigid", "band", "limit"), 0.0
         )
         try:
             self.unit.format(unit="", force="")
@@ -198,6 +204,25 @@ def _after(
     since = s.period * (number - np.maximum.accumulate(np.where(turns, number, 0)))
     decays = np.exp(-since[:, None] / times)
     return s.reduce(np.hstack([signs[:, None] * decays, *[decays] * signed]))[:, None]
+
+
+# Of the force that commands go up to but for a few samples: more would be of these alone.
+_USUALLY_LARGEST = 0.98
+_LEVELS = np.geomspace(0.05, 0.95, 20)
+
+
+def saturation_levels(s: Along) -> Array:
+    """Forces beyond which a drive may give no more, up to the largest that is commanded for long."""
+    size = np.abs(s.force)
+    return np.asarray(
+        _LEVELS * float(np.quantile(size[size > 0], _USUALLY_LARGEST, method="lower"))
+    )
+
+
+def beyond_levels(s: Along, levels: Array) -> Array:
+    """What is commanded beyond each level, which a drive with that limit does not give, (N, m)."""
+    force = s.force[:, None]
+    return np.asarray(np.sign(force) * np.maximum(np.abs(force) - levels, 0.0))
 
 
 _TERMS = (
@@ -372,6 +397,20 @@ _TERMS = (
         columns=_one(lambda s: np.sign(s.force)),
         is_positive=True,
         is_of_force=True,
+        is_of_command=True,
+    ),
+    Term(
+        kind="saturation",
+        what="a limit of the drive: it gives no more than about {at:.2g} {force}, whatever is "
+        "commanded",
+        declare="declare it, Drive(limit={limit:.2g}) in {drive}, or command less",
+        unit="",
+        columns=lambda s, levels: s.reduce(beyond_levels(s, levels))[:, :, None],
+        places=saturation_levels,
+        between=lambda grid, _: np.geomspace(grid[0], grid[-1], _BETWEEN),
+        is_positive=True,
+        is_of_command=True,
+        is_whole=True,
     ),
 )
 

@@ -6,12 +6,13 @@ from functools import partial
 
 import numpy as np
 
-from axisid.estimation.choices import POSITION
+from axisid.estimation.choices import OPEN_LOOP, POSITION
 from axisid.estimation.diagnostics import (
     NOMINAL_VALUES,
     RecordRegressor,
     at_bound_check,
     misspecification_check,
+    moved_parameters_check,
     nominal_check,
     pooling_check,
     pooling_test_of,
@@ -36,7 +37,7 @@ from axisid.estimation.thresholds import (
     NOTICEABLE_BIAS,
 )
 from axisid.estimation.unknowns import GAIN
-from axisid.estimation.verdict_checks import Check, joined, made, status_of
+from axisid.estimation.verdict_checks import Check, NotUsed, joined, made, status_of
 from axisid.support.errors import Missing
 
 from .result import OutputFit
@@ -176,7 +177,9 @@ def noise_in_loop_check(of: OutputFit) -> Missing | None:
     """Why it is not known what noise in the loop moves; what is known is taken off."""
     if not isinstance(of.moved, Missing):
         return None
-    return Missing(f"what noise makes of the parameters is not known: {of.moved.reason}")
+    said = f"what noise makes of the parameters is not known: {of.moved.reason}"
+    is_unused = isinstance(of.moved, NotUsed) or of.outputs == (OPEN_LOOP,)
+    return NotUsed(said) if is_unused else Missing(said)
 
 
 def starts_check(of: OutputFit) -> Check | None:
@@ -258,6 +261,13 @@ def missing_terms_check(of: OutputFit) -> Check | None:
     else:
         return check
     return replace(check, status="note", meaning=check.meaning + more)
+
+
+def moved_check(of: OutputFit) -> Check | None:
+    """Whether what the model lacks moves a parameter so far that its value means nothing."""
+    found = missing_terms_check(of)
+    checks = [moved_parameters_check(found, lacks) for lacks in of.lacks]
+    return joined(checks, record_labels(of.records))
 
 
 def joined_check(name: str, of: OutputFit) -> Check | None:
@@ -447,6 +457,7 @@ _CHECKS: dict[str, Callable[[OutputFit], Check | Missing | None]] = {
     "exact law": exact_law_check,
     "simulation": simulation_check,
     "missing terms": missing_terms_check,
+    "moved parameters": moved_check,
     "outliers": partial(joined_check, "outliers"),
     "what was known": known_check,
     "rows": enough_rows_check,

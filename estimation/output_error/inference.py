@@ -21,7 +21,7 @@ from axisid.estimation.output_residuals import ClosedLoopResiduals, jacobian_at
 from axisid.estimation.regression import CovarianceEstimate, widened
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.estimation.unknowns import START, Unknowns, bounded_quadratic_minimum, least_sizes
-from axisid.estimation.verdict_checks import unless_faulty, value_or
+from axisid.estimation.verdict_checks import NotUsed, unless_faulty, value_or
 from axisid.support.arrays import Array, BoolArray, IntArray
 from axisid.support.errors import EstimationError, Missing
 
@@ -182,7 +182,7 @@ def _noise(of: FitSearch, loops: Sequence[RecordLoops | Missing]) -> Array | Mis
     if not of.bootstrap:
         return None
     if of.loss != SQUARES:
-        return Missing("errors count by their size, and outliers are no noise of a loop")
+        return NotUsed("errors count by their size, and outliers are no noise of a loop")
     noise = unless_faulty(
         partial(
             outputs_by_noise,
@@ -196,7 +196,7 @@ def _noise(of: FitSearch, loops: Sequence[RecordLoops | Missing]) -> Array | Mis
     )
     if isinstance(noise, Missing) or noise.any():
         return noise
-    return Missing("no noise that is measured reaches what is followed")
+    return NotUsed("no noise that is measured reaches what is followed")
 
 
 def _corrected(of: FitSearch, sandwich: Sandwich, common: Array | None) -> tuple[Array, IntArray]:

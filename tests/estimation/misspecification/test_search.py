@@ -14,6 +14,8 @@ import numpy as np
 import pytest
 
 from axisid import (
+    Coordinate,
+    Parameter,
     Record,
     build,
     fit,
@@ -22,10 +24,20 @@ from axisid import (
     leave_out,
     load_axis,
     load_result,
+    newton,
     twin_record,
 )
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.elements import asymmetric_viscous, periodic_coulomb, quadratic, spring, stribeck
+from axisid.elements import (
+    Drive,
+    asymmetric_viscous,
+    coulomb,
+    periodic_coulomb,
+    quadratic,
+    spring,
+    stribeck,
+    viscous,
+)
 from axisid.estimation.misspecification import Misspecification
 from axisid.estimation.verdict_checks import Check, Levels
 from axisid.modeling.quantities import Constant
@@ -70,7 +82,7 @@ def test_a_loop_that_follows_by_a_velocity_of_no_record_is_not_searched(bootstra
     said = {c.name: c.meaning for c in result.verdict if c.status == "not evaluated"}
     for name in ("missing terms", "alignment"):
         assert "a velocity that is in no record" in said[name]
-    assert result.belief == "believed"
+    assert result.belief == "with care"
     low, high = result.preferred.parameters["M"].interval
     assert not bootstrap or low < 100.2 < high
 
@@ -125,6 +137,45 @@ def test_values_with_the_missing_term_are_the_machines(kind: str) -> None:
         expected = [truth[name] + each for each in halves.get(name, (0.0,))]
         deviation = result.preferred.parameters[name].deviation
         assert values == pytest.approx(expected, abs=4 * deviation)
+
+
+def _limited(limit: float, commanded: float = 0.5) -> tuple[GeneratedAxis, Record]:
+    """A rotor whose drive gives no more than a limit, which its declaration does not have."""
+    q = Coordinate("q", unit="rad")
+    J, b, c = (Parameter(*each) for each in (("J", "kg*m^2"), ("b", "N*m*s/rad"), ("c", "N*m")))
+    drive, resistance = Drive(gain=1.0, unit="N*m"), (viscous(b, q), coulomb(c, q))
+    axis = newton(
+        "rotor", coordinate=q, parameters=(J, b, c), inertia=J, resistance=resistance, drive=drive
+    )
+    levels = commanded * np.array([1.0, -1.0, 0.3, -0.3, 0.6, -0.6])
+    control = np.repeat(np.tile(levels, 6), 80)
+    position, at, speed = np.empty(len(control)), 0.0, 0.0
+    for k, u in enumerate(control):
+        position[k] = at
+        for _ in range(10):
+            force = min(max(u, -limit), limit) - 1e-3 * speed - 0.03 * np.sign(speed or u)
+            at, speed = at + 1e-4 * speed, speed + 1e-4 * force / 2e-3
+    return build(axis), Record(
+        time=1e-3 * np.arange(len(control)), position=position, control=control
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("limit", "percent"), [(0.25, 30.0), (0.4, 0.0), (9.0, 0.0)])
+def test_a_limit_that_the_drive_has_and_is_not_declared_is_named_with_its_level(
+    limit: float, percent: float
+) -> None:
+    axis, record = _limited(limit)
+    result = identify(axis, record)
+    if limit > 1:
+        assert not result.case.lacking
+        return
+    first = result.case.lacking[0]
+    assert first.kind == "saturation"
+    assert first.at == pytest.approx(limit, rel=0.05)
+    moved = checks_of(result).get("moved parameters")
+    assert (result.belief == "not believed") == (moved is not None) == (percent > 0)
+    assert (moved.figure if moved else 0.0) >= percent
 
 
 @pytest.mark.parametrize("given", [0, 1, 2.0, -0.1, math.nan, "0.01", True, None])

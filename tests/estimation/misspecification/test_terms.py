@@ -85,6 +85,21 @@ def test_waves_are_of_every_period_that_rows_can_tell() -> None:
         assert np.abs(between(periods, at) / true - 1).min() < 0.02
 
 
+def test_what_is_commanded_beyond_a_limit_is_lost_and_its_factor_is_one(
+    rng: np.random.Generator,
+) -> None:
+    force = np.repeat(rng.uniform(-1.0, 1.0, 60), 50)
+    s = replace(_along(), force=force)
+    term, levels = TERMS["saturation"], TERMS["saturation"].places(s)
+    assert 0.0 < levels[0] < 0.1 < 0.8 < levels[-1] < np.abs(force).max()
+    columns = term.columns(s, np.array([0.6]))[:, 0]
+    assert np.clip(force, -0.6, 0.6) == pytest.approx(force - columns[:, 0])
+    between = term.between(levels, math.nan)
+    lost = (force - np.clip(force, -0.6, 0.6))[:, None]
+    tested = scores_of(lost, s.velocity[:, None]).test(term.columns(s, between))
+    assert between[np.argmax(tested.whole_powers)] == pytest.approx(0.6, abs=0.02)
+
+
 _CALL = re.compile(rf"\b(?:{'|'.join(ELEMENTS)})\((?:[^()]|\([^()]*\))*\)")
 
 _PLACES = ("velocity", "exponent", "period")  # what an element is told by number
@@ -95,6 +110,7 @@ _OTHERS = (
     "resonance",
     "delay",
     "dead band",
+    "saturation",
     "loss",
     "presliding",
     "backlash",

@@ -43,7 +43,7 @@ def test_the_headline_names_the_serious_failure_and_what_comes_before_it() -> No
     assert conclusion(checks[:1]).endswith("Correct this first: precision.")
 
 
-NEEDED = ("control law", "simulation", "missing terms")
+NEEDED = ("control law", "simulation", "missing terms", "noise in the loop")
 
 
 @pytest.mark.parametrize("name", NEEDED)
