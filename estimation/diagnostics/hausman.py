@@ -127,7 +127,7 @@ def _scores(one: Estimate, other: Estimate) -> tuple[Array, Array]:
         weights = other.weights[:, None]
         columns = weights * np.column_stack([other.X, one.score_columns, other.score_columns])
         both = weights[:, 0] * (other.X @ other.theta + other.net_residuals)
-        errors = both - columns @ np.linalg.lstsq(columns, both)[0]
+        errors = both - columns @ np.linalg.lstsq(columns, both, rcond=None)[0]
         residuals = (errors / weights[:, 0],) * 2
     return _influence(one) * residuals[0][:, None], _influence(other) * residuals[1][:, None]
 

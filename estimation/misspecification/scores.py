@@ -150,7 +150,7 @@ class RecordScores:
         left, taken = u.T @ self.net_residuals[:, 0], list[float]()
         for own in np.moveaxis(columns, 1, 0):
             seen = u.T @ (own - self.basis @ (self.basis.T @ own))
-            taken.append(float(left @ seen @ np.linalg.lstsq(seen, left)[0]))
+            taken.append(float(left @ seen @ np.linalg.lstsq(seen, left, rcond=None)[0]))
         return int(np.argmax(taken))
 
     def moved_by(self, columns: Array, values: Array) -> Array:

@@ -15,6 +15,10 @@ import numpy as np
 from scipy.special import ndtri, stdtrit
 
 from axisid.estimation.diagnostics.control_law import (
+    CONSTANT,
+    DRIFT,
+    GAINS,
+    SCALE,
     EstimatedGains,
     LawAgreement,
     found_law_agreement,
@@ -165,10 +169,10 @@ _TWINS = 8
 _LEVEL = 0.975  # at which eight twins are as sure as the normal law has it
 
 
-def factors_in_twins(
+def laws_in_twins(
     law: LawAgreement | Missing, loops: RecordLoops | Missing, found: EstimatedGains
-) -> Sequence[Mapping[str, float]]:
-    """Factors that the law has in twins, which are under the declared one; none without twins.
+) -> Sequence[LawAgreement]:
+    """The law's agreement with twins, which are under the declared one; none without twins.
 
     A control that answers to noise within a sample is no sum of its terms, and their deviations
     know of what stands in the rows alone.
@@ -183,68 +187,96 @@ def factors_in_twins(
     if (
         isinstance(law, Missing)
         or isinstance(loops, Missing)
-        or not law.factors
+        or not law.explanations
         or loops.chain.is_silent
     ):
         return []
     twins = loops.twins(loops.chain, _TWINS, paired=False)
-    checked = (found_law_agreement(loops.data.axis, twin, found) for twin in twins)
-    factors = [each.factors for each in checked if isinstance(each, LawAgreement)]
-    same = [each for each in factors if each.keys() == law.factors.keys()]
-    return same if 2 * len(same) >= _TWINS else []
+    checked = [found_law_agreement(loops.data.axis, twin, found) for twin in twins]
+    return [each for each in checked if isinstance(each, LawAgreement)]
 
 
-def move_by_record(
-    of_records: Sequence[Mapping[str, Array]],
+#: What differs between the control and the law -> what that moves the parameters by, (P,), and
+#: its deviations, (P,).
+MovesByExplanation = Mapping[tuple[str, ...], tuple[Array, Array]]
+
+
+def moves_by_explanation(
+    slopes: Sequence[Mapping[str, Array]],
     laws: Sequence[LawAgreement | Missing],
     every: Sequence[RecordLoops | Missing],
     found: EstimatedGains,
-) -> tuple[Array, Array] | None:
-    """What the law as the records have it, less the declared one, moves the parameters by, (P,).
+) -> MovesByExplanation:
+    """Changes of the parameters with the law and the control as each explanation has them.
 
-    Each record moves them by its own factors, less what those of its twins do in the mean; one that
+    Each record moves them by its own values, minus what those of its twins do in the mean; one that
     does not tell them is taken for the mean of those that do.
 
     Parameters
     ----------
-    of_records : sequence of mapping of str to (P,) array
-        Of each term, 1 % larger, by its gains.
+    slopes : sequence of mapping of str to (P,) array
+        By record: change of the parameters per unit of each value of an `Explanation`.
     laws : sequence of LawAgreement or Missing
     every : sequence of RecordLoops or Missing
-        Of the records, whose twins tell how sure the factors are; `LawAgreement.deviations` do
+        Of the records, whose twins tell how sure the values are; `LawAgreement.deviations` do
         where there are none.
     found : EstimatedGains
 
     Returns
     -------
-    ((P,) array, (P,) array) or None
-        With its deviations, of how sure the factors are. None where no record tells the law's
-        factors, or only those of another sign.
+    mapping of tuple of str to ((P,) array, (P,) array)
+        By kind of explanation, those of the gains alone and the plausible ones; none that no record
+        tells.
     """
-    names = [*of_records[0]]
-    told = [law.factors if isinstance(law, LawAgreement) else {} for law in laws]
-    # Nothing speaks against a declared limit that no record shows.
-    shown = [each[LIMIT] for each in told if each.get(LIMIT, 0.0) > 0] or [1.0]
-    factors = [{LIMIT: float(np.mean(shown))} | each for each in told]
-    # Of a law with another sign, straight lines from the declared one tell nothing.
-    factors = [f if all(f.get(name, 0.0) > 0 for name in names) else {} for f in factors]
-    telling = [each for each in factors if each]
-    if not telling or not names:
+    kinds = [(GAINS,)]
+    kinds += [each.kind for law in laws if isinstance(law, LawAgreement) for each in law.plausible]
+    twins = [laws_in_twins(law, loops, found) for law, loops in zip(laws, every, strict=True)]
+    terms = [name for name in slopes[0] if name not in (SCALE, CONSTANT, DRIFT)]
+    moves = {}
+    for kind in dict.fromkeys(kinds):
+        names = [name for name in kind if name != GAINS] + terms * (GAINS in kind)
+        told = [_told(law, kind, names) for law in laws]
+        # Nothing speaks against a declared limit that no record shows.
+        limits = [each[LIMIT] for each in told if LIMIT in each] or [0.0]
+        values = [_values(each, names, float(np.mean(limits))) for each in told]
+        telling = [each for each in values if each is not None]
+        if not telling or not names:
+            continue
+        mean, shifts, variances = np.mean(telling, axis=0), [], []
+        for of_record, law, others, by in zip(values, laws, twins, slopes, strict=True):
+            by_name = np.array([by[name] for name in names])
+            shift = (mean if of_record is None else of_record) @ by_name
+            in_twins = [_values(_told(each, kind, names), names, 0.0) for each in others]
+            of_twins = [each @ by_name for each in in_twins if each is not None]
+            if 2 * len(of_twins) >= _TWINS:
+                count = len(of_twins)
+                shift = shift - np.mean(of_twins, axis=0)
+                widened = (1 + 1 / count) * (stdtrit(count - 1, _LEVEL) / ndtri(_LEVEL)) ** 2
+                variances.append(widened * np.var(of_twins, axis=0, ddof=1))
+            elif isinstance(law, LawAgreement):
+                deviations = np.array([law.deviations.get(name, 0.0) for name in names])
+                variances.append(deviations**2 @ by_name**2)
+            shifts.append(shift)
+        moves[kind] = (np.asarray(np.sum(shifts, axis=0)), np.sqrt(np.sum(variances, axis=0)))
+    return moves
+
+
+def _told(
+    law: LawAgreement | Missing, kind: tuple[str, ...], names: Sequence[str]
+) -> Mapping[str, float]:
+    """Values of an explanation of that kind; none of a law that does not tell them."""
+    explanations = () if isinstance(law, Missing) else law.explanations
+    for each in explanations:
+        if each.kind == kind and not each.turns_a_sign:
+            return each.values
+    return {}
+
+
+def _values(
+    told: Mapping[str, float], names: Sequence[str], limit: float
+) -> Array | None:
+    """Values by name, (k,), that of a limit where the record does not show it; None without them."""
+    values = {LIMIT: limit, **told}
+    if not told or not {*names} <= {*values}:
         return None
-    mean = {name: float(np.mean([each[name] for each in telling])) for name in names}
-    shifts, variances = [], []
-    for moves, of_record, law, loops in zip(of_records, factors, laws, every, strict=True):
-        twins = factors_in_twins(law, loops, found)
-        table = np.array([[f.get(n, 1.0) for n in names] for f in (of_record or mean, *twins)])
-        slopes = np.array([moves[n] for n in names]) / PERCENT
-        shift, *of_twins = (table - 1) @ slopes
-        if twins:
-            count = len(twins)
-            shift = shift - np.mean(of_twins, axis=0)
-            widened = (1 + 1 / count) * (stdtrit(count - 1, _LEVEL) / ndtri(_LEVEL)) ** 2
-            variances.append(widened * np.var(of_twins, axis=0, ddof=1))
-        elif isinstance(law, LawAgreement):
-            deviations = np.array([law.deviations.get(n, 0.0) for n in names])
-            variances.append(deviations**2 @ slopes**2)
-        shifts.append(shift)
-    return np.asarray(np.sum(shifts, axis=0)), np.sqrt(np.sum(variances, axis=0))
+    return np.array([values[name] for name in names])

@@ -8,8 +8,12 @@ from typing import Any, Literal
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.choices import OPEN_LOOP
+from axisid.estimation.choices import CONTROL, OPEN_LOOP
 from axisid.estimation.diagnostics.control_law import (
+    CONSTANT,
+    DRIFT,
+    GAINS,
+    SCALE,
     EstimatedGains,
     LawAgreement,
     first_failing,
@@ -38,7 +42,12 @@ from axisid.support.presentable import Presentable
 from .covariance import unseen_in_words
 from .fit_search import FitSearch
 from .inference import FitInference, inferred
-from .parametric_bootstrap import PERCENT, move_by_record, outputs_by_noise
+from .parametric_bootstrap import (
+    PERCENT,
+    MovesByExplanation,
+    moves_by_explanation,
+    outputs_by_noise,
+)
 
 _OF_POSITION = 16  # twins with noise of the position alone
 
@@ -143,7 +152,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         """With what twins tell, and without them: many times what the records hold."""
         names = (each.name for each in fields(self))
         state = {
-            n: getattr(self, n) for n in (*names, "law_shift", "lacks", "of_records", "checks")
+            n: getattr(self, n) for n in (*names, "law_moves_by_explanation", "lacks", "of_records", "checks")
         }
         sandwich = replace(self.judged_sandwich, twins=None)
         return state | {"doubts": (), "loops": (), "judged_sandwich": sandwich}
@@ -256,14 +265,38 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         """What the law as the records have it would move them by, (P,)."""
         return self.law_shift[0] if isinstance(self.law_shift, tuple) else None
 
-    @cached_property
+    @property
     def law_shift(self) -> tuple[Array, Array] | Missing | None:
-        """What the law as the records have it would move them by, with deviations, (P,) each."""
+        """What the gains that the records have would move them by, with deviations, (P,) each."""
+        moves = self.law_moves_by_explanation
+        return moves if isinstance(moves, Missing) else moves.get((GAINS,))
+
+    @cached_property
+    def law_moves_by_explanation(self) -> MovesByExplanation | Missing:
+        """What the gains, and each plausible explanation of the recorded control, move them by."""
         return unless_faulty(
-            lambda: move_by_record(
-                self._moves_of_records, self.laws, self.loops, self.estimated_gains
+            lambda: moves_by_explanation(
+                self._slopes_by_explanation, self.laws, self.loops, self.estimated_gains
             )
         )
+
+    @cached_property
+    def _slopes_by_explanation(self) -> tuple[Mapping[str, Array], ...]:
+        """By record: change of the parameters, (P,), per unit of each value of an `Explanation`."""
+        slopes = []
+        for spans, moves in zip(self.predictions.spans, self._moves_of_records, strict=True):
+            of = {name: move / PERCENT for name, move in moves.items()}
+            of |= dict.fromkeys((SCALE, CONSTANT, DRIFT), np.zeros(len(self.physical)))
+            if CONTROL in self.outputs:
+                rows = record_rows(spans, self.outputs.index(CONTROL), len(self.outputs))
+                influence, control = self.influence[:, rows], self.predictions.measured[rows]
+                over_time = np.linspace(-0.5, 0.5, len(control))
+                # The recorded control is as much more than what acted.
+                of[SCALE] = -influence @ control
+                of[CONSTANT] = -influence.sum(axis=1)
+                of[DRIFT] = -influence @ over_time
+            slopes.append(of)
+        return tuple(slopes)
 
     @cached_property
     def _moves_of_records(self) -> tuple[Mapping[str, Array], ...]:

@@ -4,8 +4,17 @@ In: an axis and a record. Out: `LawAgreement`, with what would mend it.
 Knows nothing of estimates, and of what the loop makes of the law.
 """
 
-from .control_residuals import comparison_filter as comparison_filter
-from .gain_regression import GainRegression as GainRegression
+from .control_residuals import (
+    CONSTANT as CONSTANT,
+    DRIFT as DRIFT,
+    comparison_filter as comparison_filter,
+)
+from .gain_regression import (
+    GAINS as GAINS,
+    SCALE as SCALE,
+    Explanation as Explanation,
+    GainRegression as GainRegression,
+)
 from .law_agreement import (
     EstimatedGains as EstimatedGains,
     LawAgreement as LawAgreement,

@@ -10,7 +10,7 @@ between the samples have a noise of their own. The law is run along what it may 
 random, and what that changes of its control is left open.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -65,9 +65,70 @@ _MAX_CONTROL_LEAN = 0.01
 _SD_BY_MEDIAN = 1.4826  # standard deviation by the median of absolute ones, of normal noise
 _DRAWS = 3  # of what the log leaves open
 _COINCIDES = 1e-6  # of a sample
+# of a constant, a drift or the law's control, less of which is apart from the start of a memory
+_MIN_SHAPE_APART = 1e-3
 # least deviation of a factor of a law that reads an ideal velocity, which is in no log: measured,
 # up to 2.4e-4 off on twins without noise, 1e-5 to 1e-4 on whole ones
 _FACTOR_BLUR = 1e-4
+
+
+#: Names of what explains a control, beside the terms of the law.
+GAINS, SCALE = "law's gains", "control's scale"
+# What explains a control by itself, then with a constant beside it.
+_KINDS = (
+    (GAINS,),
+    (SCALE,),
+    (CONSTANT,),
+    (CONSTANT, DRIFT),
+    (GAINS, CONSTANT),
+    (SCALE, CONSTANT),
+    (GAINS, CONSTANT, DRIFT),
+    (SCALE, CONSTANT, DRIFT),
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Explanation:
+    """One way to explain how the recorded control differs from the declared law.
+
+    Attributes
+    ----------
+    kind : tuple of str
+        What differs: the law's gains, the scale of the control, a constant, a drift.
+    values : mapping of str to float
+        By how much, by term of the law (factor minus 1), and by `SCALE` (factor minus 1),
+        `CONSTANT` and `DRIFT` over the record (in the unit of the control).
+    left_percent : float
+        Residual with it, in percent of the recorded control.
+    """
+
+    kind: tuple[str, ...]
+    values: Mapping[str, float]
+    left_percent: float
+
+    @property
+    def turns_a_sign(self) -> bool:
+        """Whether a factor is zero or negative."""
+        factors = (value for name, value in self.values.items() if name not in (CONSTANT, DRIFT))
+        return min(factors, default=0.0) <= -1
+
+
+def plausible(explanations: Sequence[Explanation], best: float) -> tuple[Explanation, ...]:
+    """Explanations that the record cannot tell apart, without those that say more than they need.
+
+    Parameters
+    ----------
+    explanations : sequence of Explanation
+        The simple ones first.
+    best : float
+        Residual that any explanation reaches, in percent of the recorded control.
+    """
+    found: list[Explanation] = []
+    for each in explanations:
+        is_needless = any({*other.kind} <= {*each.kind} for other in found)
+        if each.left_percent <= _MAX_SAME_RESIDUAL * best and not is_needless:
+            found.append(each)
+    return tuple(found)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -323,19 +384,64 @@ class GainRegression:
         """
         steps, covariance, _ = self.gain_steps
         blur = _FACTOR_BLUR * self.along.law.takes_velocity  # of what is in no log
-        names, columns, factors = self._names, self._columns, {}
+        factors = {}
+        for term, of in self._weights_of_steps.items():
+            deviation = float(np.hypot(np.sqrt(of @ covariance @ of), blur))
+            factors[term] = (float(1 + of @ [*steps.values()]), deviation)
+        return {**factors, **self.at_limit}
+
+    @cached_property
+    def _weights_of_steps(self) -> dict[str, Array]:
+        """Logarithm of the factor of each term by the steps of the gains, (k,), where it shows."""
+        steps, names, columns = self.gain_steps[0], self._names, self._columns
         # Of gains that show in one product alone the step of one is that of the product.
         told = columns[:, [names.index(name) for name in steps]]
-        shares = np.linalg.lstsq(told, columns)[0]
+        shares = np.linalg.lstsq(told, columns, rcond=None)[0]
         apart = np.linalg.norm(columns - told @ shares, axis=0)
         shares[:, apart > _MIN_GAIN_TOLD_APART * np.linalg.norm(columns, axis=0)] = 0.0
+        weights = {}
         for term, powers in self.powers.items():
             of = np.array([powers.get(each, 0.0) for each in steps])
             shown = of @ shares[:, [names.index(each) for each in powers]]
             if np.allclose(shown, [*powers.values()], rtol=MAX_SCALE_ERROR.value):
-                deviation = float(np.hypot(np.sqrt(of @ covariance @ of), blur))
-                factors[term] = (float(1 + of @ [*steps.values()]), deviation)
-        return {**factors, **self.at_limit}
+                weights[term] = of
+        return weights
+
+    @cached_property
+    def explanations(self) -> tuple[Explanation, ...]:
+        """Ways to explain how the recorded control differs from the law's, the simple ones first.
+
+        By least squares, to first order in the gains.
+        """
+        steps = self.gain_steps[0]
+        time = self.neighbours.places - self.neighbours.places.mean()
+        time = time / np.ptp(time)
+        shapes = np.column_stack([self.output, np.ones(len(time)), time])
+        # What the start of a memory explains as well is no explanation of its own.
+        apart = self._besides_start(shapes)
+        shown = np.linalg.norm(apart, axis=0) > _MIN_SHAPE_APART * np.linalg.norm(shapes, axis=0)
+        blocks = {
+            name: apart[:, [i]] for i, name in enumerate((SCALE, CONSTANT, DRIFT)) if shown[i]
+        }
+        if steps:
+            blocks[GAINS] = self._columns[:, [self._names.index(name) for name in steps]]
+        found = []
+        for kind in _KINDS:
+            if not {*kind} <= {*blocks}:
+                continue
+            columns = np.hstack([blocks[name] for name in kind])
+            sizes = np.linalg.norm(columns, axis=0)
+            by_size = np.linalg.lstsq(columns / sizes, self.residuals, rcond=_MIN_GAIN_TOLD_APART)[0]
+            left = self.residuals - columns / sizes @ by_size
+            theta = dict(zip(_names_of(kind, steps), by_size / sizes, strict=True))
+            values = {name: float(theta[name]) for name in kind if name != GAINS}
+            if GAINS in kind:
+                told = np.array([theta[name] for name in steps])
+                values |= {t: float(of @ told) for t, of in self._weights_of_steps.items()}
+                values |= {name: factor - 1 for name, (factor, _) in self.at_limit.items()}
+            percent = relative_error_percent(left, self.control)
+            found.append(Explanation(kind=kind, values=values, left_percent=percent))
+        return tuple(found)
 
     @property
     def powers(self) -> dict[str, dict[str, float]]:
@@ -433,6 +539,14 @@ class GainRegression:
         return lambda columns: np.asarray(
             columns - unit @ np.linalg.lstsq(unit, columns, rcond=_MIN_GAIN_TOLD_APART)[0]
         )
+
+
+def _names_of(kind: Sequence[str], gains: Iterable[str]) -> list[str]:
+    """Names of the columns of an explanation, those of gains among them."""
+    names: list[str] = []
+    for each in kind:
+        names += [*gains] if each == GAINS else [each]
+    return names
 
 
 def _told_apart(columns: Array, size: float) -> list[int]:

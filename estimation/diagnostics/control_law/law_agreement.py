@@ -13,6 +13,7 @@ is held against the control with the gains that the control itself asks for; wha
 then be those, as surely as both are known.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -45,7 +46,7 @@ from .control_residuals import (
     other_readings,
     settling,
 )
-from .gain_regression import GainRegression
+from .gain_regression import GAINS, Explanation, GainRegression, plausible
 from .law_faults import (
     explained_by_gains,
     is_near,
@@ -55,6 +56,8 @@ from .law_faults import (
     repair_of,
 )
 
+# of the declared law's residual, less of which speaks against no explanation
+_NEGLIGIBLE_PART = 0.01
 _SIZE_OF_INJECTED = (
     "check the size of the test signal, such as a gain or a filter between where it is logged and "
     "where it is added"
@@ -89,6 +92,10 @@ class LawAgreement:
         Of the factors, beside an autoregression; empty where they are not known.
     found_apart : bool
         Whether the law is the control's, by other gains than a fit has found.
+    explanations : tuple of Explanation
+        Ways to explain the difference between the control and the law, the simple ones first.
+    repaired_percent : float
+        ``fitted_residual_percent`` with another column or another law; infinite if none is found.
     """
 
     factors: dict[str, float]
@@ -100,6 +107,8 @@ class LawAgreement:
     advice: str = ""
     deviations: Mapping[str, float] = field(default_factory=dict)
     found_apart: bool = False
+    explanations: tuple[Explanation, ...] = ()
+    repaired_percent: float = math.inf
 
     @property
     def sentence(self) -> str:
@@ -107,22 +116,26 @@ class LawAgreement:
         return f"{self.meaning}{self.advice}"
 
     @property
-    def is_told_by_factors(self) -> bool:
-        """Whether the control is the law's but for its factors, which are all there is to mend."""
-        left = self.fitted_residual_percent
-        return (
-            left is not None
-            and left < MAX_LAW_RESIDUAL.value
-            and not (self.delay or self.found_apart)
-            and bool(self.factors)
-            and min(self.factors.values()) > 0
-        )
+    def plausible(self) -> tuple[Explanation, ...]:
+        """Explanations of the control that the record cannot tell apart; empty if none is enough.
+
+        Another column or another law may explain the control better than any of them.
+        """
+        if self.delay or self.found_apart or not self.explanations:
+            return ()
+        least = min(each.left_percent for each in self.explanations)
+        if not self.passed and least >= MAX_LAW_RESIDUAL.value:
+            return ()
+        enough = _NEGLIGIBLE_PART * (self.residual_percent or 0.0)
+        found = plausible(self.explanations, max(min(least, self.repaired_percent), enough))
+        # A straight line from the declared law tells nothing of one with another sign.
+        return tuple(each for each in found if not each.turns_a_sign)
 
 
 def first_failing(laws: Sequence[LawAgreement | Missing]) -> LawAgreement | Missing:
-    """The first check that fails its record, those before that factors tell; else the first."""
+    """The first check that fails its record, those without an explanation first; else the first."""
     failing = [each for each in laws if isinstance(each, LawAgreement) and not each.passed]
-    return min(failing, key=lambda each: each.is_told_by_factors, default=laws[0])
+    return min(failing, key=lambda each: bool(each.plausible), default=laws[0])
 
 
 def law_agreement(axis: GeneratedAxis, record: Record) -> LawAgreement | Missing:
@@ -201,6 +214,7 @@ def _compared(
         residual_percent=declared,
         fitted_residual_percent=relative_error_percent(by_gains.gain_steps[2], by_gains.control),
         delay=shift,
+        explanations=by_gains.explanations,
         passed=not (by_gains.off or by_gains.lean or declared >= MAX_LAW_RESIDUAL.value or shift),
         meaning=f"the declared law reproduces the recorded control to {declared:.2g} % of its norm"
         + f"; what it reads between the samples leaves {left_open:.2g} % open" * by_gains.between,
@@ -209,15 +223,32 @@ def _compared(
         return check
     explained, fault = _fault(axis, record, check, by_gains)
     if explained and (repair := repair_of(axis, law, record, explained, shift)):
+        percent, said = repair
         return replace(
             check,
+            repaired_percent=percent,
             meaning=f"the recorded control is not the declared law's ({off_text(declared)}), but "
-            f"{repair}",
+            f"{said}",
         )
     if shift:
         late, advice = late_note(shift, None if law.continuous else law.delay)
         return replace(check, meaning=late, advice=advice)
-    return fault
+    return _with_gains_of_runs(fault)
+
+
+def _with_gains_of_runs(check: LawAgreement) -> LawAgreement:
+    """The check with the factors of its runs in place of those to first order."""
+    left = check.fitted_residual_percent
+    if left is None or not check.factors:
+        others = [each for each in check.explanations if GAINS not in each.kind]
+        return replace(check, explanations=tuple(others))
+    by_runs = Explanation(
+        kind=(GAINS,),
+        values={name: factor - 1 for name, factor in check.factors.items()},
+        left_percent=left,
+    )
+    others = [each for each in check.explanations if each.kind != by_runs.kind]
+    return replace(check, explanations=(by_runs, *others))
 
 
 def _fault(

@@ -117,8 +117,10 @@ _Repair = tuple[str, GeneratedAxis, ControlLaw, Record]
 
 def repair_of(
     axis: GeneratedAxis, law: ControlLaw, record: Record, declared: float, shift: int
-) -> str | None:
+) -> tuple[float, str] | None:
     """What would make the law fit: columns changed, or its velocity formed otherwise; or None.
+
+    The residual of the law then, in percent of the control, and the words.
 
     It leaves half of what is `declared` at the most: of what the declared law leaves, or gains
     that explain the control. Where that is only some samples early or late, there is nothing else
@@ -136,8 +138,8 @@ def repair_of(
             for said, of, by, other in kind(axis, law, record)
         ]
         least, note = min(tried, key=lambda each: each[0], default=(np.inf, None))
-        if least < good:
-            return note
+        if note is not None and least < good:
+            return least, note
     return None
 
 
