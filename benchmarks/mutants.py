@@ -33,10 +33,17 @@ _SIM, _REG = "tests/estimation/simulation", "tests/estimation/regression"
 _CLOCKS = "tests/estimation/law_replay/test_two_clocks.py"
 _PUSHED = f"{_SIM}/test_recorded.py::test_a_"
 _PULSE = f"{_PUSHED}pulse_that_turns_the_velocity_back_within_a_sample_is_followed"
+_WITHIN = f"{_PUSHED}pulse_is_followed_in_steps_within_a_sample"
+_LANES_WITHIN = f"{_SIM}/test_recorded.py::test_lanes_in_steps_within_a_sample_are_the_single_loops"
 _MOVED = f"{_SIM}/test_recorded.py::test_"
 _PLACE = f"{_SIM}/test_position_events.py::test_"
 _SWING = f"{_SIM}/test_states.py::test_a_light_stack_swings_within_a_sample_as_small_leaps_have_it"
 _SANDWICH = f"{_REG}/test_covariance.py"
+_DELTA = (
+    f"{_REG}/test_coloured_errors.py::test_its_degrees_of_freedom_are_those_of_the_delta_method"
+)
+_NOISE = "estimation/noise_models/noise_estimation.py"
+_MEASURED = "tests/estimation/noise_models/test_noise_estimation.py::test_"
 _ALONG = "tests/estimation/law_replay/test_initial_state_of_record.py"
 
 #: By name: a file, what it has once, what stands there instead, and the tests that ought to fail.
@@ -65,6 +72,36 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         "    *span = lowest;\n    return 1;",
         "    return 1;",
         (f"{_PULSE}[early-signal-True]",),
+    ),
+    "a dip may bend at one end of its step alone": (
+        f"{_LOOP}/events.c",
+        "if (dq == 0.0 || !(end->first * direction < 0.0 && end->last * direction > 0.0))",
+        "if (dq == 0.0 || !(end->first * direction < 0.0 || end->last * direction > 0.0))",
+        (f"{_WITHIN}[any-True]",),
+    ),
+    "a step that begins at rest may dip at once": (
+        f"{_LOOP}/events.c",
+        "if (dq == 0.0 || !(end->first * direction < 0.0 && end->last * direction > 0.0))",
+        "if (dq == 0.0 && !(end->first * direction < 0.0 && end->last * direction > 0.0))",
+        (f"{_WITHIN}[any-True]",),
+    ),
+    "signals stand still within the samples of a batch": (
+        f"{_LOOP}/batch.c",
+        "now[j] += now[j + 1] * step * (double)(i - 1);",
+        "now[j] += now[j + 1] * 0.0;",
+        (_LANES_WITHIN,),
+    ),
+    "signals of a batch are a step ahead within a sample": (
+        f"{_LOOP}/batch.c",
+        "now[j] += now[j + 1] * step * (double)(i - 1);",
+        "now[j] += now[j + 1] * step * (double)i;",
+        (_LANES_WITHIN,),
+    ),
+    "signals of a batch go back within a sample": (
+        f"{_LOOP}/batch.c",
+        "now[j] += now[j + 1] * step * (double)(i - 1);",
+        "now[j] -= now[j + 1] * step * (double)(i - 1);",
+        (_LANES_WITHIN,),
     ),
     "a velocity that is found to be zero is not made so": (
         f"{_LOOP}/events.c",
@@ -207,6 +244,84 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         "summed * np.outer(gain, gain)",
         "summed * np.outer(gain, gain**0)",
         (f"{_SANDWICH}::test_whitened_products_are_those_of_whitened_scores",),
+    ),
+    "freedom knows nothing of the errors that the innovations make": (
+        _COVARIANCE,
+        "basis.T @ coloured(r))) / (1 - r**2)) for r in at)",
+        "basis.T @ coloured(r))) / (1 - at[0]**2)) for r in at)",
+        (_DELTA,),
+    ),
+    "the slope by a coefficient is over half its step": (
+        _COVARIANCE,
+        "slopes = (more - less) / (at[1] - at[0])",
+        "slopes = (more - less) / _RESOLVED",
+        (_DELTA,),
+    ),
+    "freedom takes the variance of the coefficient for 1/n": (
+        _COVARIANCE,
+        "2 / ((2 + slopes**2 * (1 - rho**2)) / n)",
+        "2 / ((2 + slopes**2) / n)",
+        (_DELTA,),
+    ),
+    "scores that alternate are not whitened": (
+        _COVARIANCE,
+        "slope, 0.0), -most, most)",
+        "slope, 0.0), 0.0, most)",
+        (f"{_SANDWICH}::test_scores_are_whitened_by_their_own_autocorrelation",),
+    ),
+    "twins are about their own mean as a record is": (
+        _NOISE,
+        "return (count + 1) / max(count - 1, 1)",
+        "return count / max(count - 1, 1)",
+        (f"{_MEASURED}power_about_another_mean_is_that_of_a_further_series",),
+    ),
+    "second differences are independent": (
+        _NOISE,
+        "2 * (1 + 2 * ((4 / 6) ** 2 + (1 / 6) ** 2))",
+        "2 * (1 + 1 * ((4 / 6) ** 2 + (1 / 6) ** 2))",
+        (f"{_MEASURED}squares_of_second_differences_count_as_so_many_independent_powers",),
+    ),
+    "twins that scatter little count more than their bands have": (
+        _NOISE,
+        "np.minimum(counts, independent)",
+        "np.maximum(counts, independent)",
+        (f"{_MEASURED}twins_have_as_many_independent_powers_as_their_scatter_shows",),
+    ),
+    "the variance of twins is by their number": (
+        _NOISE,
+        "steps.var(axis=0, ddof=1)",
+        "steps.var(axis=0)",
+        (f"{_MEASURED}twins_have_as_many_independent_powers_as_their_scatter_shows",),
+    ),
+    "the likelihood counts each band once": (
+        _NOISE,
+        "np.asarray(-(np.log(expected) + power / expected) @ counts)",
+        "np.asarray(-(np.log(expected) + power / expected) @ counts**0)",
+        (f"{_MEASURED}the_likelihood_is_that_of_means_of_exponential_powers",),
+    ),
+    "disturbances that no band shows are in the chain": (
+        _NOISE,
+        "units > _SMALLEST * power, axis=1)",
+        "units > 0 * power, axis=1)",
+        (f"{_MEASURED}autoregressions_are_those_that_a_band_shows",),
+    ),
+    "disturbances are told by their variances": (
+        _NOISE,
+        "zip(times, np.sqrt(variances), counts, strict=True)",
+        "zip(times, variances, counts, strict=True)",
+        (f"{_MEASURED}autoregressions_are_those_that_a_band_shows",),
+    ),
+    "noise is measured across the gaps of a record": (
+        _NOISE,
+        "np.concatenate([np.diff(noise[a:b], 2) for a, b in record.spans])",
+        "np.diff(noise, 2)",
+        (f"{_MEASURED}white_noise_is_measured_within_the_pieces_of_a_record",),
+    ),
+    "columns take nothing of the frequencies of rows": (
+        _NOISE,
+        "self._by_band(1 - np.minimum(taken, _MOST_LEVERAGE))",
+        "self._by_band(1 - 0 * taken)",
+        (f"{_MEASURED}a_spectrum_of_rows_is_flat_for_white_noise_beside_its_columns",),
     ),
     "the plug-in rule takes a square root": (
         _COVARIANCE,

@@ -12,6 +12,7 @@ JSON may be arrays by name, a list of records, rows of cells, or one record in a
 import io
 import json
 import math
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -22,8 +23,8 @@ import msgspec
 import numpy as np
 
 from axisid.estimation.logs.text import TimeStampError, is_stamp, stamp_seconds
-from axisid.estimation.raw_tables import UNITS_ENTRY, Table, TableBuilder, split_labels
-from axisid.support.errors import DataError, UsageError
+from axisid.estimation.raw_tables import UNITS_ENTRY, Table, TableBuilder, split_labels, twice
+from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.libraries import library, one_line, refusing
 from axisid.support.memory import Room
 
@@ -53,7 +54,9 @@ def read_npz(file: Path, content: bytes, room: Room) -> Table:
             '{"position": "mm"}; write it so, or leave it out and say units in the command'
         ):
             written = archive[UNITS_ENTRY] if UNITS_ENTRY in archive.files else "{}"
-            units = msgspec.json.decode(str(written), type=dict[str, str])
+            units = msgspec.convert(
+                json.loads(str(written), object_pairs_hook=_once), type=dict[str, str]
+            )
         for name, entry in zip(archive.files, packed.infolist(), strict=True):
             room.take(entry.file_size)
             _add_entry(builder, name, archive, units)
@@ -126,10 +129,13 @@ def read_json(file: Path, content: bytes, room: Room, *, lines: bool = False) ->
     room.take((_UNFOLDED_RECORDS if records else _UNFOLDED) * len(content))
     rows = enumerate(content.splitlines() if lines else (), 1)
     document = [_decoded(file, line, n) for n, line in rows if line.strip()]
-    columns = dict(_columns(document if lines else _decoded(file, content)))
+    columns = _once(_columns(document if lines else _decoded(file, content)))
     builder = TableBuilder(room=room)
     for label, (name, written) in zip(columns, split_labels([*columns]), strict=True):
         cells, unit = columns[label]
+        if has_mixed_truths(cells):
+            builder.pass_over(label, _MIXED)
+            continue
         values, note = _values(cells)
         unit, note = ("s", f"{name}: {note}") if note else (unit or written, "")
         builder.add(name, values, unit=unit, label=label, note=note)
@@ -141,7 +147,9 @@ def read_json(file: Path, content: bytes, room: Room, *, lines: bool = False) ->
 def _decoded(file: Path, content: bytes, line: int = 0) -> Any:
     """What a text holds; NaN and Infinity are taken, which most writers write."""
     try:
-        return json.loads(content.decode("utf-8-sig"))
+        return json.loads(content.decode("utf-8-sig"), object_pairs_hook=_once)
+    except AxisidError:
+        raise
     except (ValueError, RecursionError) as error:
         why = "it is no text in UTF-8" if isinstance(error, UnicodeDecodeError) else str(error)
         why = "it is nested too deep" if isinstance(error, RecursionError) else why
@@ -153,6 +161,22 @@ def _decoded(file: Path, content: bytes, line: int = 0) -> Any:
         ) from error
 
 
+def _once(pairs: Iterable[tuple[str, Any]]) -> dict[str, Any]:
+    """Values by name.
+
+    Raises
+    ------
+    DataError
+        A name occurs twice.
+    """
+    listed = [*pairs]
+    found = dict(listed)
+    if len(found) < len(listed):
+        counts = Counter(name for name, _ in listed)
+        raise twice(next(name for name, count in counts.items() if count > 1))
+    return found
+
+
 def _columns(document: Any, name: str = "") -> Iterable[tuple[str, _Cells]]:
     """Columns by name of what JSON holds, with a dot between names below one another."""
     if (
@@ -160,7 +184,7 @@ def _columns(document: Any, name: str = "") -> Iterable[tuple[str, _Cells]]:
         and document
         and all(isinstance(each, Mapping) for each in document)
     ):
-        records = [dict(_leaves(record)) for record in document]
+        records = [_once(_leaves(record)) for record in document]
         for field in dict.fromkeys(field for record in records for field in record):
             yield f"{name}.{field}".lstrip("."), ([record.get(field) for record in records], "")
     elif isinstance(document, list) and name:
@@ -215,6 +239,16 @@ def _values(cells: Sequence[Any]) -> tuple[np.ndarray[Any, Any], str]:
     return np.array(["" if cell is None else str(cell) for cell in cells]), ""
 
 
+_MIXED = "true or false among numbers"
+
+
+def has_mixed_truths(cells: Sequence[Any]) -> bool:
+    """Whether true or false stands among numbers."""
+    there = [cell for cell in cells if cell is not None]
+    truths = sum(isinstance(cell, (bool, np.bool_)) for cell in there)
+    return 0 < truths < len(there)
+
+
 def read_frame(frame: object) -> Table:
     """Columns of a mapping of arrays, or of any dataframe that narwhals knows.
 
@@ -232,7 +266,10 @@ def read_frame(frame: object) -> Table:
     builder = TableBuilder()
     split = split_labels([label for label, _ in arrays])
     for (name, unit), (label, values) in zip(split, arrays, strict=True):
-        builder.add(name, values, unit=unit, label=label)
+        if values.dtype == object and has_mixed_truths(values.tolist()):
+            builder.pass_over(label, _MIXED)
+        else:
+            builder.add(name, values, unit=unit, label=label)
     index = [str(name) for name in getattr(getattr(frame, "index", None), "names", ()) if name]
     return builder.table(
         f"a {type(frame).__name__}",
@@ -249,6 +286,8 @@ def _array(name: str, values: object) -> np.ndarray[Any, Any]:
             code="log-file",
         )
     try:
+        if isinstance(values, (list, tuple)) and has_mixed_truths(values):
+            return np.array(values, dtype=object)
         return np.asarray(values)
     except ValueError as error:
         raise UsageError(

@@ -1,17 +1,20 @@
 """MATLAB files: v4 to v7.2 by SciPy, v7.3 (HDF5) by h5py; structures become dotted names."""
 
 import io
+import warnings
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 
-from axisid.estimation.raw_tables import Table, TableBuilder
+from axisid.estimation.raw_tables import Table, TableBuilder, twice
 from axisid.support.libraries import library, refusing
 from axisid.support.memory import Room
+
+T = TypeVar("T")
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _USER_BLOCK = 512  # MATLAB's own header stands before the HDF5 part
@@ -66,7 +69,10 @@ def _of_scipy(file: Path, raw: bytes, room: Room) -> dict[str, Any]:
 
     _take_elements(raw, room)
     with refusing(f"{file} cannot be read as a MATLAB file (write it anew)"):
-        content = loadmat(io.BytesIO(raw), simplify_cells=True)  # type: ignore[arg-type]
+        _check_names(raw)
+        content = _with_one_of_each(
+            lambda: loadmat(io.BytesIO(raw), simplify_cells=True)  # type: ignore[arg-type]
+        )
     variables = {str(name): v for name, v in content.items() if not str(name).startswith("__")}
     for name, value in [*variables.items()]:
         if type(value).__name__ == "MatlabOpaque":
@@ -75,6 +81,29 @@ def _of_scipy(file: Path, raw: bytes, room: Room) -> dict[str, Any]:
                 [_text(entry) for entry in np.asarray(value)["s0"].ravel()], _OBJECT
             )
     return variables
+
+
+def _check_names(raw: bytes) -> None:
+    """Refuse two variables of one name in a file of version 4, of which SciPy keeps one."""
+    from scipy.io import matlab, whosmat
+
+    if matlab.matfile_version(io.BytesIO(raw))[0] == 0:  # type: ignore[arg-type]
+        names = [name for name, *_ in whosmat(io.BytesIO(raw))]  # type: ignore[arg-type]
+        for name in set(names):
+            if names.count(name) > 1:
+                raise twice(name)
+
+
+def _with_one_of_each(load: Callable[[], T]) -> T:
+    """What SciPy loads; two variables of one name, of which it keeps one and warns, are refused."""
+    from scipy.io.matlab import MatReadWarning
+
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", "Duplicate variable name", MatReadWarning)
+        try:
+            return load()
+        except MatReadWarning as warning:
+            raise twice(str(warning).split('"')[1]) from warning
 
 
 def _take_elements(raw: bytes, room: Room) -> None:

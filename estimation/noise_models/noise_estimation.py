@@ -110,9 +110,9 @@ def measured_noise(
         return rows.power(errors_of(twin) - repeated)
 
     power = rows.power(residuals - repeated)
-    # The mean holds a twin itself, and the record not: beside an independent mean.
-    steps = (
-        (count + 1) / max(count - 1, 1) * np.array([rows.power(each - repeated) for each in errors])
+    # The mean includes each twin, and not the record.
+    steps = power_about_another_mean(count) * np.array(
+        [rows.power(each - repeated) for each in errors]
     )
     known = steps.mean(axis=0)
     if rows.counts @ rows.power(residuals) < _LEAST_POWER * (rows.counts @ rows.power(errors.T)):
@@ -147,6 +147,20 @@ def measured_noise(
         variances = np.sqrt(variances * np.maximum(again, variances / _MOST_AT_ONCE))
     likeliest, *others = map(disturbances, variances)
     return replace(chain, disturbances=likeliest, drawn=tuple(others))
+
+
+def power_about_another_mean(count: int) -> float:
+    """Ratio ``(m + 1)/(m - 1)`` of the power about an independent mean to that about the own mean.
+
+    Of m independent series: about the mean of all m each has ``1 - 1/m`` of its variance, and a
+    further series has ``1 + 1/m`` about it. One series alone has no power about its own mean.
+
+    Parameters
+    ----------
+    count : int
+        m.
+    """
+    return (count + 1) / max(count - 1, 1)
 
 
 def _of_twins(
@@ -381,9 +395,12 @@ class RowSpectrum:
             bands=bands,
             counts=np.ones(len(bands) - 1),
         )
-        taken = np.sum(np.abs(rows._transform(rows.basis)) ** 2, axis=1) / len(places)
-        taken = np.minimum(taken, _MOST_LEVERAGE)
-        return replace(rows, counts=rows._by_band(1 - taken))
+        return rows.counted()
+
+    def counted(self) -> "RowSpectrum":
+        """The same with the frequencies of each band counted, less what the columns take."""
+        taken = np.sum(np.abs(self._transform(self.basis)) ** 2, axis=1) / len(self.places)
+        return replace(self, counts=self._by_band(1 - np.minimum(taken, _MOST_LEVERAGE)))
 
     def power(self, rows: Array, others: Array | None = None) -> Array:
         """Mean power by band of rows, (n,) or of several (n, m), (b,); or what others share of it.

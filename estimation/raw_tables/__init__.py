@@ -6,7 +6,7 @@ Knows nothing of file formats, axes and roles.
 
 from .provenance import PeriodSource as PeriodSource, Provenance as Provenance, Repair as Repair
 from .table import RawColumn as RawColumn, Samples as Samples, Table as Table, numbered as numbered
-from .table_builder import TableBuilder as TableBuilder
+from .table_builder import TableBuilder as TableBuilder, twice as twice
 from .unit_labels import (
     COUNTS as COUNTS,
     LABEL_WITH_UNIT as LABEL_WITH_UNIT,

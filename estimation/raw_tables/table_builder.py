@@ -44,6 +44,11 @@ class TableBuilder:
         """Take an array: numbers, or time stamps and durations, counted in s.
 
         Time stamps count from the first.
+
+        Raises
+        ------
+        DataError
+            There is a column of this name already.
         """
         array = np.asarray(values)
         if array.dtype.kind == "M" and array.ndim == 1:
@@ -56,21 +61,34 @@ class TableBuilder:
             self.pass_over(label or name, _content(array))
             return
         self.room.take(8 * array.size)
-        self.columns[name] = RawColumn(
-            samples=Samples(values=array.astype(np.float64), clock=clock),
-            unit=unit,
-            label=label,
-            note=note,
+        self._put(
+            name,
+            RawColumn(
+                samples=Samples(values=array.astype(np.float64), clock=clock),
+                unit=unit,
+                label=label,
+                note=note,
+            ),
         )
 
     def pass_over(self, name: str, what: str) -> None:
-        """Take a column that holds no numbers but something else."""
-        self.columns[name] = RawColumn(
-            samples=DataError(
-                f"the column {name!r} holds {what}; choose another column.", code="columns"
-            ),
-            holds=what,
+        """Take a column that holds no numbers but something else.
+
+        Raises
+        ------
+        DataError
+            There is a column of this name already.
+        """
+        wrong = DataError(
+            f"the column {name!r} holds {what}; choose another column.", code="columns"
         )
+        self._put(name, RawColumn(samples=wrong, holds=what))
+
+    def _put(self, name: str, column: RawColumn) -> None:
+        """Keep a column; of two with one name nothing says which is meant."""
+        if name in self.columns:
+            raise twice(name)
+        self.columns[name] = column
 
     def add_array(self, name: str, values: object, unit: str = "") -> None:
         """Take an array of any shape: a vector, or a matrix whose columns are numbered from 1.
@@ -117,6 +135,15 @@ class TableBuilder:
             missing=missing,
             warnings=warnings,
         )
+
+
+def twice(name: str) -> DataError:
+    """The error of a file in which two columns have one name."""
+    return DataError(
+        f"The name {name!r} occurs twice in the log, so it is unknown which of the two columns is "
+        "meant. Rename one of them in the file.",
+        code="columns",
+    )
 
 
 def _content(array: np.ndarray[Any, Any]) -> str:

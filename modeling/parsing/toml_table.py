@@ -316,6 +316,25 @@ def read_columns(table: TomlTable, roles: Iterable[str]) -> dict[str, str]:
     return {key: str(column) for key, column in found.items() if column is not None}
 
 
+_DEEPEST_KEY = 32  # parts; keys that have a meaning have 4 at most
+# Memory and time of the parser grow with the square of the parts of a key.
+_LONG_KEY = re.compile(rf"(?<![\w-])(?:[\w-]+[ \t]*\.[ \t]*){{{_DEEPEST_KEY}}}")
+# Strings may have any number of dots. One without an end goes as far as it can, as comments do.
+_STRINGS = re.compile(
+    r'"""(?:[^\\]|\\.)*?(?:"""|\Z)'
+    r"|'''.*?(?:'''|\Z)"
+    r'|"(?:[^"\\\n]|\\.)*"?'
+    r"|'[^'\n]*'?"
+    r"|#[^\n]*",
+    re.DOTALL,
+)
+
+
+def _as_part(found: re.Match[str]) -> str:
+    """What stands for a string, which may be a part of a key; nothing for a comment."""
+    return "" if found[0].startswith("#") else "q"
+
+
 def toml_document(file: Path, error: type[FileError]) -> dict[str, Any]:
     """The table of a file, as TOML has it.
 
@@ -335,7 +354,10 @@ def toml_document(file: Path, error: type[FileError]) -> dict[str, Any]:
             f"{file} is larger than such a file may be, {_LARGEST_FILE} bytes.", code="toml"
         )
     try:
-        return tomllib.loads(content.decode("utf-8-sig"))
+        text = content.decode("utf-8-sig")
+        if _LONG_KEY.search(_STRINGS.sub(_as_part, text)):
+            raise RecursionError
+        return tomllib.loads(text)
     except (ValueError, RecursionError) as wrong:  # of text that is no UTF-8 too
         what = "it is nested too deeply" if isinstance(wrong, RecursionError) else str(wrong)
         hint = " (text and expressions stand in quotes)" if "Invalid value" in what else ""

@@ -153,3 +153,16 @@ def test_damaged_file_is_explained(tmp_path: Path, rng: np.random.Generator, kin
         file.write_bytes(content)
         with refuses("log-file", says=r"log\.mat"):
             read_record(file)
+
+
+@pytest.mark.parametrize("version", ["4", "5"])
+def test_two_variables_of_one_name_are_refused(tmp_path: Path, version: str) -> None:
+    """SciPy keeps one of them."""
+    first, second = tmp_path / "first.mat", tmp_path / "second.mat"
+    savemat(first, {"t": T, "q": Q}, format=version)
+    savemat(second, {"q": 2 * Q}, format=version)
+    head = 128 if version == "5" else 0
+    file = tmp_path / "both.mat"
+    file.write_bytes(first.read_bytes() + second.read_bytes()[head:])
+    with refuses("columns", says="occurs twice"):
+        read_record(file, columns=COLUMNS)

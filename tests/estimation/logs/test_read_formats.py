@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
@@ -462,3 +463,55 @@ def test_what_is_no_log_is_told(tmp_path: Path, name: str, text: str, said: str)
     file = text_file(tmp_path / name, text)
     with pytest.raises(DataError, match=said):
         read_record(file)
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("log.json", '{"time": [0, 1, 2], "position": [0, 1, 2], "position": [3, 4, 5]}'),
+        ("log.json", '[{"time": 0, "position": 1, "position": 2}, {"time": 1, "position": 1}]'),
+        ("log.jsonl", '{"time": 0, "position": 1, "position": 2}\n{"time": 1, "position": 1}'),
+        ("log.json", '{"a": {"b": [1, 2, 3]}, "a.b": [1, 2, 4]}'),
+        ("log.json", '[{"a": {"b": 1}, "a.b": 2}, {"a": {"b": 1}, "a.b": 2}]'),
+        ("log.json", '[["time", "time"], [0, 1], [1, 2]]'),
+        ("log.json", '{"position": {"unit": "mm", "unit": "m", "values": [2, 3]}}'),
+    ],
+)
+def test_a_name_that_occurs_twice_in_json_is_refused(tmp_path: Path, name: str, text: str) -> None:
+    with refuses("columns", says="occurs twice"):
+        read_record(text_file(tmp_path / name, text))
+
+
+def test_a_name_that_occurs_twice_in_an_archive_is_refused(tmp_path: Path) -> None:
+    clash = tmp_path / "clash.npz"
+    np.savez(clash, **{"data": np.column_stack([T, Q]), "data.1": T})
+    twice = tmp_path / "twice.npz"
+    np.savez(twice, time=T, position=Q)
+    with ZipFile(twice, "a") as packed, pytest.warns(UserWarning, match="Duplicate"):
+        packed.writestr("position.npy", packed.read("position.npy"))
+    for file in (clash, twice):
+        with refuses("columns", says="occurs twice"):
+            read_record(file)
+
+
+@pytest.mark.parametrize("kind", ["json", "records", "mapping", "dataframe"])
+def test_truths_among_numbers_are_no_column(tmp_path: Path, kind: str) -> None:
+    """A column of nothing else is one, as of a switch."""
+    pandas = pytest.importorskip("pandas")
+    columns = {
+        "time": T.tolist(),
+        "position": Q.tolist(),
+        "on": [False, *[True] * (N - 1)],
+        "u": [True, *U[1:].tolist()],
+    }
+    rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    logs: dict[str, Any] = {
+        "json": lambda: text_file(tmp_path / "log.json", json.dumps(columns)),
+        "records": lambda: text_file(tmp_path / "log.json", json.dumps(rows)),
+        "mapping": lambda: columns,
+        "dataframe": lambda: pandas.DataFrame(columns),
+    }
+    log = logs[kind]()
+    assert read_record(log, columns={"control": "on"}).control.sum() == N - 1
+    with refuses("columns", says="true or false among numbers"):
+        read_record(log, columns={"control": "u"})

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.linalg import toeplitz
+from scipy.optimize import brentq
 from scipy.signal import lfilter, welch
 from scipy.special import stdtrit
 from statsmodels.stats.stattools import durbin_watson
@@ -173,6 +174,27 @@ def test_it_is_that_of_dense_algebra_at_the_coefficient_that_the_residuals_show(
     rho = min(rhos, key=lambda each: abs(dense(solution, float(each))[1] - shown))
     expected, _ = dense(solution, float(rho))
     assert covariance_of_ar1(solution).matrix == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize("colour", [0.3, 0.8])
+def test_its_degrees_of_freedom_are_those_of_the_delta_method(
+    rng: np.random.Generator, colour: float
+) -> None:
+    """By dense algebra: how the variance of each parameter changes with the coefficient."""
+    solution = fit(errors(rng, 150, colour))
+    A, e, rows = solution.influence, solution.residuals, len(solution.residuals)
+    shown = float(np.mean(e[1:] * e[:-1]) / np.mean(e**2))
+    rho = float(brentq(lambda each: dense(solution, each)[1] - shown, 0.0, 0.98))
+    apart = np.abs(np.subtract.outer(np.arange(rows), np.arange(rows)))
+
+    def logarithms(of: float) -> np.ndarray:
+        return np.asarray(np.log(np.diag(A.T @ of**apart @ A) / (1 - of**2)))
+
+    slopes = (logarithms(rho + 1e-4) - logarithms(rho - 1e-4)) / 2e-4
+    expected = 2 * rows / (2 + slopes**2 * (1 - rho**2))
+    found = covariance_of_ar1(solution)
+    assert found.freedom == pytest.approx(expected, rel=0.02)
+    assert np.all(found.freedom < rows - 2)  # no bound decides
 
 
 def test_errors_that_have_nothing_slow_leave_the_kernel_alone(rng: np.random.Generator) -> None:

@@ -29,6 +29,7 @@ from axisid.estimation.regression.linear import (
     least_squares,
 )
 from axisid.estimation.signals import RowTimes, SampledFilter
+from axisid.estimation.thresholds import MAX_AUTOREGRESSION
 from tests.estimation.nist import FILIP, LONGLEY, NORRIS, PONTIUS, Dataset
 from tests.refusals import refuses
 
@@ -123,6 +124,19 @@ def test_long_run_of_an_autoregression_is_what_theory_says(
     scores = autoregressive(rng, rows, kept)
     assert whitened(scores)[1] == pytest.approx([kept], abs=0.01)
     assert long_run(scores).matrix[0, 0] / rows == pytest.approx(1 / (1 - kept) ** 2, rel=0.06)
+
+
+def test_scores_are_whitened_by_their_own_autocorrelation(rng: np.random.Generator) -> None:
+    """Of each parameter by itself, away from a root of one; scores that are 0 have none."""
+    scores = rng.normal(size=(400, 4)).cumsum(axis=0)
+    scores[:, 1] = rng.normal(size=400)
+    scores[1:, 2] = scores[1:, 1] - 0.6 * scores[:-1, 1]
+    scores[:, 3] = 0.0
+    _, colour = Hac().whitened(scores, RowTimes.consecutive(400))
+    own = np.array([s[1:] @ s[:-1] / (s @ s) for s in scores[:, 1:3].T])
+    assert own[1] < -0.3
+    assert colour[1:3] == pytest.approx(own, abs=1e-12)
+    assert (colour[0], colour[3]) == (MAX_AUTOREGRESSION.value, 0.0)
 
 
 def test_whitened_products_are_those_of_whitened_scores(rng: np.random.Generator) -> None:
