@@ -36,6 +36,25 @@ def describe_unidentifiable(base: BaseModel) -> tuple[str, ...]:
     )
 
 
+def describe_undecided(base: BaseModel) -> tuple[str, ...]:
+    """Say which parameters may have the same effect; one sentence for each group."""
+    found = []
+    for group in base.undecided:
+        *others, last = map(str, group)
+        if others:
+            found.append(
+                f"No difference between {last} and {_listed(others)} was found, and no proof that "
+                "there is none. All of them are kept. Look at their standard errors: `axisid "
+                "precision` shows what a record can tell."
+            )
+        else:
+            found.append(
+                f"No effect of {last} was found, and no proof that there is none. The parameter is "
+                "kept. Look at its standard error: `axisid precision` shows what a record can tell."
+            )
+    return tuple(found)
+
+
 def describe_undetermined(base: BaseModel) -> tuple[str, ...]:
     """What would have to be known so that the rest follows; one sentence for each group."""
     return tuple(
@@ -207,6 +226,7 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
             lines=(
                 *describe_unidentifiable(model.base),
                 *map(describe_loss, model.unidentifiable),
+                *describe_undecided(model.base),
             )
             or ("every parameter has an effect of its own",),
         ),

@@ -204,6 +204,10 @@ class Drawn(_Values):
         """A number of its own for what has a name, between 1/2 and 3/2."""
         return drawn(self.turn, *about)
 
+    def beside(self, values: Mapping[sympy.Basic, Value]) -> "Drawn":
+        """A point with other symbols, at which unknown functions have the same values."""
+        return Drawn(self._points, self.turn, values, decimals=self._decimals)
+
     def again(self, *, decimals: bool) -> "Drawn":
         """The same point, of which nothing was evaluated."""
         symbols = {node: value for node, value in self.values.items() if node.is_Symbol}
