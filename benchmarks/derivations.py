@@ -13,6 +13,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -55,22 +56,22 @@ def _sign(value: float) -> float:
 def _knee(s: float) -> list[Function]:
     speeds = ((0.0, s),)
     return [
-        Function(lambda q, v: sympy.tanh(v / s), lambda q, v: math.tanh(v / s), (), speeds),
+        Function(lambda _q, v: sympy.tanh(v / s), lambda _q, v: math.tanh(v / s), (), speeds),
         Function(
-            lambda q, v: sympy.Min(1, abs(v) / s) * sympy.sign(v),
-            lambda q, v: min(1.0, abs(v) / s) * _sign(v),
+            lambda _q, v: sympy.Min(1, abs(v) / s) * sympy.sign(v),
+            lambda _q, v: min(1.0, abs(v) / s) * _sign(v),
             (),
             speeds,
         ),
         Function(
-            lambda q, v: sympy.exp(-((v / s) ** 2)) * sympy.sign(v),
-            lambda q, v: math.exp(-((v / s) ** 2)) * _sign(v),
+            lambda _q, v: sympy.exp(-((v / s) ** 2)) * sympy.sign(v),
+            lambda _q, v: math.exp(-((v / s) ** 2)) * _sign(v),
             (),
             speeds,
         ),
         Function(
-            lambda q, v: sympy.Max(0, abs(v) - s) * sympy.sign(v),
-            lambda q, v: max(0.0, abs(v) - s) * _sign(v),
+            lambda _q, v: sympy.Max(0, abs(v) - s) * sympy.sign(v),
+            lambda _q, v: max(0.0, abs(v) - s) * _sign(v),
             (),
             ((0.0, s), (s, s), (-s, s)),
         ),
@@ -81,20 +82,22 @@ def _local(c: float, w: float) -> list[Function]:
     around = ((c, w),)
     window = ((c, w), (c - w, w), (c + w, w))
     return [
-        Function(lambda q, v: sympy.tanh((q - c) / w), lambda q, v: math.tanh((q - c) / w), around),
         Function(
-            lambda q, v: sympy.Max(0, 1 - abs(q - c) / w),
-            lambda q, v: max(0.0, 1 - abs(q - c) / w),
+            lambda q, _v: sympy.tanh((q - c) / w), lambda q, _v: math.tanh((q - c) / w), around
+        ),
+        Function(
+            lambda q, _v: sympy.Max(0, 1 - abs(q - c) / w),
+            lambda q, _v: max(0.0, 1 - abs(q - c) / w),
             window,
         ),
         Function(
-            lambda q, v: sympy.exp(-(((q - c) / w) ** 2)),
-            lambda q, v: math.exp(-(((q - c) / w) ** 2)),
+            lambda q, _v: sympy.exp(-(((q - c) / w) ** 2)),
+            lambda q, _v: math.exp(-(((q - c) / w) ** 2)),
             around,
         ),
         Function(
-            lambda q, v: sympy.Max(0, q - c) - sympy.Max(0, q - c - w),
-            lambda q, v: max(0.0, q - c) - max(0.0, q - c - w),
+            lambda q, _v: sympy.Max(0, q - c) - sympy.Max(0, q - c - w),
+            lambda q, _v: max(0.0, q - c) - max(0.0, q - c - w),
             ((c, w), (c + w, w)),
         ),
         Function(
@@ -107,25 +110,29 @@ def _local(c: float, w: float) -> list[Function]:
 
 def _step(c: float) -> Function:
     return Function(
-        lambda q, v: (1 + sympy.sign(q - c)) / 2, lambda q, v: (1 + _sign(q - c)) / 2, ((c, 1e-3),)
+        lambda q, _v: (1 + sympy.sign(q - c)) / 2,
+        lambda q, _v: (1 + _sign(q - c)) / 2,
+        ((c, 1e-3),),
     )
 
 
 def _hinge(c: float, side: float, w: float) -> Function:
     return Function(
-        lambda q, v: sympy.Max(0, side * (q - c)), lambda q, v: max(0.0, side * (q - c)), ((c, w),)
+        lambda q, _v: sympy.Max(0, side * (q - c)),
+        lambda q, _v: max(0.0, side * (q - c)),
+        ((c, w),),
     )
 
 
 _SMOOTH = [
-    Function(lambda q, v: v, lambda q, v: v),
-    Function(lambda q, v: sympy.sign(v), lambda q, v: _sign(v)),
-    Function(lambda q, v: sympy.S.One, lambda q, v: 1.0),
-    Function(lambda q, v: q, lambda q, v: q),
-    Function(lambda q, v: q**2, lambda q, v: q * q),
-    Function(lambda q, v: sympy.sin(q), lambda q, v: math.sin(q)),
-    Function(lambda q, v: sympy.sin(3 * q), lambda q, v: math.sin(3 * q)),
-    Function(lambda q, v: v * abs(v), lambda q, v: v * abs(v)),
+    Function(lambda _q, v: v, lambda _q, v: v),
+    Function(lambda _q, v: sympy.sign(v), lambda _q, v: _sign(v)),
+    Function(lambda _q, _v: sympy.S.One, lambda _q, _v: 1.0),
+    Function(lambda q, _v: q, lambda q, _v: q),
+    Function(lambda q, _v: q**2, lambda q, _v: q * q),
+    Function(lambda q, _v: sympy.sin(q), lambda q, _v: math.sin(q)),
+    Function(lambda q, _v: sympy.sin(3 * q), lambda q, _v: math.sin(3 * q)),
+    Function(lambda _q, v: v * abs(v), lambda _q, v: v * abs(v)),
 ]
 
 
@@ -153,14 +160,14 @@ def _dependent(
     if kind == 2:
         return [
             *hinges,
-            Function(lambda q, v: abs(q - c), lambda q, v: abs(q - c), ((c, w),)),
+            Function(lambda q, _v: abs(q - c), lambda q, _v: abs(q - c), ((c, w),)),
         ]
     if kind == 3:
-        return [*hinges, Function(lambda q, v: q - c, lambda q, v: q - c)]
+        return [*hinges, Function(lambda q, _v: q - c, lambda q, _v: q - c)]
     return [
-        Function(lambda q, v: sympy.cos(5 * q), lambda q, v: math.cos(5 * q)),
-        Function(lambda q, v: sympy.sin(5 * q / 2) ** 2, lambda q, v: math.sin(2.5 * q) ** 2),
-        Function(lambda q, v: sympy.cos(5 * q / 2) ** 2, lambda q, v: math.cos(2.5 * q) ** 2),
+        Function(lambda q, _v: sympy.cos(5 * q), lambda q, _v: math.cos(5 * q)),
+        Function(lambda q, _v: sympy.sin(5 * q / 2) ** 2, lambda q, _v: math.sin(2.5 * q) ** 2),
+        Function(lambda q, _v: sympy.cos(5 * q / 2) ** 2, lambda q, _v: math.cos(2.5 * q) ** 2),
     ]
 
 
@@ -174,11 +181,12 @@ def functions_of(rng: np.random.Generator) -> tuple[list[Function], int]:
         return float(f"{rng.uniform(-1, 1) * 10 ** rng.uniform(-1, 1):.6g}")
 
     drawn = [_SMOOTH[i] for i in rng.choice(len(_SMOOTH), int(rng.integers(1, 5)), replace=False)]
-    for i in rng.choice(4, int(rng.integers(0, 3)), replace=False):
-        drawn.append(_knee(size())[i])
-    c = place()
+    knees = rng.choice(4, int(rng.integers(0, 3)), replace=False)
+    drawn += [_knee(size())[i] for i in knees]
+    centre = place()
     for i in rng.choice(5, int(rng.integers(0, 3)), replace=False):
-        drawn.append(_local(c if rng.random() < 0.5 else place(), size())[i])
+        middle = centre if rng.random() < 0.5 else place()
+        drawn += [_local(middle, size())[i]]
     if rng.random() < 0.3:
         near, gap = place(), size()
         drawn += [_hinge(near, 1.0, gap), _hinge(near + gap, 1.0, gap)]
@@ -201,7 +209,7 @@ def points_of(rng: np.random.Generator, functions: Sequence[Function]) -> list[t
     ):
         ends = sorted({c for c, _ in known})
         values = [c + s * k * w for c, w in known for k in _INSIDE for s in (1, -1)]
-        values += [(a + b) / 2 for a, b in zip(ends, ends[1:], strict=False)]
+        values += [(a + b) / 2 for a, b in pairwise(ends)]
         values += [s * 10**k for k in rng.uniform(-9, 2, 8) for s in (1, -1)]
         along.append(values)
     places, speeds = along
