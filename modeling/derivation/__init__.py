@@ -29,4 +29,5 @@ from .null_space import (
     NullSpaceVector as NullSpaceVector,
     common_parameters as common_parameters,
     generic_points as generic_points,
+    nominal_point as nominal_point,
 )

@@ -102,7 +102,9 @@ def _seen(base: BaseModel, names: Iterable[str]) -> str:
 def _directions(directions: Sequence[NullSpaceVector]) -> str:
     said = [describe_direction(d) for d in directions[:_MOST_DIRECTIONS]]
     more = len(directions) - len(said)
-    return " or ".join([*said, f"{more} more"] if more else said)
+    listed = " or ".join([*said, f"{more} more"] if more else said)
+    decimal = any(weight.is_Float for direction in directions for weight in direction.values())
+    return f"{listed} (at the nominal values)" if decimal else listed
 
 
 def _missing(base: BaseModel, names: Sequence[str], directions: Sequence[NullSpaceVector]) -> str:
@@ -140,7 +142,10 @@ def describe_loss(direction: NullSpaceVector) -> str:
     Where the weights are not the same for all values of the parameters, only which these are.
     """
     if any(weight.is_Float for weight in direction.values()):
-        return f"no motion tells {_listed([*map(str, direction)])} apart"
+        names = _listed([*map(str, direction)])
+        if len(direction) == 1:
+            return f"no motion shows a change of {names} at the nominal values"
+        return f"no motion tells {names} apart at the nominal values"
     lost = f"no motion shows a change of {describe_direction(direction)}"
     if len(direction) == 1:
         return lost

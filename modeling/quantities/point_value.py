@@ -296,7 +296,7 @@ def zero(value: Callable[[Any], Any], start: Any) -> Any:
 
 
 def _number(node: sympy.Expr, *, off: bool) -> Value:
-    return _known_number(node, off, numbers.prec)
+    return _known_number(node, off and node.is_Float, numbers.prec)
 
 
 @lru_cache(maxsize=4096)
