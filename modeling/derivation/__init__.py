@@ -10,6 +10,7 @@ from .description import (
     derived_sections as derived_sections,
     describe_determined as describe_determined,
     describe_loss as describe_loss,
+    describe_undecided as describe_undecided,
     describe_undetermined as describe_undetermined,
     describe_unidentifiable as describe_unidentifiable,
     undetermined_names as undetermined_names,
@@ -28,4 +29,5 @@ from .null_space import (
     NullSpaceVector as NullSpaceVector,
     common_parameters as common_parameters,
     generic_points as generic_points,
+    nominal_point as nominal_point,
 )

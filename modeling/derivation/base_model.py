@@ -53,12 +53,18 @@ class Terms:
     nonlinear : frozenset of sympy.Symbol
         Parameters that enter other than by whole powers; they count as motion, and each has a row
         and a column of its own.
+    undecided : tuple of tuple of tuple of int
+        Groups of monomials between which no difference was found, but no proof that there is none.
+    rounded : bool
+        Whether some of them are the same but for decimals that the user rounded.
     """
 
     monomials: tuple[Exponents, ...]
     rows: tuple[Row, ...]
     pivots: tuple[int, ...]
     nonlinear: frozenset[sympy.Symbol]
+    undecided: tuple[tuple[Exponents, ...], ...] = ()
+    rounded: bool = False
 
 
 def force_terms(
@@ -87,7 +93,7 @@ def force_terms(
     nonlinear = Coefficients(force, parameters).nonlinear
     terms = Coefficients(force, parameters, nonlinear).terms
     weights = {e: terms[e] for e in sorted(terms, key=_order) if any(e)}
-    found, pivots, doubts = reduced_functions(list(weights.values()), velocity)
+    found, pivots, doubts, rounded = reduced_functions(list(weights.values()), velocity)
     own = [j for j, p in enumerate(parameters) if p in nonlinear]
     monomials = [*weights, *(tuple(int(i == j) for i in range(len(parameters))) for j in own)]
     units = [
@@ -105,6 +111,8 @@ def force_terms(
         rows=tuple([row[j] for j in order] for row in rows),
         pivots=tuple(order.index(j) for j in (*pivots, *range(len(weights), len(monomials)))),
         nonlinear=frozenset(nonlinear),
+        undecided=tuple(tuple(monomials[j] for j in columns) for columns in doubts),
+        rounded=rounded,
     )
 
 
@@ -138,6 +146,12 @@ class BaseModel:
         that no motion shows.
     undetermined : tuple of dict
         What is left of it where the declared parameters that are known are held.
+    undecided : tuple of tuple of sympy.Expr
+        Groups of products of the declared parameters between whose forces no difference was found,
+        though no proof that there is none; a single product is one of which no effect was found.
+        All of them are kept.
+    rounded : bool
+        Whether base parameters are sums of declared ones but for decimals that the user rounded.
     """
 
     declared: Axis
@@ -147,6 +161,8 @@ class BaseModel:
     weights: tuple[tuple[float, ...], ...]
     unidentifiable: tuple[NullSpaceVector, ...]
     undetermined: tuple[NullSpaceVector, ...]
+    undecided: tuple[tuple[sympy.Expr, ...], ...] = ()
+    rounded: bool = False
 
     @property
     def changed(self) -> bool:
@@ -219,6 +235,8 @@ def base_model(axis: Axis, balance: sympy.Expr | None = None) -> BaseModel:
         weights=tuple(tuple(map(float, row)) for row in table),
         unidentifiable=() if same else null_space(table, found.monomials, axis.parameters),
         undetermined=() if same else null_space(table, found.monomials, axis.parameters, known),
+        undecided=tuple(tuple(_product(e, symbols) for e in group) for group in found.undecided),
+        rounded=found.rounded,
     )
     if same:
         return base
@@ -249,12 +267,15 @@ def _expression(
 ) -> sympy.Expr:
     return sympy.Add(
         *(
-            sympy.Rational(weight.numerator, weight.denominator)
-            * sympy.Mul(*(p**power for p, power in zip(symbols, e, strict=True) if power))
+            sympy.Rational(weight.numerator, weight.denominator) * _product(e, symbols)
             for weight, e in zip(row, monomials, strict=True)
             if weight
         )
     )
+
+
+def _product(exponents: Exponents, symbols: Sequence[sympy.Symbol]) -> sympy.Expr:
+    return sympy.Mul(*(p**power for p, power in zip(symbols, exponents, strict=True) if power))
 
 
 def _reduced(

@@ -36,6 +36,25 @@ def describe_unidentifiable(base: BaseModel) -> tuple[str, ...]:
     )
 
 
+def describe_undecided(base: BaseModel) -> tuple[str, ...]:
+    """Say which parameters may have the same effect; one sentence for each group."""
+    found = []
+    for group in base.undecided:
+        *others, last = map(str, group)
+        if others:
+            found.append(
+                f"No difference between {last} and {_listed(others)} was found, and no proof that "
+                "there is none. All of them are kept. Look at their standard errors: `axisid "
+                "precision` shows what a record can tell."
+            )
+        else:
+            found.append(
+                f"No effect of {last} was found, and no proof that there is none. The parameter is "
+                "kept. Look at its standard error: `axisid precision` shows what a record can tell."
+            )
+    return tuple(found)
+
+
 def describe_undetermined(base: BaseModel) -> tuple[str, ...]:
     """What would have to be known so that the rest follows; one sentence for each group."""
     return tuple(
@@ -83,7 +102,9 @@ def _seen(base: BaseModel, names: Iterable[str]) -> str:
 def _directions(directions: Sequence[NullSpaceVector]) -> str:
     said = [describe_direction(d) for d in directions[:_MOST_DIRECTIONS]]
     more = len(directions) - len(said)
-    return " or ".join([*said, f"{more} more"] if more else said)
+    listed = " or ".join([*said, f"{more} more"] if more else said)
+    decimal = any(weight.is_Float for direction in directions for weight in direction.values())
+    return f"{listed} (at the nominal values)" if decimal else listed
 
 
 def _missing(base: BaseModel, names: Sequence[str], directions: Sequence[NullSpaceVector]) -> str:
@@ -121,7 +142,10 @@ def describe_loss(direction: NullSpaceVector) -> str:
     Where the weights are not the same for all values of the parameters, only which these are.
     """
     if any(weight.is_Float for weight in direction.values()):
-        return f"no motion tells {_listed([*map(str, direction)])} apart"
+        names = _listed([*map(str, direction)])
+        if len(direction) == 1:
+            return f"no motion shows a change of {names} at the nominal values"
+        return f"no motion tells {names} apart at the nominal values"
     lost = f"no motion shows a change of {describe_direction(direction)}"
     if len(direction) == 1:
         return lost
@@ -207,6 +231,7 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
             lines=(
                 *describe_unidentifiable(model.base),
                 *map(describe_loss, model.unidentifiable),
+                *describe_undecided(model.base),
             )
             or ("every parameter has an effect of its own",),
         ),

@@ -15,6 +15,7 @@ from .direct import (
     direct_model,
     inertia_of,
 )
+from .force_guard import check_force
 from .friction_states import StateEquation, in_direction, state_equations
 from .inverse import Regressor, inverse_regressor, with_direction
 from .null_space import NullSpaceVector, unidentifiable_directions
@@ -97,7 +98,8 @@ def _derived(declared: Axis, states: tuple[StateEquation, ...]) -> AxisModel:
     base = declared_as_base(declared) if states else base_model(declared, balance)
     axis = base.axis
     if base.changed:
-        balance = _balance(axis)
+        declared_balance, balance = balance, _balance(axis)
+        check_force(base, declared_balance, balance)
     q, symbols = axis.coordinate, tuple(p.symbol for p in axis.parameters)
     if states:
         balance = in_direction(with_own_symbols(balance), q.velocity)

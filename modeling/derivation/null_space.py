@@ -36,6 +36,7 @@ from .inverse import Regressor
 NullSpaceVector: TypeAlias = dict[sympy.Symbol, sympy.Expr]
 
 _PLACES, _STEPS = 101, (37, 59)  # a prime, and how two points walk through its fractions
+_FAR = 1000.0  # times, at most, the nominal values
 _MOST_PRODUCTS = 20_000  # of one term of each sum, above which no direction is found in symbols
 
 
@@ -60,7 +61,7 @@ def null_space(
     Returns
     -------
     tuple of dict
-        In the parameters; with numbers at a point near the nominal one where that is too large.
+        In the parameters; where that is too large, with decimals, those at the nominal values.
     """
     free = [p.symbol for p in parameters if p.symbol not in known]
     ring = QQ[tuple(p.symbol for p in parameters)]
@@ -73,9 +74,16 @@ def null_space(
     slopes = [[total.diff(ring.from_sympy(p)) for p in free] for total in sums]
     if math.prod(map(len, sums)) <= _MOST_PRODUCTS:
         return tuple(_kernel(slopes, free, ring))
-    point = generic_points(parameters)[0]
-    numbers = [[Fraction(ring.to_sympy(slope).xreplace(point)) for slope in row] for row in slopes]
-    return tuple(_kernel(reduced_rows(numbers)[0], free, ring))
+    found = []
+    for point in (nominal_point(parameters), generic_points(parameters)[0]):
+        table = [[Fraction(ring.to_sympy(w).xreplace(point)) for w in row] for row in slopes]
+        found.append(tuple(_kernel(reduced_rows(table)[0], free, ring)))
+    return tuple(map(_as_decimals, min(found, key=len)))
+
+
+def _as_decimals(direction: NullSpaceVector) -> NullSpaceVector:
+    """A direction that holds at the nominal values: decimals say that."""
+    return {p: sympy.Float(weight) for p, weight in direction.items()}
 
 
 def _kernel(
@@ -115,9 +123,8 @@ def unidentifiable_directions(
     """Null space, over all motions, of the regressor of a partially linear axis.
 
     Its columns have parameters in them, so that ``exp(b) dq`` and ``a exp(b) dq`` look like two
-    functions of the motion. They are compared where numbers stand for the parameters, at more than
-    one point, as two may be alike at one by accident; the directions found hold near the nominal
-    values, where a parameter that another one hides (``max(a, b)``) is not seen.
+    functions of the motion. They are compared at the nominal values of the parameters, and at values
+    near them, as two functions may be alike at one point by accident, and far from them.
     For a linear axis base parameters tell what is hidden.
 
     Parameters
@@ -132,20 +139,55 @@ def unidentifiable_directions(
     -------
     tuple of dict
         With rational weights where these are the same at all points, else with decimals, those at
-        one of the points.
+        the nominal values.
     """
     if not regressor.nonlinear:
         return ()
     symbols = tuple(p.symbol for p in parameters)
-    found: list[tuple[NullSpaceVector, ...]] = []
-    for point in generic_points(parameters):
+    near = (nominal_point(parameters), generic_points(parameters)[0])
+    found = min(_directions(regressor, symbols, coordinate, near), key=len, default=())
+    if not found:
+        return ()
+    others = _directions(regressor, symbols, coordinate, (*near, *_far_points(parameters)))
+    return tuple(d if all(d in each for each in others) else _as_decimals(d) for d in found)
+
+
+def _directions(
+    regressor: Regressor,
+    symbols: Sequence[sympy.Symbol],
+    coordinate: Coordinate,
+    points: Sequence[Mapping[sympy.Symbol, sympy.Expr]],
+) -> list[tuple[NullSpaceVector, ...]]:
+    """The null space at each point at which the regressor has values."""
+    found = []
+    for point in points:
         with contextlib.suppress(NotRealError):
-            rows, _, _ = reduced_functions(regressor.columns, coordinate.velocity, point)
+            rows = reduced_functions(regressor.columns, coordinate.velocity, point).rows
             found.append(tuple(_kernel(rows, symbols, QQ[symbols])))
-    return tuple(
-        d if all(d in others for others in found) else {p: sympy.Float(w) for p, w in d.items()}
-        for d in min(found, key=len, default=())
-    )
+    return found
+
+
+def nominal_point(parameters: Sequence[Parameter]) -> Mapping[sympy.Symbol, sympy.Expr]:
+    """The nominal values of the parameters, or 1 within the bounds where these are 0."""
+    return {p.symbol: sympy.Rational(str(_near(p))) for p in parameters}
+
+
+def _near(parameter: Parameter) -> float:
+    upper, lower = parameter.upper, parameter.lower
+    return parameter.nominal or (min(1.0, upper) if upper > 0 else max(-1.0, lower))
+
+
+def _far_points(
+    parameters: Sequence[Parameter],
+) -> Iterator[Mapping[sympy.Symbol, sympy.Expr]]:
+    """Values that are much larger or smaller than the nominal ones, and the other way round."""
+    for sign in (1, -1):
+        point = {}
+        for i, p in enumerate(parameters):
+            share = 2 * ((i + 1) * _STEPS[0] % _PLACES) / _PLACES - 1
+            value = min(max(_near(p) * _FAR ** (sign * share), p.lower), p.upper)
+            point[p.symbol] = sympy.Rational(str(value))
+        yield point
 
 
 def generic_points(
@@ -157,7 +199,7 @@ def generic_points(
     """
     points: list[dict[sympy.Symbol, sympy.Expr]] = [{} for _ in _STEPS]
     for i, p in enumerate(parameters):
-        near = p.nominal or (min(1.0, p.upper) if p.upper > 0 else max(-1.0, p.lower))
+        near = _near(p)
         low, high = sorted((near / 2, 2 * near))
         start, end = (sympy.Rational(str(x)) for x in (max(low, p.lower), min(high, p.upper)))
         for point, step in zip(points, _STEPS, strict=True):

@@ -23,6 +23,7 @@ from .constants import (
     with_unit as with_unit,
     within as within,
 )
+from .covering_points import CoveringPoints as CoveringPoints
 from .dependences import (
     NotRealError as NotRealError,
     Reduced as Reduced,
@@ -51,6 +52,7 @@ from .names import (
 )
 from .point_value import (
     CANNOT as CANNOT,
+    Points as Points,
     float_at as float_at,
     value_at as value_at,
 )

@@ -44,6 +44,8 @@ class CoveringPoints:
     ----------
     features : tuple of Feature
         Of all functions.
+    symbols : list of sympy.Symbol
+        What the functions are of, without those that are given.
     """
 
     def __init__(self, points: Points, functions: Sequence[sympy.Expr]) -> None:
@@ -58,7 +60,7 @@ class CoveringPoints:
         self.features = tuple(found)
         self._symbols = {feature: self._solvable(feature) for feature in self.features}
         free = set().union(*(function.free_symbols for function in functions))
-        self._free = self._ordered(self._without_direction(free))
+        self.symbols = self._ordered(self._without_direction(free))
         self._kinks: dict[sympy.Symbol, list[Any]] = {}
         self._lines: dict[tuple[sympy.Symbol, int], list[Any]] = {}
         self._seen: dict[Feature, set[Any]] = {feature: set() for feature in self.features}
@@ -85,7 +87,7 @@ class CoveringPoints:
         first = turn = number * _SCALE
         for turn in range(first, first + _DECADES):
             yield self._drawn(turn, {}, decimals=decimals)
-        for symbol in self._free:
+        for symbol in self.symbols:
             for place in self._places(symbol, number):
                 turn += 1
                 yield self._drawn(turn, {symbol: place}, decimals=decimals)
@@ -128,7 +130,7 @@ class CoveringPoints:
     def _drawn(self, turn: int, placed: dict[sympy.Symbol, Any], *, decimals: bool) -> Drawn:
         """A point at which some symbols have a place; the others may have one too."""
         values = {symbol: exactly(place) for symbol, place in placed.items()}
-        for symbol in self._free:
+        for symbol in self.symbols:
             if symbol not in values:
                 values[symbol] = exactly(self._anywhere(symbol, turn))
         return Drawn(self._points, turn, values, decimals=decimals)
@@ -227,7 +229,7 @@ class CoveringPoints:
     def _placed(self, feature: Feature, side: int, turn: int) -> dict[sympy.Symbol, Any]:
         """A point beside a kink or in a transition that several symbols decide."""
         symbols = self._symbols[feature]
-        values = {s: self._anywhere(s, turn) for s in self._free}
+        values = {s: self._anywhere(s, turn) for s in self.symbols}
         order = sorted(symbols, key=lambda s: drawn(turn, "solved", str(self._points.places[s])))
         with numbers.workprec(_SOLVED_BITS):
             target = 0 if feature.sharp else _target(turn, side)

@@ -74,11 +74,14 @@ class Reduced(NamedTuple):
         Columns between which no dependence was found at any point, or is 0 at all points if it is
         one, but where points that would show a difference were not found. The last of each has a
         row of its own.
+    rounded : bool
+        Whether a dependence holds only but for products of decimals that the user rounded.
     """
 
     rows: list[Row]
     pivots: list[int]
     doubts: list[tuple[int, ...]]
+    rounded: bool = False
 
 
 def reduced_rows(rows: Sequence[Row]) -> tuple[list[Row], list[int]]:
@@ -204,10 +207,12 @@ class _Reduction:
                     found, doubts = self._with_evidence(rows, points)
             table = {j: _fractions(row, doubts) for j, row in found.items()}
             table |= {j: _unit(j, size) for j in doubts}
-            if len(table) > len(rough) and _has_decimals(self.functions):
+            exact = len(table)
+            if exact > len(rough) and _has_decimals(self.functions):
                 self._merge_rounded(table, points, doubts)
         pivots = sorted(table)
-        return Reduced([table[j] for j in pivots], pivots, list(doubts.values()))
+        rows = [table[j] for j in pivots]
+        return Reduced(rows, pivots, list(doubts.values()), rounded=len(pivots) < exact)
 
     def _first_points(self, wanted: int) -> list[Drawn]:
         """So many points of moderate size.

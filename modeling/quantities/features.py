@@ -7,6 +7,7 @@ is all but constant unless its argument is of moderate size.
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import combinations, pairwise
 from typing import Any
 
 import sympy
@@ -15,8 +16,8 @@ from sympy.functions.elementary.miscellaneous import Max, Min
 
 _SIGNED = (sympy.Abs, sympy.sign, sympy.Heaviside)
 #: Functions that are all but constant, or larger than all else, away from small arguments.
-_FLAT = (sympy.exp, sympy.tanh, sympy.sinh, sympy.cosh)
-_OTHER = (sympy.sin, sympy.cos, sympy.tan, sympy.atan, sympy.asin, sympy.acos)
+_FLAT = (sympy.tanh, sympy.sinh, sympy.cosh)
+_OTHER = (sympy.sin, sympy.cos, sympy.tan, sympy.atan, sympy.asin, sympy.acos, sympy.log)
 _STEPS = 100  # in which a crossing is found
 _CLOSE = 1e-24  # share by which a crossing is known
 _TOUCH = 1e-18  # share of the values around, below which a function touches 0
@@ -80,34 +81,55 @@ def _once(expression: sympy.Basic) -> Iterator[sympy.Basic]:
 
 
 def _features(node: sympy.Basic) -> Iterator[Feature]:
+    """The features of one function."""
     if isinstance(node, _SIGNED):
-        yield from (Feature(node, (x,), sharp=True, needed=True) for x in _factors(node.args[0]))
+        yield from _edges(node, needed=True)
     elif isinstance(node, (Max, Min)):
-        for place, one in enumerate(node.args):
-            for other in node.args[place + 1 :]:
-                yield Feature(node, (one, other), sharp=True, needed=True)
+        yield from (
+            Feature(node, pair, sharp=True, needed=True) for pair in combinations(node.args, 2)
+        )
     elif isinstance(node, sympy.Piecewise):
         for relation in sorted(node.atoms(Relational), key=sympy.default_sort_key):
             yield Feature(node, (relation.lhs, relation.rhs), sharp=True, needed=True)
-    elif isinstance(node, sympy.atan2):
-        yield Feature(node, (node.args[0],), sharp=True, needed=True)
-        yield Feature(node, (node.args[1],), sharp=True, needed=False)
-    elif node.is_Mul and node.args[0].is_Number:
-        # SymPy writes exp(x - 3000.0) as a small number times exp(x).
-        for factor in node.args:
-            if isinstance(factor, sympy.exp):
-                offset = -sympy.log(abs(node.args[0]))
-                yield Feature(node, (factor.args[0], offset), sharp=False, needed=True)
-    elif node.is_Pow and not node.exp.is_Integer:
-        yield from (Feature(node, (x,), sharp=True, needed=False) for x in _factors(node.base))
-    elif isinstance(node, sympy.log):
-        yield from (Feature(node, (x,), sharp=True, needed=False) for x in _factors(node.args[0]))
-        yield Feature(node, (node.args[0],), sharp=False, needed=False)
-    elif isinstance(node, (*_FLAT, *_OTHER)):
-        if isinstance(node, (sympy.asin, sympy.acos)):
-            for edge in (sympy.S.One, sympy.S.NegativeOne):
-                yield Feature(node, (node.args[0], edge), sharp=True, needed=False)
+    elif isinstance(node, sympy.exp):
+        yield Feature(node, (node.args[0],), sharp=False, needed=True)
+    elif node.is_Mul:
+        yield from _scaled_exponentials(node)
+    elif node.is_Pow:
+        yield from _edges(node, needed=False) if not node.exp.is_Integer else ()
+    elif isinstance(node, sympy.Function):
+        yield from _of_function(node)
+
+
+def _of_function(node: sympy.Function) -> Iterator[Feature]:
+    """The features of a smooth function, of which some have edges."""
+    if isinstance(node, sympy.atan2):
+        for argument in node.args:
+            yield Feature(node, (argument,), sharp=True, needed=argument == node.args[0])
+        return
+    if isinstance(node, sympy.log):
+        yield from _edges(node, needed=False)
+    elif isinstance(node, (sympy.asin, sympy.acos)):
+        for edge in (sympy.S.One, sympy.S.NegativeOne):
+            yield Feature(node, (node.args[0], edge), sharp=True, needed=False)
+    if isinstance(node, (*_FLAT, *_OTHER)):
         yield Feature(node, (node.args[0],), sharp=False, needed=isinstance(node, _FLAT))
+
+
+def _edges(node: sympy.Expr, *, needed: bool) -> Iterator[Feature]:
+    """One feature for each factor of a function's argument."""
+    for factor in _factors(node.args[0]):
+        yield Feature(node, (factor,), sharp=True, needed=needed)
+
+
+def _scaled_exponentials(product: sympy.Mul) -> Iterator[Feature]:
+    """Exponentials by a number, as which SymPy writes ``exp(x - 3000.0)``."""
+    number = product.args[0]
+    if number.is_Number:
+        for factor in product.args:
+            if isinstance(factor, sympy.exp):
+                offset = -sympy.log(abs(number))
+                yield Feature(product, (factor.args[0], offset), sharp=False, needed=True)
 
 
 def _factors(argument: sympy.Expr) -> Iterator[sympy.Expr]:
@@ -130,9 +152,8 @@ def crossings(value: Callable[[Any], Any], grid: Sequence[Any]) -> list[Any]:
     """
     sizes = [value(place) for place in grid]
     found = [place for place, size in zip(grid, sizes, strict=True) if size == 0]
-    for i in range(len(grid) - 1):
-        if sizes[i] * sizes[i + 1] < 0:
-            found.append(_between(value, (grid[i], sizes[i]), (grid[i + 1], sizes[i + 1])))
+    for low, high in pairwise(zip(grid, sizes, strict=True)):
+        found += [_between(value, low, high)] if low[1] * high[1] < 0 else []
     for i in range(1, len(grid) - 1):
         before, here, after = (abs(size) for size in sizes[i - 1 : i + 2])
         if here and here <= before and here <= after and before != after:

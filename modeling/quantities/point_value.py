@@ -7,8 +7,9 @@ sums are off by a little, as rounding leaves them: what changes as much as it is
 import hashlib
 import math
 import random
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
+from functools import lru_cache
 from itertools import combinations
 from typing import Any, TypeAlias
 
@@ -139,6 +140,9 @@ class _Values:
             if isinstance(node, sympy.Abs):
                 return _both(lambda x: side * x, inner[0])
             return exactly(side if isinstance(node, sympy.sign) else (1 + side) / 2)
+        return self._of_several(node, inner)
+
+    def _of_several(self, node: sympy.Basic, inner: Sequence[Value]) -> Value:
         if isinstance(node, sympy.atan2) and not any(numbers.im(x) for pair in inner for x in pair):
             ahead, across = zip(*inner, strict=True)
             return numbers.atan2(*map(_real, ahead)), numbers.atan2(*map(_real, across))
@@ -156,7 +160,7 @@ class _Values:
     def _symbol(self, symbol: sympy.Symbol) -> Value:
         raise ValueError(f"{symbol} has no value")
 
-    def _opaque(self, node: sympy.Basic, inner: Iterable[Any]) -> Value:
+    def _opaque(self, node: sympy.Basic, _inner: Iterable[Any]) -> Value:
         raise TypeError(f"{type(node).__name__} has no value")
 
     def _chosen(self, node: sympy.Basic) -> sympy.Basic:
@@ -204,6 +208,10 @@ class Drawn(_Values):
         """A number of its own for what has a name, between 1/2 and 3/2."""
         return drawn(self.turn, *about)
 
+    def beside(self, values: Mapping[sympy.Basic, Value]) -> "Drawn":
+        """A point with other symbols, at which unknown functions have the same values."""
+        return Drawn(self._points, self.turn, values, decimals=self._decimals)
+
     def again(self, *, decimals: bool) -> "Drawn":
         """The same point, of which nothing was evaluated."""
         symbols = {node: value for node, value in self.values.items() if node.is_Symbol}
@@ -223,9 +231,11 @@ class Drawn(_Values):
     def _side(self, value: Value) -> Any:
         return numbers.zero if is_nothing(value) else numbers.sign(numbers.re(value[0]))
 
-    def _opaque(self, node: sympy.Basic, inner: Iterable[Any]) -> Value:
+    def _opaque(self, node: sympy.Basic, _inner: Iterable[Any]) -> Value:
         return exactly(
-            self.drawn(type(node).__name__, *(str(numbers.nstr(number, _TOLD)) for number in inner))
+            self.drawn(
+                type(node).__name__, *(str(numbers.nstr(number, _TOLD)) for number in _inner)
+            )
         )
 
 
@@ -286,11 +296,16 @@ def zero(value: Callable[[Any], Any], start: Any) -> Any:
 
 
 def _number(node: sympy.Expr, *, off: bool) -> Value:
+    return _known_number(node, off and node.is_Float, numbers.prec)
+
+
+@lru_cache(maxsize=4096)
+def _known_number(node: sympy.Expr, off: bool, _digits: int) -> Value:
+    """The value of a number in the present digits."""
     if node.is_Float:
         number = numbers.mpf(str(node))
-        if not off:
-            return exactly(number)
-        return number, number + number * _DECIMAL * drawn(0, "decimal", str(node))
+        share = _DECIMAL * drawn(0, "decimal", str(node)) if off else numbers.zero
+        return number, number + number * share
     if node.is_Rational:
         return exactly(numbers.mpf(node.p) / node.q)
     return exactly(numbers.mpmathify(sympy.N(node, numbers.dps)))
