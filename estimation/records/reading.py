@@ -182,7 +182,7 @@ def _record(
     if "position" in restarts:
         restarts["reference"] = restarts["position"]
     limit = math.inf if axis is None else axis.drive.limit
-    columns = without_wild_samples(columns, restarts, gap, limit)
+    columns = without_wild_samples(columns, restarts, limit)
     columns, jumps = unwound(columns, moduli, axis, gap)
     seldom = seldom_notes({r: s for r, s in columns.samples.items() if r not in repairs.between})
     columns, cut = clipped(columns, axis, masked=repairs.mask is not None)

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from axisid.estimation.raw_tables import Repair, Samples
 from axisid.estimation.records.columns import Mask, RoleColumns
+from axisid.estimation.thresholds import MAX_EVEN_STEP
 from axisid.support.arrays import Array, runs
 
 from .clocks import long_steps
@@ -45,7 +46,7 @@ Places = NDArray[np.intp]
 
 
 def without_wild_samples(
-    columns: RoleColumns, moduli: Mapping[str, float], gap: float, limit: float = math.inf
+    columns: RoleColumns, moduli: Mapping[str, float], limit: float = math.inf
 ) -> RoleColumns:
     """Columns whose wild samples are masked, replaced, named and counted.
 
@@ -55,8 +56,6 @@ def without_wild_samples(
         Each with its clock, every value finite.
     moduli : mapping of str to float
         What a position and its reference start again after, SI, by role.
-    gap : float
-        A longer step of time is a gap, in median steps.
     limit : float
         Of the control, in its unit.
     """
@@ -65,7 +64,7 @@ def without_wild_samples(
         widths |= {role: math.inf for role, width in widths.items() if not width}
     courses = {
         role: _Course.of(
-            samples, moduli.get(role, 0.0), gap, widths.get(role, 0.0), role == "position"
+            samples, moduli.get(role, 0.0), widths.get(role, 0.0), has_ends=role == "position"
         )
         for role, samples in columns.samples.items()
     }
@@ -146,7 +145,7 @@ class _Course:
     ----------
     values, times : (N,) array
     spans : tuple of (int, int)
-        Pieces between gaps.
+        Pieces between longer steps of time.
     modulus : float
         What the values start again after; 0 for nothing.
     width : float
@@ -170,11 +169,9 @@ class _Course:
     bends: Array
 
     @classmethod
-    def of(
-        cls, samples: Samples, modulus: float, gap: float, width: float, has_ends: bool
-    ) -> "_Course":
+    def of(cls, samples: Samples, modulus: float, width: float, *, has_ends: bool) -> "_Course":
         """The course of a column with its clock."""
-        cuts = long_steps(samples.times, gap) + 1
+        cuts = long_steps(samples.times, MAX_EVEN_STEP.value) + 1
         ends = [0, *cuts.tolist(), len(samples.values)]
         spans = tuple(pairwise(ends))
         values = samples.values

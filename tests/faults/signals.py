@@ -252,11 +252,10 @@ _CLOCK = (
 )
 
 _VALUES = (
-    Fault(
-        name="a spike in the position",
-        make=lambda folder: _log(folder, _spiked),
-        code=0,
-        says=r"outliers: the position leaves its course by \+0\.00\d+ .* m at sample 4131, 4\.13 s",
+    _repaired(
+        "a spike in the position",
+        lambda folder: _log(folder, _spiked, "--json", folder / _RESULT),
+        r"single samples .*: position .* at 4\.13 s\. They are masked",
     ),
     _repaired(
         "a last row cut inside its last number",

@@ -27,7 +27,7 @@ def columns_of(**columns: np.ndarray) -> RoleColumns:
 
 
 def cleaned(limit: float = math.inf, **columns: np.ndarray) -> RoleColumns:
-    return without_wild_samples(columns_of(**(RIGHT | columns)), {}, 1.5, limit)
+    return without_wild_samples(columns_of(**(RIGHT | columns)), {}, limit)
 
 
 def masked(columns: RoleColumns) -> dict[str, list[int]]:
@@ -81,7 +81,7 @@ def test_a_control_that_differentiates_a_step_of_the_reference_is_kept(
     columns = {"position": 0.01 * (1 - np.exp(-np.maximum(TIME - 1.1, 0) / 0.05))}
     columns["control"] = 1e4 * np.diff(step, prepend=0.0) + step - columns["position"]
     columns |= {"reference": step} if has_reference else {}
-    assert not without_wild_samples(columns_of(**columns), {}, 1.5).repairs
+    assert not without_wild_samples(columns_of(**columns), {}).repairs
 
 
 def test_a_relay_is_kept() -> None:
@@ -109,7 +109,7 @@ def test_noise_is_kept(rows: int) -> None:
     for seed in range(20):
         noise = np.random.default_rng(seed).normal(size=(3, rows))
         columns = dict(zip(("position", "velocity", "control"), noise, strict=True))
-        assert not without_wild_samples(columns_of(**columns), {}, 1.5, 10.0).repairs
+        assert not without_wild_samples(columns_of(**columns), {}, 10.0).repairs
 
 
 def test_a_wrapped_position_is_kept_and_a_wild_sample_of_it_is_masked() -> None:
@@ -119,9 +119,9 @@ def test_a_wrapped_position_is_kept_and_a_wild_sample_of_it_is_masked() -> None:
     for position in (turned, seam):
         right = columns_of(position=position, reference=position, control=CONTROL)
         restarts = dict.fromkeys(("position", "reference"), 2 * math.pi)
-        assert not without_wild_samples(right, restarts, 1.5).repairs
+        assert not without_wild_samples(right, restarts).repairs
         wild = {"position": replace(right.samples["position"], values=moved(position, 1.0, 1200))}
-        found = without_wild_samples(right.repaired(wild), restarts, 1.5)
+        found = without_wild_samples(right.repaired(wild), restarts)
         assert masked(found) == {"position": [1200]}
 
 
@@ -132,7 +132,7 @@ def test_a_motion_after_a_gap_is_kept() -> None:
         for role, values in RIGHT.items()
     }
     columns = RoleColumns(source="log", names={}, samples=samples)
-    assert not without_wild_samples(columns, {}, 1.5).repairs
+    assert not without_wild_samples(columns, {}).repairs
 
 
 def test_rows_of_zeros_at_the_beginning_are_told_with_the_window_that_leaves_them_out() -> None:
