@@ -301,7 +301,10 @@ def conclusion(checks: Sequence[Check]) -> str:
     failed = [check.name for check in by_weight(checks) if check.status == "fail"]
     # What could not be asked of the model: what it lacks, and whether the law is the drive's.
     skipped = {check.name for check in checks if check.status == "not evaluated"}
-    names = lines_of(name for name in _OF_THE_MODEL if name in skipped)
+    judged = lines_of(failed)  # another check of the same line was made
+    names = [
+        line for line in lines_of(n for n in _OF_THE_MODEL if n in skipped) if line not in judged
+    ]
     unchecked = f"; not checked: {', '.join(names)}" if names else ""
     lines, how = lines_of(failed), belief(failed)
     return first_case(
