@@ -11,7 +11,7 @@
 # | 3 | data: the record, a file of results; or not enough memory for it |
 # | 4 | model: the axis |
 # | 6 | estimation: rank, divergence, no convergence, logs of a fleet without a result; what other methods and logs gave is still reported |
-# | 130 | interrupted |
+# | 130 | interrupted; a fit has printed and written its best values so far |
 #
 # On a terminal, results are coloured and fitted to its width (`NO_COLOR` is honoured), and what takes
 # longer than a second says so; on a pipe there is plain ASCII. `eval "$(_AXISID_COMPLETE=bash_source axisid)"`

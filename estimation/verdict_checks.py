@@ -340,11 +340,12 @@ def conclusion(checks: Sequence[Check]) -> str:
     first = lines_of(check.name for check in failed[: min(grave, default=0) + 1])
     skipped = {check.name for check in checks if check.status == "not evaluated"}
     left_open = {check.name for check in checks if check.leaves_open}
+    # Another check of the same line was made and failed, or nothing simulates a loop beside its law.
+    of_no_matter = {*lines, "loop"}
     unchecked = lines_of(
         name
         for name in dict.fromkeys((*_NAMED, *left_open))
-        # A loop that nothing simulates is no matter beside its law.
-        if name in left_open or (name in skipped and kind_of(name).line != "loop")
+        if name in left_open or (name in skipped and kind_of(name).line not in of_no_matter)
     )
     how = belief(checks)
     said = first_case(

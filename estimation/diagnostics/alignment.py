@@ -232,6 +232,7 @@ def _advice(
     )
     return first_case(
         (by_hold, f'Try hold="{other}"'),
+        (delay.at_the_end and late > 0 and not remedy, _beyond_the_range(late, period, role)),
         (by_log or data.record.force is not None or is_continuous, remedy),
         (late < 0 and declared, f"{too_long}{rest}{remedy}"),
         (late <= 0 or delay.at_the_end, remedy),
@@ -240,6 +241,15 @@ def _advice(
             f"Declare what lies between command and force, the drive's delay or its lag, "
             f"{late * period:.3g} s {'more ' * bool(declared)}in all{rest}{remedy}",
         ),
+    )
+
+
+def _beyond_the_range(late: float, period: float, role: str) -> str:
+    """What to do where the delay is larger than any that was tried."""
+    return (
+        f"Compare the times of {role} and position in the log: if the {role} is written early, add "
+        f"{round(late)} to shift.{role} in run.toml. If the drive is late, declare its delay, "
+        f"{late * period:.3g} s or more. Then identify again, to see how much is left"
     )
 
 

@@ -159,6 +159,11 @@ def misspecification_check(
 
 def _advice(axis: GeneratedAxis, record: Record, found: Misspecification) -> str:
     value, deviation, name = found.values[0], found.deviation, found.parameter
+    if found.at_the_end:
+        return (
+            f"check that the column of {name} is the right one, and its clock. Check first what "
+            "else fails"
+        )
     if found.kind == "late signal":
         return advised_shift(name, value, max(MIN_DISTANCE_FROM_NOISE.value * deviation, 0.5))
     column = record.provenance.columns.get(name, "NAME")

@@ -70,6 +70,8 @@ class Misspecification:
         than their interval and by which the force changes as well; empty for none.
     moved_percent : float
         By how much.
+    at_the_end : bool
+        Whether a delay ended at the end of its search range, so that it is not known.
     """
 
     kind: str
@@ -85,6 +87,7 @@ class Misspecification:
     parameters: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     moved: str = ""
     moved_percent: float = 0.0
+    at_the_end: bool = False
 
     @property
     def size(self) -> float:
@@ -119,6 +122,8 @@ class TestedHypothesis:
         Of the force that it makes beside what the parameters make of it, root mean square.
     moved : float
         By how much of its interval it moves the parameter that it moves most.
+    at_the_end : bool
+        Whether the place of a delay is the end of its search range. The delay itself is not known.
     """
 
     hypothesis: Hypothesis
@@ -127,6 +132,7 @@ class TestedHypothesis:
     p_value: float
     share: float
     moved: float
+    at_the_end: bool
 
 
 @unless_missing
@@ -165,7 +171,9 @@ def find_misspecification(
                 if each.share > levels.least_share
                 or (each.moved > 1 and each.share > _NEGLIGIBLE_RESIDUAL)
             ),
-            key=lambda each: each.share,
+            # A delay at the end of its range may stand for another fault: what has a place or a
+            # size of its own comes first.
+            key=lambda each: (not each.at_the_end, each.share),
             default=None,
         )
         if most is None or (lacks and most.share <= levels.least_share):
@@ -200,6 +208,7 @@ def _tested(
         p_value=float(p_values[best]),
         share=float(np.sqrt(tested.powers[best])) / (float(np.std(scores.force)) or 1.0),
         moved=float(far.max(initial=0.0)),
+        at_the_end=hypothesis.is_whole and best in (0, len(hypothesis.places) - 1),
     )
 
 
@@ -220,7 +229,10 @@ def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
     # What was taken in before is at one of these places, and nothing of it there.
     if not values.any() or (hypothesis.is_positive and values[0] <= 0):
         return found
-    return replace(found, at=float(near[best]), columns=columns[:, best])
+    at = float(near[best])
+    ends = hypothesis.places[0], hypothesis.places[-1]
+    at_the_end = found.at_the_end and at in ends
+    return replace(found, at=at, columns=columns[:, best], at_the_end=at_the_end)
 
 
 def _values_with(
@@ -307,6 +319,7 @@ def _told(
         else name.hypothesis.unit,
         moved=names[most] if percents[most] else "",
         moved_percent=float(percents[most]),
+        at_the_end=name.at_the_end,
     )
 
 
@@ -338,6 +351,12 @@ def misspecification_text(lack: Misspecification, axis: GeneratedAxis, record: R
         (
             kind == "scaled signal",
             f"the model needs {size:.4g} +- {deviation:.1g} times the recorded {name} ({part})",
+        ),
+        (
+            kind == "late signal" and lack.at_the_end,
+            f"the {name} does not fit the force that it makes: it fits best {abs(size):.4g} "
+            f"samples {'earlier' if size > 0 else 'later'}, which is the end of the range that was "
+            f"tried ({part})",
         ),
         (
             kind == "late signal",

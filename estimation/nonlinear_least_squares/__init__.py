@@ -6,6 +6,7 @@ Knows nothing of records, of drives and of how sure its end is.
 
 from .trust_region import (
     LOSSES as LOSSES,
+    MOST_IN_ALL as MOST_IN_ALL,
     MOST_STEPS as MOST_STEPS,
     FitStep as FitStep,
     Search as Search,

@@ -5,7 +5,7 @@ is held there, and the others are searched on, so that they are what they are wi
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any, cast
 
@@ -22,6 +22,8 @@ from axisid.support.progress import Progress
 _AT_BOUND = 0.05
 
 MOST_STEPS = 60
+# of one search with all parameters that it puts to bounds or frees
+MOST_IN_ALL = 2 * MOST_STEPS
 _TOLERANCE = 1e-8
 _LOST = 1e3  # times the errors at the start: what a loop that cannot be simulated counts as
 _ROUNDS = 5  # of searches, after each of which parameters may be put to bounds or freed
@@ -89,6 +91,8 @@ class SearchResult:
     steps : tuple of FitStep
     cost : float
     converged : bool
+    interrupted : bool
+        Whether Ctrl-C ended the search. The result is then the best point so far.
     """
 
     physical: Array
@@ -98,6 +102,7 @@ class SearchResult:
     steps: tuple[FitStep, ...]
     cost: float
     converged: bool
+    interrupted: bool = False
 
 
 class Search:
@@ -126,21 +131,36 @@ class Search:
         self._largest = 0.0
         self._at = np.empty(0)  # where errors and slopes are known
         self._slopes: tuple[Array, Array]
+        self._best: SearchResult | None = None
 
     def run(self, start: Array) -> SearchResult:
         """Search from parameters (P,) strictly inside their bounds.
+
+        An interrupt (Ctrl-C) ends the search with the best point so far.
 
         Raises
         ------
         EstimationError
             The loop cannot be simulated at the start, or near where the search came to.
+        KeyboardInterrupt
+            The search was interrupted before its first step.
         """
+        try:
+            return self._searched(start)
+        except KeyboardInterrupt:
+            if self._best is None:
+                raise
+            return replace(self._best, steps=tuple(self._steps), interrupted=True)
+
+    def _searched(self, start: Array) -> SearchResult:
         at, bound = start.copy(), np.zeros(len(start), dtype=np.int8)
         for left in reversed(range(_ROUNDS)):
             at, converged = self._ended(at, bound)
             moved = self._at_bounds(at)
             settled = np.array_equal(moved, bound)
-            if settled or not left:  # what is put to a bound, or freed, is searched once more
+            if (
+                settled or not left or len(self._steps) >= MOST_IN_ALL
+            ):  # what is put to a bound, or freed, is searched once more
                 break
             freed, u = (bound != 0) & (moved == 0), self._unknowns
             at = np.select(
@@ -221,12 +241,28 @@ class Search:
         errors, _ = self._slopes
         rows = weighed_rows(at, errors, u, self._weighing)
         self._largest = self._largest or max(float(np.abs(rows).max()), 1.0)
+        self._keep_best(at)
         error = float(np.sqrt(np.mean(errors[:: len(self._predictions.units)] ** 2)))
         self._steps.append(FitStep(physical=at.copy(), error=error))
         if self._progress is not None:
             said = f"step {len(self._steps)}, error {error:.4g}"
             self._progress(len(self._steps) - 1, MOST_STEPS, said)
         return self._slopes
+
+    def _keep_best(self, at: Array) -> None:
+        """Keep the point whose slopes were taken last, if no point before cost less."""
+        errors, jacobian = self._slopes
+        cost = cost_of(at, errors, self._unknowns, self._weighing)
+        if self._best is None or cost <= self._best.cost:
+            self._best = SearchResult(
+                physical=at.copy(),
+                errors=errors,
+                jacobian=jacobian,
+                at_bound=np.zeros(len(at), dtype=np.int8),
+                steps=(),
+                cost=cost,
+                converged=False,
+            )
 
     def _at_bounds(self, at: Array) -> NDArray[np.int8]:
         """Which parameters the errors drive to a bound, and which of those there are kept.

@@ -227,15 +227,21 @@ def exact_law_check(of: OutputFit) -> Check | None:
 def convergence_check(of: OutputFit) -> Check:
     """Whether the search came to an end."""
     best = of.best
-    said = (
-        f"the search stands still after {len(best.steps)} steps"
-        if best.converged
-        else f"the search still moves after {MOST_STEPS} steps; start elsewhere, or leave out what "
-        "the record does not show"
-    )
+    if of.interrupted:
+        said = (
+            f"the search was interrupted after {len(best.steps)} steps, and these are the best "
+            "values so far; to go on, fit again and start from them"
+        )
+    elif best.converged:
+        said = f"the search stands still after {len(best.steps)} steps"
+    else:
+        said = (
+            f"the search still moves after {len(best.steps)} steps; start elsewhere, or leave out "
+            "what the record does not show"
+        )
     return Check(
         name="convergence",
-        status=status_of(best.converged),
+        status=status_of(best.converged and not of.interrupted),
         figure=float(len(best.steps)),
         threshold=float(MOST_STEPS),
         meaning=said,

@@ -55,6 +55,8 @@ _MOST_STARTS, _LARGEST_SEED = 1000, 2**63
 _MAX_TIME_STEP = 0.01
 _ROUNDS = 8
 _FURTHEST = 2.0  # periods, by which a time of the drive moves in a round
+# of the time's standard deviation: a smaller step is below what the record shows
+_SHARE_OF_DEVIATION = 0.05
 _TIME_STEP = 0.05  # periods, by which a time of the drive is longer for the slope by it
 
 
@@ -143,6 +145,9 @@ def fit(
         open loop they count.
     progress : callable, optional
         Told before each step how many are done, of how many at most, and how far it is.
+
+        Ctrl-C ends the searches. The fit returns the best values so far, without twins;
+        `OutputFit.interrupted` and the check *convergence* say so.
     level, least_share : float
         As in `identify`.
 
@@ -212,27 +217,40 @@ def _with_time_found(
 ) -> FitSearch:
     """The search that ends where its loop has the time that it finds, from the first one's start.
 
-    The period is that of the records, s: an open loop has no law with one.
-
-    Raises
-    ------
-    EstimationError
-        The time does not settle.
+    The period is that of the records, s: an open loop has no law with one. A time that does not
+    settle is reported as a search that has not converged.
     """
     value = float(getattr(axis.declared.drive, time.name))
-    first: FitSearch | None = None
+    found: list[FitSearch] = []
     for _ in range(_ROUNDS):
-        last = search(with_drive_time(axis, time.name, value), start, time)
-        first = first or last
+        try:
+            last = search(with_drive_time(axis, time.name, value), start, time)
+        except KeyboardInterrupt:
+            if not found:
+                raise
+            last = replace(found[-1], interrupted=True, bootstrap=0)
+        found.append(last)
         step = np.clip(last.best.physical[-1] - value, -_FURTHEST * period, _FURTHEST * period)
-        if abs(step) < _MAX_TIME_STEP * period:
-            return replace(last, start=first.start, started=first.started, remarks=first.remarks)
+        settled = max(_MAX_TIME_STEP * period, _SHARE_OF_DEVIATION * _deviation_of_last(last))
+        if abs(step) < settled or last.interrupted:
+            break
         start, value = last.ended, max(value + float(step), 0.0)
-    raise EstimationError(
-        f"the drive's {time.name} does not settle; it is about {value:.3g} s. See whether the law "
-        "and the model are right.",
-        code="no-convergence",
-    )
+    else:
+        last = replace(last, best=replace(last.best, converged=False))
+    first = found[0]
+    return replace(last, start=first.start, started=first.started, remarks=first.remarks)
+
+
+def _deviation_of_last(search: FitSearch) -> float:
+    """Standard deviation of the last parameter where the search ended, as if errors were white."""
+    rows = search.weighing.weights[:, None] * search.best.jacobian
+    errors = search.weighing.weights * search.best.errors
+    counted = int(np.count_nonzero(search.weighing.weights))
+    others, own = rows[:, :-1], rows[:, -1]
+    fitted = np.linalg.lstsq(others, own, rcond=None)[0]
+    left = float(np.linalg.norm(own - others @ fitted))
+    noise = float(np.linalg.norm(errors)) / max(counted, 1) ** 0.5
+    return noise / left if left > 0 else 0.0
 
 
 def _searched(
@@ -303,12 +321,13 @@ def _searched(
         remarks=(*why, *lost),
         best=best_of(ends),
         searches=ends,
-        bootstrap=bootstrap,
+        bootstrap=0 if run.interrupted else bootstrap,
         seed=seed,
         known=known_of(known, len(records)),
         doubts=tuple(doubts),
         rests_count=any(d.rows_near_turns.any() for d in rests.values() if not d.excluded),
         alone=run.alone,
+        interrupted=run.interrupted,
     )
 
 

@@ -13,6 +13,7 @@ from axisid.estimation.identification import filtered_records
 from axisid.estimation.methods import robust_scale
 from axisid.estimation.nonlinear_least_squares import (
     LOSSES as LOSS_FUNCTIONS,
+    MOST_IN_ALL,
     Search,
     SearchResult,
     WeightedLoss,
@@ -59,6 +60,8 @@ class FitSearch:
         Whether samples near rests count, as without them a parameter is hardly shown.
     alone : SearchResult or None
         The search without what was known before.
+    interrupted : bool
+        Whether Ctrl-C ended the searches. The best end so far is reported, without twins.
     """
 
     axis: GeneratedAxis
@@ -81,6 +84,7 @@ class FitSearch:
     doubts: tuple[tuple[ExtendedForm, OutputResiduals], ...] = field(repr=False, compare=False)
     rests_count: bool = field(repr=False, compare=False)
     alone: SearchResult | None = field(repr=False, compare=False)
+    interrupted: bool = False
 
     @property
     def horizon(self) -> float | None:
@@ -150,6 +154,7 @@ class FitRun:
     counted: Array = field(init=False)
     weighing: WeightedLoss = field(init=False)
     alone: SearchResult | None = None
+    interrupted: bool = False
 
     def first(self, begins: Sequence[FitStart]) -> tuple[FitStart, Array, list[str]]:
         """The start that leaves least, where it is, and why those before it cannot be simulated."""
@@ -222,7 +227,10 @@ class FitRun:
     def searches(
         self, first: FitStart, begun: Array, count: int, random: np.random.Generator
     ) -> tuple[SearchResult, ...]:
-        """The searches that come to an end: from the start, then from about it."""
+        """The searches that come to an end: from the start, then from about it.
+
+        An interrupt ends them all, once there is a point to report.
+        """
         ends, lost, u = list[SearchResult](), list[EstimationError](), self.unknowns
         sizes = self._sizes(begun) if count > 1 else self.scale
         for k in range(count):
@@ -234,6 +242,12 @@ class FitRun:
                 ends.append(self._run(begun, u) if ends else self._search(begun))
             except EstimationError as error:
                 lost.append(error)
+            except KeyboardInterrupt:
+                if not ends:
+                    raise
+                self.interrupted = True
+            if self.interrupted:
+                break
         if not ends:
             raise lost[0]
         # By the last weights, which are the same for all.
@@ -256,7 +270,9 @@ class FitRun:
 
     def _run(self, begun: Array, unknowns: Unknowns) -> SearchResult:
         search = Search(self.predictions, unknowns, self.scale, self.weighing, self.progress)
-        return search.run(begun)
+        found = search.run(begun)
+        self.interrupted = self.interrupted or found.interrupted
+        return found
 
     def _search(self, begun: Array) -> SearchResult:
         """Until the weights, by what the fit leaves, are those that it was made with.
@@ -271,6 +287,8 @@ class FitRun:
         self.alone = None  # of an earlier start
         with suppress(EstimationError):
             alone = self._settled(begun, u.without_prior)
+            if self.interrupted:
+                return alone
             rows = self.weighing.weights[:, None] * alone.jacobian
             unseen, _ = unseen_directions(rows, self.scale, u.free)
             self.alone = alone if alone.converged and not len(unseen) else None
@@ -282,11 +300,24 @@ class FitRun:
         return self._run(begun, u)
 
     def _settled(self, begun: Array, unknowns: Unknowns) -> SearchResult:
-        found, u = self._run(begun, unknowns), unknowns
+        found = self._run(begun, unknowns)
+        try:
+            return self._reweighed(found, unknowns)
+        except KeyboardInterrupt:
+            self.interrupted = True
+            return replace(found, converged=False, interrupted=True)
+
+    def _reweighed(self, found: SearchResult, unknowns: Unknowns) -> SearchResult:
+        """Search on until the weights are those of what the search leaves."""
+        u = unknowns
         # Of one record by squares alone it does not matter how large the noise is.
         several = len(self.predictions.spans) * int(np.count_nonzero(np.isnan(self.given))) > 1
         needs_weights = several or self.loss != SQUARES or bool(u.has_prior.any())
         for _ in range(_PASSES):
+            if self.interrupted:
+                break
+            if len(found.steps) >= MOST_IN_ALL:
+                return replace(found, converged=False)
             before, counted = self.weighing.weights, self.counted
             self.counted = self._counted(found.physical)
             self._weigh(found.errors, self._effects(found, u))

@@ -20,7 +20,7 @@ from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import JointRecords, check_drive_time, identify
 from axisid.estimation.output_residuals import FEWEST_IN_WINDOW
 from axisid.estimation.records import Record
-from axisid.estimation.regression import InverseForm
+from axisid.estimation.regression import InverseForm, lacking_loop
 from axisid.estimation.unknowns import (
     GAIN,
     INITIAL_STATE_PARAMETERS,
@@ -241,6 +241,10 @@ def starts_from(
         return [nominal], ["the friction remembers, so that nothing estimates a start"]
     why: list[str] = []
     for name in FIT_STARTS[FIT_STARTS.index(asked) : -1]:
+        pairs = zip(form.axes, shared.records, strict=True)
+        if name == INSTRUMENTS_START and any(lacking_loop(axis, record) for axis, record in pairs):
+            why.append("instruments need a control law and a reference, and one of them is missing")
+            continue
         try:
             with np.errstate(all="ignore"):
                 result = identify(

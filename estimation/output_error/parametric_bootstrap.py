@@ -272,9 +272,7 @@ def _told(
     return {}
 
 
-def _values(
-    told: Mapping[str, float], names: Sequence[str], limit: float
-) -> Array | None:
+def _values(told: Mapping[str, float], names: Sequence[str], limit: float) -> Array | None:
     """Values by name, (k,), that of a limit where the record does not show it; None without them."""
     values = {LIMIT: limit, **told}
     if not told or not {*names} <= {*values}:

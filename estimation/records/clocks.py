@@ -261,11 +261,12 @@ def check_time(
     odd = (steps > MAX_EVEN_STEP.value * typical) | (steps * MAX_EVEN_STEP.value < typical)
     gaps = np.flatnonzero(odd & inside)
     if gaps.size:
+        arrival = "" if _is_rare(gaps.size, len(steps)) else f" {_by_arrival(mean)}"
         raise DataError(
             f"{source}: the time step before data row {gaps[0] + 2} is {steps[gaps[0]]:.6g} "
             f"s, {typical:.6g} s elsewhere ({gaps.size} of {len(steps)} steps differ). Cut the log "
             f"where samples are missing or the clock jumps ({_SPLIT}); resample it evenly where "
-            f"its times jitter ({_EVENLY}).",
+            f"its times jitter ({_EVENLY}).{arrival}",
             code="uneven-time",
         )
     if period is not None and abs(mean / typical - 1) < tolerance:
@@ -277,9 +278,17 @@ def check_time(
         raise DataError(
             f"{source}: the sampling period drifts from {1e3 * slow:.6g} to {1e3 * fast:.6g} ms "
             "(the extremes of its median, its mean, and its means over 100 samples), which cannot "
-            f"be taken as even. Resample the log evenly ({_EVENLY}).",
+            f"be taken as even. Resample the log evenly ({_EVENLY}). {_by_arrival(mean)}",
             code="uneven-time",
         )
+
+
+def _by_arrival(step: float) -> str:
+    """What to do where the samples are even and their stamps are times of arrival."""
+    return (
+        "If the drive sampled evenly and the times say only when each row arrived, delete the time "
+        f"column from the log and give sample_period in run.toml (the mean step is {step:.6g} s)."
+    )
 
 
 def check_stated(source: str, measured: float, stated: float, uncertainty: float = 0.0) -> None:

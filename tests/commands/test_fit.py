@@ -2,6 +2,8 @@
 
 import json
 import pickle
+import sys
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -109,3 +111,19 @@ def test_a_fit_is_no_result_of_identify(run: Run, log: Path, tmp_path: Path) -> 
     run("fit", "emps2015", log, "--json", file)
     with refuses("result-file", says="is of a fit of an output"):
         compare_results(file, file)
+
+
+def test_ctrl_c_keeps_the_best_values_of_a_fit(
+    run: Run, log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(done: int, _: int, __: str) -> None:
+        if done:
+            raise KeyboardInterrupt
+
+    module = sys.modules["axisid.commands.fit_sweep_law"]
+    monkeypatch.setattr(module, "progress_line", lambda _: nullcontext(interrupted))
+    file = tmp_path / "fit.json"
+    code, out, _ = run("fit", "emps2015", log, "--json", file)
+    assert code == 130
+    assert load_result(file)["M"].value == pytest.approx(100.2, rel=0.1)
+    assert "interrupted after 2 steps" in out

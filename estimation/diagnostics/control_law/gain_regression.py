@@ -431,7 +431,9 @@ class GainRegression:
                 continue
             columns = np.hstack([blocks[name] for name in kind])
             sizes = np.linalg.norm(columns, axis=0)
-            by_size = np.linalg.lstsq(columns / sizes, self.residuals, rcond=_MIN_GAIN_TOLD_APART)[0]
+            by_size = np.linalg.lstsq(columns / sizes, self.residuals, rcond=_MIN_GAIN_TOLD_APART)[
+                0
+            ]
             left = self.residuals - columns / sizes @ by_size
             theta = dict(zip(_names_of(kind, steps), by_size / sizes, strict=True))
             values = {name: float(theta[name]) for name in kind if name != GAINS}

@@ -74,7 +74,8 @@ def fit(
 
     The closed loop is simulated from the reference, as the record starts, until its control (or
     its position) is the recorded one as nearly as the model allows. Noise of the encoder biases
-    nothing; the control law must be the drive's, which is checked.
+    nothing; the control law must be the drive's, which is checked. Ctrl-C ends the search: the best
+    values so far are printed and written, and the exit code is 130.
     """
     check_targets(
         [Target("--json", json_file, "fit"), Target("--report", report, "report")],
@@ -98,6 +99,8 @@ def fit(
         json_file,
         (report, lambda file: write_page(file, stages.fit_report_html, result)),
     )
+    if result.interrupted:
+        raise KeyboardInterrupt
 
 
 @click.command(

@@ -14,6 +14,7 @@ import pytest
 
 from axisid import Identification, Record
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
+from axisid.commands.options import outputs
 from axisid.commands.options.outputs import print_document, progress_line
 from axisid.presentation.documents import CheckGroup, Checks
 from axisid.support.progress import with_progress
@@ -131,6 +132,23 @@ def test_what_is_quick_or_no_terminal_shows_no_progress(
     with progress_line("working", delay):
         time.sleep(0.05)
     assert stream.getvalue() == ""
+
+
+def test_without_a_terminal_progress_is_printed_in_lines(monkeypatch: pytest.MonkeyPatch) -> None:
+    stream = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", stream)
+    monkeypatch.setattr(outputs, "SECONDS_PER_LINE", 0.01)
+    with progress_line("working") as line:
+        line(4, 60, "step 5")
+        end = time.monotonic() + 10.0
+        while "step 5 (5 of 60)" not in stream.getvalue():
+            assert time.monotonic() < end
+            time.sleep(0.01)
+    printed = stream.getvalue()
+    assert printed.startswith("axisid: ")
+    assert printed.endswith(" s\n")
+    time.sleep(0.05)
+    assert stream.getvalue() == printed
 
 
 @pytest.mark.slow

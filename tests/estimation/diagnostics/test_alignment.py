@@ -199,3 +199,12 @@ def test_a_reference_or_position_at_another_time_is_named(role: str, samples: in
     record = twin_record(axis, seed=2)
     check = law_agreement(axis, record.shifted(**{role: samples}))
     assert f"add {-samples} to shift.{role}" in check.sentence
+
+
+def test_a_delay_beyond_the_range_has_a_cure(emps2015: GeneratedAxis, quiet: Record) -> None:
+    early = 6
+    check = checked(emps2015, replace(quiet, control=np.roll(quiet.control, -early)))
+    told = re.search(r"add (\d+) to shift\.control", check.meaning)
+    assert check.status == "fail"
+    assert told is not None
+    assert 0 < int(told[1]) <= early

@@ -31,6 +31,7 @@ from axisid.estimation.verdict_checks import conclusion
 from axisid.modeling import LIBRARY
 from axisid.paper import APPROPRIATE, INAPPROPRIATE
 from axisid.presentation.page import report_html
+from axisid.presentation.text.identification import verdict_block
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
 from tests.axes.servo import TRUTH, servo, servo_log, servo_record
@@ -278,3 +279,15 @@ def test_endless_twins_and_lags_are_refused(emps2015: GeneratedAxis, twin: Recor
         twin_record(replace(emps2015.axis, control=replace(law, period=1e-9)))
     with refuses("result"):
         identify(emps2015, twin, methods="idm-ls", lags=500)
+
+
+def test_a_line_of_the_verdict_has_one_status() -> None:
+    checks = [
+        Check.unless("inverse against direct", "they differ"),
+        Check(name="method", status="not evaluated", meaning="there is one method"),
+        Check(name="control law", status="not evaluated", meaning="there is no law"),
+    ]
+    judged = verdict_block(checks).judged
+    lines = [line for group in judged for line in group.names]
+    assert sorted(lines) == ["law", "method"]
+    assert "method" not in conclusion(checks).partition("not checked")[2]

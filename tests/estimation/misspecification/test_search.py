@@ -337,3 +337,13 @@ def test_a_late_signal_is_told_with_its_delay(kind: str, samples: int) -> None:
     (amount,) = re.findall(rf"add ([-\d.]+) to shift\.{kind}", found.meaning)
     assert float(amount) == pytest.approx(-samples, abs=1.0)
     assert ("late" if samples > 0 else "early") in found.meaning
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("samples", [900, -900])
+def test_a_signal_that_fits_best_at_the_end_of_the_range_is_told_without_a_number_to_move_it_by(
+    samples: int,
+) -> None:
+    found = _check("pressure", late=samples)
+    assert found.status == "fail"
+    assert "to shift." not in found.meaning

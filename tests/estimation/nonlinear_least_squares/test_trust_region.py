@@ -142,3 +142,30 @@ def test_losses_have_the_derivatives_that_they_say(loss: str) -> None:
     np.testing.assert_allclose((more[0] - less[0]) / (2 * h), first, rtol=1e-6)
     np.testing.assert_allclose((more[1] - less[1]) / (2 * h), second, rtol=1e-5, atol=1e-9)
     np.testing.assert_allclose(value[0], z[0], rtol=1e-3)
+
+
+@pytest.mark.parametrize("calls", [3, 5])
+def test_an_interrupt_ends_a_search_with_its_best_point(calls: int) -> None:
+    truth = _decay(2.0, 0.7)
+    left = [calls]
+
+    def interrupted(p: Array) -> Array:
+        left[0] -= 1
+        if not left[0]:
+            raise KeyboardInterrupt
+        return np.asarray(p[:, 0] * np.exp(-np.outer(TIME, p[:, 1])) - truth[:, None])
+
+    found = _found(Formula(interrupted, len(TIME)), _unknowns(), [1.0, 1.0])
+    whole = _found(_less(truth), _unknowns(), [1.0, 1.0])
+    assert found.interrupted
+    assert not found.converged
+    assert 0 < len(found.steps) < len(whole.steps)
+    assert whole.cost < found.cost < np.inf
+
+
+def test_an_interrupt_before_the_first_step_goes_through() -> None:
+    def interrupted(_: Array) -> Array:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        _found(Formula(interrupted, len(TIME)), _unknowns(), [1.0, 1.0])

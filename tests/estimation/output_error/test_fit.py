@@ -16,6 +16,7 @@ from axisid import (
 )
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.elements import Drive
+from axisid.estimation.choices import OPEN_LOOP_FIT
 from axisid.estimation.output_error import OutputFit
 from axisid.estimation.verdict_checks import lines_of
 from axisid.modeling.declaration.experiment import back_and_forth
@@ -528,3 +529,40 @@ def test_free_gains_are_found_with_the_parameters(emps2015: GeneratedAxis, twin:
     assert np.abs(off(found, {**experiment.truth, "kp": law.gains["kp"]})).max() < 4
     assert found["kp"].deviation < 0.015 * law.gains["kp"]
     assert checks_of(found)["control law"].status == "pass"
+
+
+@pytest.mark.parametrize("step", [0, 1])
+def test_an_interrupted_fit_is_the_best_so_far_and_says_so(
+    emps2015: GeneratedAxis, twin: Record, step: int
+) -> None:
+    def interrupt(done: int, _: int, __: str) -> None:
+        if done == step:
+            raise KeyboardInterrupt
+
+    result = fit(emps2015, twin, progress=interrupt)
+    (convergence,) = (c for c in result.checks if c.name == "convergence")
+    assert result.interrupted
+    assert (convergence.status, convergence.figure) == ("fail", step + 1)
+    assert np.all(np.abs(result.physical / [*TRUTH.values()] - 1) < 0.2)
+
+
+def test_a_fit_of_a_drives_lag_that_is_interrupted_keeps_its_values(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    def interrupt(done: int, _: int, __: str) -> None:
+        if done == 1:
+            raise KeyboardInterrupt
+
+    result = fit(emps2015, twin, free="lag", progress=interrupt)
+    assert result.interrupted
+    assert np.all(np.isfinite(result.physical))
+
+
+def test_a_fit_of_an_open_loop_does_not_advise_itself(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    axis = replace(emps2015.axis, control=None)
+    result = fit(axis, twin, "open-loop", bootstrap=0)
+    told = [*result.remarks, *(check.meaning for check in result.checks)]
+    assert result.started == "least-squares"
+    assert not any(OPEN_LOOP_FIT in each for each in told)

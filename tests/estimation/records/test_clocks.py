@@ -1,5 +1,6 @@
 """Times that are not even: told or refused, cut, counted, resampled onto one grid on request."""
 
+import re
 from typing import Any
 
 import numpy as np
@@ -285,3 +286,19 @@ def test_times_without_a_phase_leave_the_period_open(rng: np.random.Generator) -
     period, uncertainty = own_period(np.cumsum(rng.uniform(0.2e-3, 1.8e-3, 3000)))
     assert period == pytest.approx(1e-3, rel=0.05)
     assert uncertainty == 0.1
+
+
+@pytest.mark.parametrize("most", [4e-3, 8e-3])
+def test_stamps_of_arrival_are_refused_with_the_period_that_reads_the_log_without_them(
+    most: float,
+) -> None:
+    period, rng = 20e-3, np.random.default_rng(3)
+    arrival = period * np.arange(N) + rng.uniform(-most, most, N)
+    stamped = log(arrival)
+    with refuses("uneven-time", says=r"sample_period in run\.toml \(the mean step is") as refused:
+        read_record(stamped)
+    told = re.search(r"mean step is ([\d.]+) s", str(refused.value))
+    assert told is not None
+    columns = {name: values for name, values in stamped.items() if name != "time"}
+    record = read_record(columns, sample_period=float(told[1]))
+    assert record.period == pytest.approx(period, rel=1e-3)

@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import click
@@ -49,13 +50,16 @@ def is_terminal(stream: Any) -> bool:
     return stream is not None and os.environ.get("TERM", "dumb") != "dumb" and bool(stream.isatty())
 
 
+SECONDS_PER_LINE = 30.0  # of progress that no terminal shows
+
+
 @contextlib.contextmanager
 def progress_line(what: str, delay: float = 1.0) -> Iterator[Progress]:
     """Say on standard error what is going on, once that takes longer than a moment.
 
     It is drawn by a thread, so that what blocks (a compiler, a solver) is shown too, and erased at
-    the end; nothing is drawn where standard error is no terminal. What it gives is called as the
-    `progress` of `sweep` and `compare`, and says what is done next.
+    the end. Where standard error is no terminal, a line is printed every 30 s instead. What it
+    gives is called as the `progress` of `sweep` and `compare`, and says what is done next.
 
     Parameters
     ----------
@@ -65,7 +69,8 @@ def progress_line(what: str, delay: float = 1.0) -> Iterator[Progress]:
         Seconds until the line appears.
     """
     if not is_terminal(sys.stderr):
-        yield lambda _, __, ___: None
+        with _progress_in_lines(what) as say_in_lines:
+            yield say_in_lines
         return
     from rich.console import Console
     from rich.progress import Progress as Line, TextColumn, TimeElapsedColumn
@@ -91,6 +96,28 @@ def progress_line(what: str, delay: float = 1.0) -> Iterator[Progress]:
         timer.cancel()
         timer.join()
         line.stop()
+
+
+@contextlib.contextmanager
+def _progress_in_lines(what: str) -> Iterator[Progress]:
+    """Print a line on standard error every 30 s that says what is going on."""
+    said, ended, begun = [what], threading.Event(), monotonic()
+
+    def say(done: int, total: int, what: str) -> None:
+        said[0] = f"{what} ({done + 1} of {total})"
+
+    def print_lines() -> None:
+        while not ended.wait(SECONDS_PER_LINE):
+            with contextlib.suppress(OSError, ValueError):  # nobody reads any more
+                click.echo(f"axisid: {said[0]}, {monotonic() - begun:.0f} s", err=True)
+
+    printer = threading.Thread(target=print_lines, daemon=True)
+    printer.start()
+    try:
+        yield say
+    finally:
+        ended.set()
+        printer.join()
 
 
 def is_earlier(file: Path, kind: str) -> bool:

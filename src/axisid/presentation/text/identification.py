@@ -483,8 +483,16 @@ def verdict_block(checks: Sequence[Check]) -> Checks:
 
 
 def unmade(checks: Sequence[Check]) -> dict[str, list[str]]:
-    """Checks that could not be made, by the one cause that they have."""
-    return grouped((each.meaning, each.name) for each in checks if each.status == "not evaluated")
+    """Checks that could not be made, by the one cause that they have.
+
+    Without those of a line on which another check fails or has a note: a line has one status.
+    """
+    judged = lines_of(check.name for check in checks if check.status in ("fail", "note"))
+    return grouped(
+        (each.meaning, each.name)
+        for each in checks
+        if each.status == "not evaluated" and each.line not in judged
+    )
 
 
 def missing_notes(missing: Mapping[str, str], checks: Sequence[Check] = ()) -> list[str]:
