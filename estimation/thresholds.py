@@ -98,7 +98,8 @@ BISQUARE_TUNING = Threshold(4.685, "deviations",
 
 # Moves
 MIN_MODEL_SHARE = Threshold(0.5, "1",
-    "share of the residuals' power that repeats, from which it is noted",
+    "share of the residuals' power that repeats, from which it is noted; that a limit of the drive "
+    "explains, from which it is named",
     "chosen: more than half of what is left is no noise")
 
 # Diagnostics: the control law and the loop

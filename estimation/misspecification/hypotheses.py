@@ -47,6 +47,8 @@ class Hypothesis:
         That its chance is no smaller than: of places that were chosen by what is left.
     is_whole : bool
         Whether the columns are the whole of it, so that its place alone tells how much.
+    is_lost : bool
+        Whether they are a part of the force that was not given.
     unit : str
         Of its size; empty where none is told.
     """
@@ -61,6 +63,7 @@ class Hypothesis:
     is_positive: bool = False
     least: float = 0.0
     is_whole: bool = False
+    is_lost: bool = False
 
 
 def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
@@ -79,7 +82,8 @@ def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
             measured=partial(_columns, term, most, scores.measured),
             between=None if term.between is None else partial(_of_user, term, term.between),
             is_positive=term.is_positive,
-            is_whole=term.is_whole,
+            is_whole=term.is_lost,
+            is_lost=term.is_lost,
         )
         for term in TERMS.values()
         if (is_turning or term.kind != "turn")

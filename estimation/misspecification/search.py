@@ -15,12 +15,13 @@ import numpy as np
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.records import Record
 from axisid.estimation.records.columns import expected_units
+from axisid.estimation.thresholds import MIN_MODEL_SHARE
 from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Levels
 from axisid.support.arrays import Array
 from axisid.support.errors import first_case, unless_missing
 
 from .hypotheses import GAIN, Hypothesis, drifts, hypotheses_of, outliers_of
-from .scores import RecordScores
+from .scores import ColumnTests, RecordScores
 from .terms import TERMS
 
 # residuals less the filter's own, by the left side, up to which their look is a note: measured,
@@ -191,25 +192,53 @@ def _tested(
     scores: RecordScores, hypothesis: Hypothesis, half: Array, sure: float
 ) -> TestedHypothesis:
     """It at the place that takes most of those that are sure, else at the surest."""
-    columns = hypothesis.columns(hypothesis.places)
+    places = hypothesis.places
+    columns = hypothesis.columns(places)
     tested = scores.test(columns)
+    taken = _taken(scores, hypothesis, tested, columns)
+    if hypothesis.is_lost:
+        # Without twins the chance of one place alone is told: that which explains most.
+        one = [int(np.argmax(taken))]
+        places, columns, taken = places[one], columns[:, one], taken[one]
+        tested = scores.test(columns)
     first = tested.values[:, 0]
-    taken = tested.whole_powers if hypothesis.is_whole else tested.powers
     p_values = np.clip(tested.p_values * len(hypothesis.places), hypothesis.least, 1.0)
     p_values[hypothesis.is_positive & (first <= 0)] = 1.0
+    p_values[hypothesis.is_lost & (taken <= 0)] = 1.0
     told = p_values <= sure
     best = int(np.argmax(np.where(told, taken, -np.inf)) if told.any() else np.argmin(p_values))
     moved = np.abs(scores.moved_by(columns[:, best], tested.values[best]))
     far = np.divide(moved, half, out=np.zeros_like(moved), where=half > 0)
     return TestedHypothesis(
         hypothesis=hypothesis,
-        at=float(hypothesis.places[best]),
+        at=float(places[best]),
         columns=columns[:, best].copy(),
         p_value=float(p_values[best]),
         share=float(np.sqrt(tested.powers[best])) / (float(np.std(scores.force)) or 1.0),
         moved=float(far.max(initial=0.0)),
         at_the_end=hypothesis.is_whole and best in (0, len(hypothesis.places) - 1),
     )
+
+
+def _taken(
+    scores: RecordScores, hypothesis: Hypothesis, tested: ColumnTests, columns: Array
+) -> Array:
+    """What each place takes of the residuals' mean square, (m,).
+
+    Where force is lost, the residuals are less as the force is. They are held against what is left
+    of it, and the place takes nothing unless it explains most of them:
+    ``e'e - (e'e - w) f'f / (f - c)'(f - c)``, with w what the columns c take of the residuals e,
+    and f the force.
+    """
+    if not hypothesis.is_whole:
+        return tested.powers
+    if not hypothesis.is_lost:
+        return tested.whole_powers
+    left = float(np.mean(scores.net_residuals[:, 0] ** 2))
+    given = np.sum((scores.force[:, None] - columns[:, :, 0]) ** 2, axis=0)
+    ratio = float(np.sum(scores.force**2)) / np.maximum(given, np.finfo(float).tiny)
+    taken = left - (left - tested.whole_powers) * ratio
+    return np.where(taken > MIN_MODEL_SHARE.value * left, taken, 0.0)
 
 
 def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
@@ -219,10 +248,8 @@ def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
         return found
     near = hypothesis.between(hypothesis.places, found.at)
     columns = hypothesis.columns(near)
-    if hypothesis.is_whole:
-        best = int(np.argmax(scores.test(columns).whole_powers))
-    elif hypothesis.measured is None:
-        best = int(np.argmax(scores.test(columns).powers))
+    if hypothesis.is_whole or hypothesis.measured is None:
+        best = int(np.argmax(_taken(scores, hypothesis, scores.test(columns), columns)))
     else:
         best = scores.nearest(columns, hypothesis.measured(near))
     values = scores.test(columns[:, [best]]).values[0]

@@ -107,8 +107,9 @@ class Term:
         the residuals too, so that it is looked for along simulated loops alone.
     is_of_command : bool
         Whether a drive makes it of what is commanded, so that a measured force has none of it.
-    is_whole : bool
-        Whether its columns are the whole of it, so that its place alone tells how much.
+    is_lost : bool
+        Whether its columns are a part of what is commanded that the drive does not give, all of it,
+        so that the force is less by that and its place alone tells how much.
     """
 
     kind: str
@@ -123,7 +124,7 @@ class Term:
     is_by_direction: bool = False
     is_of_force: bool = False
     is_of_command: bool = False
-    is_whole: bool = False
+    is_lost: bool = False
 
     def __post_init__(self) -> None:
         words = dict.fromkeys(("q", "unit", "drive", "force"), "") | dict.fromkeys(
@@ -208,7 +209,7 @@ def _after(
 
 # Of the force that commands go up to but for a few samples: more would be of these alone.
 _USUALLY_LARGEST = 0.98
-_LEVELS = np.geomspace(0.05, 0.95, 20)
+_LEVELS = np.geomspace(0.05, 0.95, 40)
 
 
 def saturation_levels(s: Along) -> Array:
@@ -410,7 +411,7 @@ _TERMS = (
         between=lambda grid, _: np.geomspace(grid[0], grid[-1], _BETWEEN),
         is_positive=True,
         is_of_command=True,
-        is_whole=True,
+        is_lost=True,
     ),
 )
 
