@@ -301,8 +301,11 @@ class GainRegression:
 
         A reference that its maker computes in whole steps looks like one that the log rounded, and
         the law reads the steps of an encoder as they are. Such steps would leave of the control, by
-        any gains, what they do, which jumps from sample to sample as no other fault does.
+        any gains, what they do, which jumps from sample to sample as no other fault does. Of a law
+        that runs between the samples of the log, the log has none of the steps that the law read.
         """
+        if _is_slower(self.along.ticks):
+            return self
         for each in (self, self.best([*self.along.law.gains])):
             sizes = [np.linalg.norm(np.diff(off)) for off in each.left_open]
             if np.linalg.norm(np.diff(each.residuals)) < (
@@ -562,19 +565,25 @@ def _told_apart(columns: Array, size: float) -> list[int]:
     return sorted(int(shown[i]) for i in order[: len(clear)][clear])
 
 
+def _is_slower(ticks: LawInputs) -> bool:
+    """Whether the log is slower than the law, so that the law runs between its samples."""
+    return len(ticks) > len(ticks.held)
+
+
 def _possible(ticks: LawInputs, record: Record, times: Array | None) -> Iterator[LawInputs]:
     """What a law may have read, at its own times, (M,) samples, if those of none are.
 
-    Position and reference as they may have been before the log rounded them. Between the samples
-    the noise of the position was another one, and a cubic spline misses what is faster than they:
-    by how much, one of every second sample tells.
+    Position and reference as they may have been before the log rounded them, or as an encoder
+    rounded them between the samples of a slow log. Without steps, the noise of the position between
+    the samples was another one, and a cubic spline misses what is faster than they: by how much,
+    one of every second sample tells.
     """
     position, reference = ticks.position, ticks.reference
     steps = [
         quantisation_step(values) for values in (record.position, np.asarray(record.reference))
     ]
     noise = 0.0
-    if times is not None:
+    if times is not None and not (steps[0] and _is_slower(ticks)):
         noise, some = position_noise(record.position), record.position[::2]
         position = at_times(times / 2, np.arange(float(len(some))), some, "spline")
     elif not any(steps):
