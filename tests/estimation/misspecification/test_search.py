@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import cache
 from importlib import import_module
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -38,9 +39,13 @@ from axisid.elements import (
     stribeck,
     viscous,
 )
+from axisid.estimation.diagnostics.model_error_checks import misspecification_check
 from axisid.estimation.misspecification import Misspecification
+from axisid.estimation.misspecification.hypotheses import Hypothesis
+from axisid.estimation.misspecification.search import _tested
 from axisid.estimation.verdict_checks import Check, Levels
 from axisid.modeling.quantities import Constant
+from axisid.support.arrays import Array
 from tests.axes.recorded import AREA, recorded_axis, recorded_values
 from tests.refusals import refuses
 from tests.verdicts import checks_of, meaning_of
@@ -339,11 +344,51 @@ def test_a_late_signal_is_told_with_its_delay(kind: str, samples: int) -> None:
     assert ("late" if samples > 0 else "early") in found.meaning
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("samples", [900, -900])
-def test_a_signal_that_fits_best_at_the_end_of_the_range_is_told_without_a_number_to_move_it_by(
-    samples: int,
+class _Powers:
+    """Scores whose test takes most at one of the places of a delay."""
+
+    force = np.array([-1.0, 1.0])
+
+    def __init__(self, powers: Array) -> None:
+        self._powers = powers
+
+    def test(self, _: Array) -> SimpleNamespace:
+        ones = np.ones(len(self._powers))
+        return SimpleNamespace(values=ones[:, None], powers=self._powers, p_values=1e-9 * ones)
+
+    def moved_by(self, _: Array, __: Array) -> Array:
+        return np.ones(1)
+
+
+@pytest.mark.parametrize(("most", "is_end"), [(0, True), (1, False), (2, False), (3, True)])
+def test_a_delay_at_the_end_of_its_range_is_no_number_to_move_a_signal_by(
+    most: int, is_end: bool
 ) -> None:
-    found = _check("pressure", late=samples)
-    assert found.status == "fail"
-    assert "to shift." not in found.meaning
+    hypothesis = Hypothesis(
+        kind="late signal",
+        parameter="pressure",
+        columns=lambda places: np.ones((2, len(places), 1)),
+        places=np.array([-250.0, -1.0, 1.0, 250.0]),
+        is_whole=True,
+    )
+    scores: Any = _Powers(np.where(np.arange(4) == most, 4.0, 1.0))
+    tested = _tested(scores, hypothesis, np.ones(1), 0.01)
+    assert tested.at_the_end is is_end
+    lack = Misspecification(
+        kind="late signal",
+        parameter="pressure",
+        values=(tested.at,),
+        deviation=0.1,
+        before=0.0,
+        at=tested.at,
+        share=0.1,
+        own_share=0.1,
+        p_value=tested.p_value,
+        at_the_end=tested.at_the_end,
+    )
+    axis, time = recorded_axis("pressure"), np.arange(3.0)
+    record = Record(time=time, position=time, control=time, signals={"pressure": time})
+    check = misspecification_check([lack], "recorded signals", build(axis, native=False), record)
+    assert isinstance(check, Check)
+    assert check.status == "fail"
+    assert ("to shift.pressure" not in check.meaning) is is_end
