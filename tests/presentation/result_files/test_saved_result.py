@@ -9,8 +9,8 @@ import json
 import math
 import pickle
 import warnings
-from collections.abc import Callable
-from contextlib import nullcontext
+from collections.abc import Callable, Iterator
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -21,6 +21,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from axisid import (
+    AxisidError,
     DataError,
     Identification,
     Parameter,
@@ -281,6 +282,55 @@ def test_a_file_that_is_no_result_is_refused_in_a_sentence(
         load_result(file)
     assert said in str(refused.value)
     assert str(file) in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda first: first["curvatures"].popitem(),
+        lambda first: first.update(curvatures={}),
+        lambda first: first.update(covariance_hac=[]),
+        lambda first: first["covariance"].pop(),
+        lambda first: first["covariance_robust"][0].pop(),
+        lambda first: first["correlation"].pop(0),
+        lambda first: first["iterations"].append({"M": 1.0}),
+        lambda first: first["parameters"].popitem(),
+    ],
+)
+def test_an_estimate_whose_members_are_of_other_parameters_is_refused(
+    written: Path, tmp_path: Path, change: Callable[[dict[str, Any]], object]
+) -> None:
+    """When it is read, and not when something is computed of it."""
+    made = _changed(lambda content: change(_first(content)))(written.read_text())
+    with refuses("result-file", says="contradicts itself"):
+        load_result(text_file(tmp_path / "x.json", made))
+
+
+def _places(node: Any, above: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Where the members of a document are; of a list the first stands for all."""
+    members: list[Any] = [*node] if isinstance(node, dict) else [0] * bool(node)
+    for name in members if isinstance(node, (dict, list)) else ():
+        yield (*above, name)
+        yield from _places(node[name], (*above, name))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["identification", "fit"])
+def test_a_file_without_any_one_member_is_read_or_refused_in_a_sentence(
+    written: Path, fitted: OutputFit, tmp_path: Path, kind: str
+) -> None:
+    text = written.read_text() if kind == "identification" else json.dumps(fitted.to_dict())
+    whole = {k: v for k, v in json.loads(text).items() if k != "digest"}
+    for place in _places(whole):
+        content = json.loads(json.dumps(whole))
+        above = content
+        for name in place[:-1]:
+            above = above[name]
+        del above[place[-1]]
+        with suppress(AxisidError):
+            read: Any = load_result(text_file(tmp_path / "x.json", json.dumps(content)))
+            for estimate in [read] if kind == "fit" else read.estimates.values():
+                estimate.derive("M/Fv")
 
 
 def test_a_name_of_a_later_version_is_passed_over(written: Path, tmp_path: Path) -> None:

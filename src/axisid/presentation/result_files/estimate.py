@@ -29,7 +29,16 @@ from axisid.support.arrays import Array, Exact, MaybeInfinite
 from axisid.support.errors import UsageError, is_among, is_whole, quoted
 from axisid.support.presentable import Presentable
 
-from .json_objects import JsonObject, Matrix, WrittenKnown, about, by_name, read_as, written_as
+from .json_objects import (
+    JsonObject,
+    Matrix,
+    WrittenKnown,
+    about,
+    by_name,
+    check_sizes,
+    read_as,
+    written_as,
+)
 
 
 class WrittenValue(JsonObject, frozen=True, kw_only=True):
@@ -331,6 +340,7 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
     @classmethod
     def of(cls, written: WrittenEstimate, row_period: float) -> "SavedEstimate":
         """What a document tells of an estimate."""
+        _check_whole(written)
         chosen, direct = written.chosen_covariance, written.theta_ddm or {}
         made = written.physical.base if written.physical else {}
         names, free = [*written.parameters], written.freedom or {}
@@ -375,11 +385,11 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
                 if slopes is None
                 else written.gain_relative_sd * np.array([slopes[name] for name in names]),
             ),
-            curvatures=np.array([*written.curvatures.values()]),
+            curvatures=np.array([written.curvatures[name] for name in names]),
             iterates=tuple(
                 Iterate(
-                    physical=np.array([*physical.values()]),
-                    theta=np.array([*theta.values()]),
+                    physical=np.array([physical[name] for name in names]),
+                    theta=np.array([theta[name] for name in direct or names]),
                     simulation_error_percent=error,
                 )
                 for physical, theta, error in zip(
@@ -476,6 +486,54 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
         """
         own = self.distribution.curvature(gradient, hessian)
         return float(max([own, *self.curvatures[gradient != 0]]))
+
+
+def _check_whole(written: WrittenEstimate) -> None:
+    """Refuse an estimate whose members are not of the same parameters.
+
+    Raises
+    ------
+    DataError
+    """
+    check_sizes(
+        f"the estimate {written.method}",
+        [*written.parameters],
+        {
+            "covariance": written.covariance,
+            "covariance_robust": written.covariance_robust,
+            "covariance_hac": written.covariance_hac,
+            "correlation": written.correlation,
+            **(written.covariances or {}),
+        },
+        {
+            "curvatures": written.curvatures,
+            "gain_slopes": written.gain_slopes,
+            **{f"iteration {i}": each for i, each in enumerate(written.iterations, 1)},
+        },
+    )
+    check_sizes(
+        f"the direct model of {written.method}",
+        [*(written.theta_ddm or written.parameters)],
+        {
+            "theta_ddm_covariance": written.theta_ddm_covariance,
+            "theta_ddm_covariance_hac": written.theta_ddm_covariance_hac,
+            **(written.theta_ddm_covariances or {}),
+        },
+        {
+            "theta_ddm_gain_slopes": written.theta_ddm_gain_slopes,
+            **{
+                f"iteration {i}": each
+                for i, each in enumerate(written.theta_ddm_iterations or (), 1)
+            },
+        },
+    )
+    if physical := written.physical:
+        check_sizes(
+            f"the physical parameters by {written.method}",
+            [*physical.parameters],
+            {"covariance_hac": physical.covariance_hac, **(physical.covariances or {})},
+            {},
+        )
 
 
 def arrays(written: Mapping[str, Matrix]) -> dict[str, Array]:

@@ -4,7 +4,7 @@ What the two have alike is said by their fields alone, all the way down; a call 
 differs.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from functools import cache
 from types import NoneType
@@ -15,6 +15,7 @@ from msgspec import UNSET, Meta, Struct, UnsetType, json
 from numpy.typing import ArrayLike
 
 from axisid.support.arrays import OF_NULL, Array, finite_or_none, to_json
+from axisid.support.errors import DataError
 
 Matrix: TypeAlias = tuple[tuple[float, ...], ...]
 
@@ -57,6 +58,46 @@ class WrittenKnown(JsonObject, frozen=True, kw_only=True):
 def by_name(names: Iterable[str], values: ArrayLike) -> dict[str, float]:
     """Values of an array by the names of what they are of."""
     return dict(zip(names, np.ravel(values).tolist(), strict=True))
+
+
+def check_sizes(
+    of: str,
+    names: Sequence[str],
+    matrices: Mapping[str, Matrix | UnsetType | None],
+    numbers: Mapping[str, Mapping[str, Any] | UnsetType | None],
+) -> None:
+    """Refuse matrices and numbers of a document that are of other parameters than it has.
+
+    Parameters
+    ----------
+    of : str
+        What the parameters are of, for the message.
+    names : sequence of str
+        Of the parameters.
+    matrices, numbers : mapping
+        By member: one row and one column, or one number, for each parameter. A member that the
+        document lacks is passed over.
+
+    Raises
+    ------
+    DataError
+    """
+    count, listed = len(names), ", ".join(names) or "none"
+    for member, matrix in matrices.items():
+        lengths = [len(row) for row in matrix or ()]
+        if isinstance(matrix, tuple) and lengths != [count] * count:
+            raise DataError(
+                f"{member} of {of} has {len(lengths)} rows of {lengths} numbers, and there are "
+                f"{count} parameters ({listed})",
+                code="result-file",
+            )
+    for member, by_parameter in numbers.items():
+        if isinstance(by_parameter, Mapping) and {*by_parameter} != {*names}:
+            raise DataError(
+                f"{member} of {of} has the parameters {', '.join(by_parameter) or 'none'}, and "
+                f"there are {listed}",
+                code="result-file",
+            )
 
 
 _Written = TypeVar("_Written", bound=Struct)

@@ -26,6 +26,7 @@ from .json_objects import (
     WrittenResult,
     about,
     by_name,
+    check_sizes,
     read_as,
     written_as,
 )
@@ -275,6 +276,7 @@ class SavedOutputFit(FittedParameters, Checked, Presentable, Exact):
     def of(cls, file: str, written: WrittenOutputFit) -> "SavedOutputFit":
         """What a document tells."""
         chosen, fitted = written.chosen_covariance, [*written.parameters.values()]
+        check_sizes("the fit", [*written.parameters], {"covariance": written.covariance}, {})
         moves = [v.law_move for v in fitted]
         return read_as(
             cls,
