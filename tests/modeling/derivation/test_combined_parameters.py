@@ -7,7 +7,7 @@ import pytest
 
 from axisid import Axis, Parameter, derive, fix
 from axisid.modeling.derivation.base_model import base_model
-from tests.axes.bodies import J, M, body, q
+from tests.axes.bodies import J, M, body
 
 a = Parameter("a", "N", nominal=2.0, lower=0.0, upper=5.0)
 b = Parameter("b", "N", nominal=3.0, lower=1.0, upper=4.0)
