@@ -44,6 +44,10 @@ _DELTA = (
 )
 _NOISE = "estimation/noise_models/noise_estimation.py"
 _MEASURED = "tests/estimation/noise_models/test_noise_estimation.py::test_"
+_BASE, _DEPENDENCES = "modeling/derivation/base_model.py", "modeling/quantities/dependences.py"
+_FOUND = "tests/modeling/quantities/test_dependences.py"
+_COMBINED = "tests/modeling/derivation/test_combined_parameters.py"
+_DERIVED = "tests/modeling/derivation/test_base_model.py"
 _ALONG = "tests/estimation/law_replay/test_initial_state_of_record.py"
 
 #: By name: a file, what it has once, what stands there instead, and the tests that ought to fail.
@@ -406,6 +410,85 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         "late = self.held - delay",
         "late = self.held - 0 * delay",
         (f"{_ALONG}::test_what_is_added_to_a_late_law_is_as_late",),
+    ),
+    # The derivation.
+    "a base parameter with a negative weight has bounds": (
+        _BASE,
+        "if min(low) < 0 or min(base.weights[i]) < 0:",
+        "if min(low) < 0:",
+        (f"{_COMBINED}::test_a_difference_has_no_bounds",),
+    ),
+    "a base parameter with a part that may be negative has bounds": (
+        _BASE,
+        "if min(low) < 0 or min(base.weights[i]) < 0:",
+        "if min(base.weights[i]) < 0:",
+        (f"{_COMBINED}::test_a_part_that_may_be_negative_leaves_no_bounds",),
+    ),
+    "a combined parameter starts from its first part": (
+        _BASE,
+        "nominal=base.at(start)[i],",
+        "nominal=start[i],",
+        (f"{_COMBINED}::test_a_sum_starts_from_the_sum_of_the_nominal_values",),
+    ),
+    "a combined parameter starts from nominal values where better ones are known": (
+        _BASE,
+        "start = [p.nominal if p.known is None else p.known for p in declared]",
+        "start = [p.nominal for p in declared]",
+        (f"{_COMBINED}::test_a_sum_starts_from_what_is_known_of_its_parts",),
+    ),
+    "the first inertia is the pivot of the direct map": (
+        "modeling/derivation/direct.py",
+        "next((p for p in scales if vanishes(rest[p])), next(iter(scales)))",
+        "next(iter(scales))",
+        (f"{_COMBINED}::test_the_pivot_of_the_direct_map_is_an_inertia_without_other_forces",),
+    ),
+    "functions are looked at in the same digits again": (
+        _DEPENDENCES,
+        "with numbers.workprec(2 * numbers.prec):",
+        "with numbers.workprec(1 * numbers.prec):",
+        (f"{_FOUND}::test_functions_that_agree_at_a_few_points_stay_apart",),
+    ),
+    "what holds at the first points is believed": (
+        _DEPENDENCES,
+        "if len(algebra) == len(found):",
+        "if len(algebra) >= len(found):",
+        (f"{_FOUND}::test_functions_that_agree_at_a_few_points_stay_apart",),
+    ),
+    "a doubt is no reason to keep a function": (
+        _DEPENDENCES,
+        "if failed or not self._is_shown(j, weights)",
+        "if failed",
+        (f"{_FOUND}::test_what_no_point_shows_leaves_a_doubt_and_merges_nothing",),
+    ),
+    "any weight will do": (
+        _DEPENDENCES,
+        "if not (simple or self.points.given or _has_numbers(self.functions)):",
+        "if False:",
+        (f"{_FOUND}::test_weights_that_are_no_fractions_need_a_declared_number",),
+    ),
+    "a smooth function is not looked at in its transition": (
+        "modeling/quantities/covering_points.py",
+        "found += self._solved(feature, spots, _target(turn, sign))[:_MOST_PLACES]",
+        "found += []",
+        (f"{_FOUND}::test_functions_that_agree_at_a_few_points_stay_apart",),
+    ),
+    "a parabola leads nowhere": (
+        "modeling/quantities/features.py",
+        "if bend == 0 or bend != bend:",
+        "if bend * 0 == 0:",
+        ("tests/modeling/quantities/test_features.py",),
+    ),
+    "the force of the base model is not compared": (
+        "modeling/derivation/force_guard.py",
+        "if abs(sum(values) - force) > allowed * sum(map(abs, values)):",
+        "if force != force:",
+        (f"{_DERIVED}::test_a_derivation_whose_force_is_another_is_refused",),
+    ),
+    "directions are those near the nominal values": (
+        "modeling/derivation/null_space.py",
+        "near = (nominal_point(parameters), generic_points(parameters)[0])",
+        "near = generic_points(parameters)",
+        ("tests/modeling/derivation/test_null_space.py",),
     ),
 }
 

@@ -1,7 +1,7 @@
 """The last look at a derivation: the force in base parameters is the declared force.
 
 The points are others than those at which the base parameters were found, and cover the functions of
-the declared force in the same way.
+both forces in the same way.
 """
 
 import sympy
@@ -30,7 +30,8 @@ def check_force(base: BaseModel, declared: sympy.Expr, reduced: sympy.Expr) -> N
         They differ.
     """
     velocity = base.declared.coordinate.velocity
-    covering = CoveringPoints(Points(declared, velocity=velocity), (declared,))
+    forces = (declared, reduced)
+    covering = CoveringPoints(Points(*forces, velocity=velocity), forces)
     allowed = _ROUNDED if base.rounded else _EXACT
     symbols = [p.symbol for p in base.axis.parameters]
     terms = sympy.Add.make_args(declared)

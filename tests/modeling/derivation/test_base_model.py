@@ -14,9 +14,14 @@ from axisid.modeling import Experiment, Move
 from axisid.modeling.declaration.variants import read_fixed
 from axisid.modeling.derivation.base_model import base_model
 from axisid.modeling.derivation.description import (
+    derived_sections,
+    describe_undecided,
     describe_undetermined,
 )
+from axisid.modeling.derivation.force_guard import check_force
+from axisid.modeling.derivation.inverse import with_direction
 from axisid.modeling.library import LIBRARY
+from axisid.modeling.quantities import with_numbers
 from tests.axes.bodies import ROD, body, energetic, rod, rotor, turn as q, x
 from tests.bounded import within
 from tests.refusals import refused, refuses
@@ -150,6 +155,48 @@ def test_fixed_values_are_read_from_text() -> None:
             read_fixed([text])
     with refuses("parameters"):
         read_fixed(["m=1", "m=2"])
+
+
+WINDOW = sympy.Max(0, 1 - sympy.Abs(q.symbol - 0.37) / 1e-4)
+
+
+def test_a_narrow_window_is_not_refused() -> None:
+    peak = Parameter("F1", "N m")
+    axis = rotor(peak * WINDOW, fc * sympy.sign(q.velocity), parameters=(peak, fc))
+    assert not derive(axis).base.changed
+
+
+def test_friction_with_a_knee_beside_a_constant_force_keeps_its_sign() -> None:
+    a, b = (Parameter(name, "N m") for name in "ab")
+    axis = rotor(a * sympy.tanh(q.velocity / 1e-4), b.symbol, parameters=(a, b))
+    model = derive(axis)
+    columns = [c.subs({q.velocity: -1, q.acceleration: 0}) for c in model.idm.columns]
+    beta = model.base.at([1.0, 2.0, 3.0])
+    assert float(np.dot(columns, beta)) == pytest.approx(1.0)
+
+
+def test_a_doubt_keeps_the_parameters_and_is_told() -> None:
+    a, b = (Parameter(name, "N m") for name in "ab")
+    flat = sympy.tanh(sympy.exp(q.symbol) + 1000)
+    model = derive(rotor(a * flat, b.symbol, parameters=(a, b)))
+    assert model.base.undecided == ((a.symbol, b.symbol),)
+    assert not model.base.changed
+    (words,) = describe_undecided(model.base)
+    assert words in derived_sections(model)[-1].lines
+    (words,) = describe_undecided(derive(rotor(a * (flat - 1), fc.symbol, parameters=(a, fc))).base)
+    assert words.startswith("No effect of a")
+
+
+def test_a_derivation_whose_force_is_another_is_refused() -> None:
+    a, b = (Parameter(name, "N m") for name in "ab")
+    model = derive(rotor(a * q.symbol, b * q.symbol, parameters=(a, b)))
+    declared = with_direction(with_numbers(model.base.declared.force), q.velocity)
+    check_force(model.base, declared, model.force)
+    with refuses("equation", "not the declared force"):
+        check_force(model.base, declared, model.force + WINDOW)
+    wrong = replace(model.base, expressions=(J.symbol, a + 2 * b))
+    with refuses("equation", "not the declared force"):
+        check_force(wrong, declared, model.force)
 
 
 COLUMNS = (q.acceleration, q.velocity, q.symbol, sympy.sin(q.symbol), sympy.S.One)
