@@ -245,6 +245,7 @@ KINDS: dict[str, Kind] = {
     "control law": Kind(line="law", rank=0, grave=True),
     "law's factors": Kind(line="law"),
     "exact law": Kind(line="law"),
+    "noise gain": Kind(line="law", rank=1, grave=True),
     "force against control": Kind(line="law", rank=5, grave=True),
     "drive gain": Kind(line="law"),
     "time base": Kind(line="timing", rank=0, grave=True),
