@@ -268,6 +268,7 @@ KINDS: dict[str, Kind] = {
     ),
     "law's factors": Kind(line="law"),
     "exact law": Kind(line="law"),
+    "noise gain": Kind(line="law", rank=1, grave=True),
     "force against control": Kind(line="law", rank=5, grave=True),
     "drive gain": Kind(line="law"),
     "time base": Kind(line="timing", rank=0, grave=True),

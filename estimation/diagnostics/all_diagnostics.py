@@ -8,7 +8,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
-from axisid.estimation.diagnostics.control_law import LawAgreement, law_check
+from axisid.estimation.diagnostics.control_law import (
+    NOISE_GAIN,
+    LawAgreement,
+    law_check,
+    noise_gain_check,
+)
 from axisid.estimation.misspecification import JackknifeInterval, LackOfFit
 from axisid.estimation.records import record_labels
 from axisid.estimation.signals import advice_on_rests
@@ -146,6 +151,11 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         Diagnostic(
             name="control law",
             check=lambda case: case.if_used(law_check(case.law)),
+            by_record=True,
+        ),
+        Diagnostic(
+            name=NOISE_GAIN,
+            check=lambda case: noise_gain_check(case.data.axis, case.data.record),
             by_record=True,
         ),
         Diagnostic(

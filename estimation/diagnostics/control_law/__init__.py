@@ -23,3 +23,4 @@ from .law_agreement import (
     law_agreement as law_agreement,
     law_check as law_check,
 )
+from .noise_gain import NOISE_GAIN as NOISE_GAIN, noise_gain_check as noise_gain_check
