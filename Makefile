@@ -1,6 +1,7 @@
 # make identify : the main job on the built-in twin of the paper's axis
 # make test     : lint, types, generated code, documentation, tests
 # make studies  : the slow tests, such as the studies of make bench in small
+# make lowest   : a smoke test with the lowest versions of the required libraries
 # make fuzz     : the same random inputs in numbers, from another seed; SEED=7 TIMES=100
 # make docs     : the documentation, build/docs/index.html
 # make bench    : how fast it is, and how often its intervals hold the truth
@@ -14,7 +15,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check
 CODE := modeling codegen estimation src/axisid tests examples benchmarks docs
 
 .DEFAULT_GOAL := help
-.PHONY: help identify generate check test studies fuzz bench lint types tests docs lock clean
+.PHONY: help identify generate check test studies lowest fuzz bench lint types tests docs lock clean
 
 help:
 	@sed -n 's/^# \(make .*\)/\1/p' Makefile
@@ -67,6 +68,18 @@ tests: $(VENV)/.test
 studies: $(VENV)/.test
 	$(BIN)/pytest $(PARALLEL) -m slow
 
+# Without the libraries that only tests need; a warning is an error.
+LOWEST := build/lowest
+lowest: $(LOWEST)/.run
+	PYTHONPATH=src $(LOWEST)/bin/python -W error tests/lowest/smoke.py
+	PYTHONPATH=src $(LOWEST)/bin/python -W error -m axisid generate emps2015 --check
+
+$(LOWEST)/.run: requirements/lowest.txt | $(BIN)/python
+	$(PYTHON) -m venv --clear $(LOWEST)
+	$(LOWEST)/bin/python -m pip --disable-pip-version-check install --quiet --require-hashes \
+		--requirement requirements/lowest.txt
+	@touch $@
+
 # Pages that are programs are run; a warning is an error.
 docs: $(VENV)/.docs
 	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet --fresh-env --jobs auto docs build/docs
@@ -82,6 +95,9 @@ lock:
 	uv pip compile --quiet --universal --generate-hashes --no-header --no-emit-index-url \
 		--no-emit-find-links --python-version 3.11 --extra docs pyproject.toml requirements/build.in \
 		-c requirements/test.txt -o requirements/docs.txt
+	uv pip compile --quiet --universal --generate-hashes --no-header --no-emit-index-url \
+		--no-emit-find-links --python-version 3.11 --resolution lowest-direct pyproject.toml \
+		requirements/build.in -o requirements/lowest.txt
 
 clean:
 	rm -rf $(VENV) build dist src/*.egg-info results .mypy_cache .pytest_cache .ruff_cache

@@ -226,8 +226,8 @@ def _inference(
             mapped[_PIVOT] = _scaled(mapped[_PIVOT], by_known, *told.scaled)
             names[_PIVOT] += _noise(problem, told)
             left = _own_rows(told.residuals, problem.row_weights)
-            if told.count > 1:  # of the scale: as many pairs of opposite twins are a sample
-                freedom[_PIVOT] = np.full(len(solution.theta), float(told.count // 2))
+            if told.count > 1:
+                freedom[_PIVOT] = np.full(len(solution.theta), told.freedom)
             chains, bias, off = told.twins.chains, told.bias, told.theta_error
             quiet = None if quiet is None else left.mean(axis=1)
         direct = isinstance(form, DirectForm)

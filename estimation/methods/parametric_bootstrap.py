@@ -9,7 +9,7 @@ import numpy as np
 
 from axisid.estimation.choices import ROW_LOSSES
 from axisid.estimation.estimation_problem import Problem, Solver
-from axisid.estimation.noise_models import Chain, Twins, measured_noise
+from axisid.estimation.noise_models import Chain, Twins, measured_noise, pair_freedom
 from axisid.estimation.regression import (
     Covariance,
     Form,
@@ -204,6 +204,14 @@ class BootstrapCorrection:
         return len(self.off)
 
     @property
+    def freedom(self) -> float:
+        """Degrees of freedom of `scaled`, and of Student's distribution of the intervals.
+
+        Infinite for a single twin, of which the covariance is told. Else see `pair_freedom`.
+        """
+        return pair_freedom(self.count) if self.count > 1 else np.inf
+
+    @property
     def bias(self) -> Array:
         """Mean of what the twins are off by, (p,)."""
         return np.asarray(self.off.mean(axis=0))
@@ -219,7 +227,10 @@ def bootstrap_correction(
     """Bias of an estimate, and what its deviations lack; None where too few twins can be solved.
 
     A covariance is the pivot, whose law the twins have: what they are off by in their own
-    deviations, the bootstrap-t of [EfronTibshirani1993]_.
+    deviations, the bootstrap-t of [EfronTibshirani1993]_. With the deviations ``h_r`` of the twins
+    and ``h`` of the records, ``s = sd_r((theta_r - theta_0) / h_r)``, the interval is
+    ``theta - bias +- t_nu s h`` with Student's ``t_nu`` and the degrees of freedom ``nu`` of
+    `BootstrapCorrection.freedom`.
 
     Parameters
     ----------

@@ -16,5 +16,6 @@ from .twins import (
     Twins as Twins,
     check_twin_count as check_twin_count,
     noise_free_record as noise_free_record,
+    pair_freedom as pair_freedom,
     twins_of as twins_of,
 )

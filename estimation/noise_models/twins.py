@@ -128,6 +128,18 @@ def _paired(count: int) -> list[range]:
     return [range(first, min(first + 2, count)) for first in range(0, count, 2)]
 
 
+def pair_freedom(count: int) -> float:
+    """Degrees of freedom of a variance of estimates over so many twins in pairs of opposite noise.
+
+    The estimates of a pair are ``theta + q + d`` and ``theta + q - d``. The noise moves them by d,
+    which is an odd function of the noise, and its squares by q, which is hardly random. So
+    ``sum_r (theta_r - mean)^2`` is ``2 sum d^2``, twice a chi-squared variable of ``count / 2``
+    degrees of freedom: the second twin of a pair tells nothing new of the variance. Antithetic
+    variates: [HammersleyMorton1956]_.
+    """
+    return float(count // 2)
+
+
 def twins_of(
     data: FilteredRecord, physical: Array, chain: Chain, count: int, *, paired: bool = False
 ) -> Iterator[FilteredRecord]:

@@ -17,6 +17,7 @@ from axisid.estimation.estimates import (
     degrees_of_freedom_of,
 )
 from axisid.estimation.estimation_problem import ParameterAtBound
+from axisid.estimation.noise_models import pair_freedom
 from axisid.estimation.output_residuals import ClosedLoopResiduals, jacobian_at
 from axisid.estimation.regression import CovarianceEstimate, widened
 from axisid.estimation.thresholds import INTERVAL_LEVEL
@@ -143,7 +144,7 @@ def inferred(of: FitSearch) -> FitInference:
     coloured, found = _covariances(of, at_liberty, twins, judged.errors)
     dof, chosen = coloured.freedom, "coloured"
     if scattered is not None:
-        dof, chosen = np.full(len(dof), scattered.shape[1] / 2), "bootstrap"  # of pairs
+        dof, chosen = np.full(len(dof), pair_freedom(scattered.shape[1])), "bootstrap"
         judged = replace(judged, twins=judged.counts[:, None] * scattered)
     variances = np.full(len(free), np.inf)
     variances[free] = np.diag(found[chosen])

@@ -140,6 +140,10 @@ def calibrated_covariance(
 ) -> Array:
     """Covariance of parameters, (k, k), by twins, the HAC covariance of scores as the pivot.
 
+    The bootstrap-t of [EfronTibshirani1993]_: the covariance of ``h (theta_r - mean) / h_r``, with
+    the HAC deviations ``h_r`` of the twins and ``h`` of the records. Intervals from it are
+    Student's, with the degrees of freedom of `noise_models.pair_freedom`.
+
     Parameters
     ----------
     sandwich : Sandwich

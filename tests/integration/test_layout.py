@@ -56,12 +56,16 @@ def test_requirements_cover_what_the_project_declares(root: Path) -> None:
     )
     for file, needed in (
         ("run.txt", names),
+        ("lowest.txt", names),
         ("test.txt", names + tests),
         ("docs.txt", names + docs),
     ):
         text = (root / "requirements" / file).read_text()
         for name in needed:
             assert re.search(rf"^{name}==", text, re.MULTILINE), f"{name} in {file}"
+    lowest = (root / "requirements" / "lowest.txt").read_text()
+    for name, bound in (line.split(">=") for line in project["dependencies"]):
+        assert re.search(rf"^{name}=={re.escape(bound)}[.0-9]* ", lowest, re.MULTILINE), name
 
 
 def test_no_tracked_file_names_a_machine_path(root: Path) -> None:

@@ -6,20 +6,23 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.special import stdtrit
 
 from axisid import (
     Prefilter,
     Record,
     build,
+    fit,
     identify,
     load_axis,
     simulate,
     twin_record,
 )
 from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.estimates import degrees_of_freedom_of
 from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.methods import METHODS
-from axisid.estimation.noise_models import Chain, Twins, measured_noise
+from axisid.estimation.noise_models import Chain, Twins, measured_noise, pair_freedom
 from axisid.estimation.noise_models.noise_estimation import control_step, likeliest_variances
 from axisid.estimation.noise_models.noise_model import (
     CORRELATION_TIMES,
@@ -159,6 +162,32 @@ def test_steps_of_an_encoder_are_those_of_the_twin(data: FilteredRecord) -> None
     ).record
     whole = record.position / 1e-5
     np.testing.assert_allclose(whole - np.round(whole - whole[0]) - whole[0], 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("count", [8, 16, 32])
+@pytest.mark.parametrize("even", [0.0, 0.3])
+def test_intervals_by_pairs_of_opposite_noise_hold_the_truth(count: int, even: float) -> None:
+    """Whether the noise moves estimates in proportion alone, or by its square too."""
+    rng = np.random.default_rng(count)
+    noise = rng.normal(size=(4000, count // 2))
+    drawn = np.stack([noise, -noise], axis=2).reshape(4000, count)
+    estimates, new = (each + even * each**2 for each in (drawn, rng.normal(size=4000)))
+    reach = stdtrit(pair_freedom(count), 0.975) * estimates.std(axis=1, ddof=1)
+    held = np.mean(np.abs(new - estimates.mean(axis=1)) <= reach)
+    assert held == pytest.approx(0.95, abs=0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [8, 16])
+def test_intervals_have_half_as_many_degrees_of_freedom_as_twins(
+    emps2015: GeneratedAxis, twin: Record, count: int
+) -> None:
+    judged = identify(emps2015, twin, methods=["didim"], bootstrap=count).preferred
+    fitted = fit(emps2015, twin, output=["position"], bootstrap=count)
+    for values in (judged.parameters, fitted.parameters):
+        assert [degrees_of_freedom_of(each) for each in values.values()] == pytest.approx(
+            [count / 2] * len(values), rel=1e-6
+        )
 
 
 @pytest.mark.slow
