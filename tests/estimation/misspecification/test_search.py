@@ -40,6 +40,7 @@ from axisid.elements import (
 )
 from axisid.estimation.misspecification import Misspecification
 from axisid.estimation.verdict_checks import Check, Levels
+from axisid.modeling import back_and_forth
 from axisid.modeling.quantities import Constant
 from tests.axes.recorded import AREA, recorded_axis, recorded_values
 from tests.refusals import refuses
@@ -323,3 +324,14 @@ def test_a_late_signal_is_told_with_its_delay(kind: str, samples: int) -> None:
     (amount,) = re.findall(rf"add ([-\d.]+) to shift\.{kind}", found.meaning)
     assert float(amount) == pytest.approx(-samples, abs=1.0)
     assert ("late" if samples > 0 else "early") in found.meaning
+
+
+@pytest.mark.slow
+def test_a_record_of_one_stroke_is_searched_and_its_noise_is_measured() -> None:
+    """Of 40 rows in motion, not half of which were once enough for neither."""
+    moves = back_and_forth(speeds=(0.15,), acceleration=3.0, seconds=0.25, repeat=1)
+    short = replace(AXIS, experiment=replace(AXIS.experiment, moves=moves))
+    result = identify(short, twin_record(short), methods=["idm-iv"])
+    assert 24 <= len(result.preferred.y) < 80
+    assert result.preferred.inference.chains
+    assert checks_of(result)["missing terms"].status == "pass"
