@@ -9,17 +9,16 @@ tables are those of `verdicts.py`.
     python benchmarks/short_records.py --by position        fitted by the position alone
 """
 
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import cache, partial
 from zlib import crc32
 
 import numpy as np
 from field import FAULTS, Case, axes_of_faults, drawn
-from figures import give, parser_of
-from verdicts import Run, run_of, table
+from figures import parser_of
+from verdicts import Run, run_of, tell
 
 from axisid import Prefilter
-from axisid.support.jobs import Failure, run_jobs
 
 #: Rows of a record, of which those in motion are fewer.
 _ROWS = 45, 75
@@ -80,14 +79,7 @@ def main() -> None:
     options = parser.parse_args()
     names = [name for name in short_cases(options.seed) if options.only in name]
     work = partial(runs_of, seed=options.seed, by=tuple(options.by.split(",")))
-    done: dict[str, dict[str, list[Run]]] = {}
-    for place, made in run_jobs(work, names, total=len(names), jobs=options.jobs):
-        if isinstance(made, Failure):
-            raise SystemExit(f"{names[place]}: {made}")
-        done[names[place]] = made
-    done = {name: done[name] for name in names}
-    tree = {n: {b: [asdict(r) for r in each] for b, each in of.items()} for n, of in done.items()}
-    give(tree, options.json, table(done, short_cases(options.seed)))
+    tell(work, names, short_cases(options.seed), options)
 
 
 if __name__ == "__main__":

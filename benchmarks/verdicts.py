@@ -19,8 +19,9 @@ deviations off; ``refused``.
 """
 
 import re
+from argparse import Namespace
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache, partial
 from zlib import crc32
@@ -185,6 +186,23 @@ def table(done: Mapping[str, Mapping[str, list[Run]]], every: Mapping[str, Case]
         yield line("all", form, totals)
 
 
+def tell(
+    work: Callable[[str], dict[str, list[Run]]],
+    names: Sequence[str],
+    every: Mapping[str, Case],
+    options: Namespace,
+) -> None:
+    """Work on cases by their names, and print the tables, or write the JSON object."""
+    found: dict[str, dict[str, list[Run]]] = {}
+    for place, made in run_jobs(work, names, total=len(names), jobs=options.jobs):
+        if isinstance(made, Failure):
+            raise SystemExit(f"{names[place]}: {made}")
+        found[names[place]] = made
+    done = {name: found[name] for name in names}
+    tree = {n: {b: [asdict(r) for r in each] for b, each in of.items()} for n, of in done.items()}
+    give(tree, options.json, table(done, every))
+
+
 def main() -> None:
     """Print the tables, or write the JSON object."""
     parser = parser_of(__doc__)
@@ -196,14 +214,7 @@ def main() -> None:
     options = parser.parse_args()
     names = [name for name in cases(options.seed) if options.only in name]
     work = partial(runs_of, runs=options.runs, seed=options.seed, by=tuple(options.by.split(",")))
-    done: dict[str, dict[str, list[Run]]] = {}
-    for place, made in run_jobs(work, names, total=len(names), jobs=options.jobs):
-        if isinstance(made, Failure):
-            raise SystemExit(f"{names[place]}: {made}")
-        done[names[place]] = made
-    done = {name: done[name] for name in names}
-    tree = {n: {b: [asdict(r) for r in each] for b, each in of.items()} for n, of in done.items()}
-    give(tree, options.json, table(done, cases(options.seed)))
+    tell(work, names, cases(options.seed), options)
 
 
 if __name__ == "__main__":

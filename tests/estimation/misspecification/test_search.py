@@ -44,6 +44,7 @@ from axisid.estimation.misspecification import Misspecification
 from axisid.estimation.misspecification.hypotheses import Hypothesis
 from axisid.estimation.misspecification.search import _tested
 from axisid.estimation.verdict_checks import Check, Levels
+from axisid.modeling import back_and_forth
 from axisid.modeling.quantities import Constant
 from axisid.support.arrays import Array
 from tests.axes.recorded import AREA, recorded_axis, recorded_values
@@ -392,3 +393,14 @@ def test_a_delay_at_the_end_of_its_range_is_no_number_to_move_a_signal_by(
     assert isinstance(check, Check)
     assert check.status == "fail"
     assert ("to shift.pressure" not in check.meaning) is is_end
+
+
+@pytest.mark.slow
+def test_a_record_of_one_stroke_is_searched_and_its_noise_is_measured() -> None:
+    """Of 40 rows in motion, not half of which were once enough for neither."""
+    moves = back_and_forth(speeds=(0.15,), acceleration=3.0, seconds=0.25, repeat=1)
+    short = replace(AXIS, experiment=replace(AXIS.experiment, moves=moves))
+    result = identify(short, twin_record(short), methods=["idm-iv"])
+    assert 24 <= len(result.preferred.y) < 80
+    assert result.preferred.inference.chains
+    assert checks_of(result)["missing terms"].status == "pass"
