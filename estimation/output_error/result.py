@@ -151,7 +151,8 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         """With what twins tell, and without them: many times what the records hold."""
         names = (each.name for each in fields(self))
         state = {
-            n: getattr(self, n) for n in (*names, "law_moves_by_explanation", "lacks", "of_records", "checks")
+            n: getattr(self, n)
+            for n in (*names, "law_moves_by_explanation", "lacks", "of_records", "checks")
         }
         sandwich = replace(self.judged_sandwich, twins=None)
         return state | {"doubts": (), "loops": (), "judged_sandwich": sandwich}
