@@ -203,9 +203,7 @@ def test_a_reference_or_position_at_another_time_is_named(role: str, samples: in
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("every", "acceleration", "status"), [(1, 0.8, "pass"), (5, 0.8, "pass"), (5, 4.0, "fail")]
-)
+@pytest.mark.parametrize(("every", "acceleration", "status"), [(1, 0.8, "pass"), (5, 4.0, "fail")])
 def test_a_log_slower_than_an_undeclared_loop_fails_where_that_moves_a_parameter(
     every: int, acceleration: float, status: str
 ) -> None:
