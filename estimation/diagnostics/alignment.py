@@ -11,6 +11,7 @@ writes as it is computed moves it whole samples later.
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -150,13 +151,16 @@ def alignment_check(
     data: FilteredRecord,
     *,
     late: Misspecification | Missing | None,
+    half_widths: Mapping[str, float],
     law: LawAgreement | Missing,
     timing: int | Missing,
 ) -> Check | Missing:
     """The delay that fits best against the one that the hold takes.
 
-    It fails where the model lacks a delay, `late`, by the search for all that it may lack; where
-    none was looked for, where the estimate leaves its range.
+    It fails where the model lacks a delay, `late`, by the search for all that it may lack. Where
+    none was looked for, it fails where the estimate leaves its range, or where the force acts
+    earlier than the hold supposes and that moves a parameter beyond half of its interval, of
+    `half_widths`.
     A force may act whole samples after it is recorded, by `timing`; where the control law says that
     the log wrote it at another time, by as much, that is the only remedy, and counts once.
     """
@@ -189,7 +193,11 @@ def alignment_check(
     )
     advice = _advice(delay, data, timing, role, by_log=by_log)
     off = f"the {role} is {abs(apart):.2g} samples {'early' if apart > 0 else 'late'}"
-    aligned = not (delay.at_the_end if isinstance(late, Missing) else late)
+    is_early = apart < -MIN_DISTANCE_FROM_NOISE.value * delay.deviation and any(
+        abs(slope * apart) > half_widths[name]
+        for name, slope in zip(delay.names, delay.sensitivity, strict=True)
+    )
+    aligned = not ((delay.at_the_end or is_early) if isinstance(late, Missing) else late)
     return Check(
         name="alignment",
         status=status_of(aligned, matters=not by_log),
@@ -197,7 +205,8 @@ def alignment_check(
         p_value=late.p_value if isinstance(late, Misspecification) else None,
         source="samples between the estimated delay and the one that is used; fails where the "
         "model lacks a delay, see missing terms, or, where twins do not tell that, the estimate "
-        "leaves its range; a drive that holds its force is half a sample late",
+        "leaves its range, or is earlier by more than three standard errors and moves a parameter "
+        "beyond half of its interval; a drive that holds its force is half a sample late",
         meaning=fits
         if aligned
         else f"{fits}, so that {off} beside the position. {f'{advice}. ' * bool(advice)}"
@@ -230,8 +239,14 @@ def _advice(
         f"{'at least ' * delay.at_the_end}{-late * period:.3g} s too long: declare {instead}"
         f"{' or less' * (delay.at_the_end and left > 0)}"
     )
+    # A log that is slower than the loop has its control for a part of a sample.
+    by_law = (
+        " or, if the loop is faster than the log, declare the control law with its period"
+        if axis.control is None and other == "raw"
+        else ""
+    )
     return first_case(
-        (by_hold, f'Try hold="{other}"'),
+        (by_hold, f'Try hold="{other}"{by_law}'),
         (delay.at_the_end and late > 0 and not remedy, _beyond_the_range(late, period, role)),
         (by_log or data.record.force is not None or is_continuous, remedy),
         (late < 0 and declared, f"{too_long}{rest}{remedy}"),

@@ -267,8 +267,14 @@ class DiagnosticInputs:
         elif not isinstance(self.scores, Missing) and self.scores.twins:
             # The delay that the model lacks, which twins tell from noise.
             late = next((lack for lack in self.lacking if lack.kind == "delay"), None)
+        widths = {name: np.ptp(v.interval) / 2 for name, v in self.preferred.parameters.items()}
         return alignment_check(
-            self.alignment, self.data, late=late, law=self.law, timing=self.timing
+            self.alignment,
+            self.data,
+            late=late,
+            half_widths=widths,
+            law=self.law,
+            timing=self.timing,
         )
 
     @cached_property

@@ -222,7 +222,7 @@ def moves_by_explanation(
         By record: change of the parameters per unit of each value of an `Explanation`.
     laws : sequence of LawAgreement or Missing
     every : sequence of RecordLoops or Missing
-        Of the records, whose twins tell how sure the values are; `LawAgreement.deviations` do
+        Of the records, whose twins tell how sure the values are; `Explanation.deviations` do
         where there are none.
     found : EstimatedGains
 
@@ -239,7 +239,7 @@ def moves_by_explanation(
     moves = {}
     for kind in dict.fromkeys(kinds):
         names = [name for name in kind if name != GAINS] + terms * (GAINS in kind)
-        told = [_told(law, kind, names) for law in laws]
+        told = [_told(law, kind) for law in laws]
         # Nothing speaks against a declared limit that no record shows.
         limits = [each[LIMIT] for each in told if LIMIT in each] or [0.0]
         values = [_values(each, names, float(np.mean(limits))) for each in told]
@@ -250,7 +250,7 @@ def moves_by_explanation(
         for of_record, law, others, by in zip(values, laws, twins, slopes, strict=True):
             by_name = np.array([by[name] for name in names])
             shift = (mean if of_record is None else of_record) @ by_name
-            in_twins = [_values(_told(each, kind, names), names, 0.0) for each in others]
+            in_twins = [_values(_told(each, kind), names, 0.0) for each in others]
             of_twins = [each @ by_name for each in in_twins if each is not None]
             if 2 * len(of_twins) >= _TWINS:
                 count = len(of_twins)
@@ -258,16 +258,15 @@ def moves_by_explanation(
                 widened = (1 + 1 / count) * (stdtrit(count - 1, _LEVEL) / ndtri(_LEVEL)) ** 2
                 variances.append(widened * np.var(of_twins, axis=0, ddof=1))
             elif isinstance(law, LawAgreement):
-                deviations = np.array([law.deviations.get(name, 0.0) for name in names])
+                sure = next((e.deviations for e in law.explanations if e.kind == kind), {})
+                deviations = np.array([sure.get(name, 0.0) for name in names])
                 variances.append(deviations**2 @ by_name**2)
             shifts.append(shift)
         moves[kind] = (np.asarray(np.sum(shifts, axis=0)), np.sqrt(np.sum(variances, axis=0)))
     return moves
 
 
-def _told(
-    law: LawAgreement | Missing, kind: tuple[str, ...], names: Sequence[str]
-) -> Mapping[str, float]:
+def _told(law: LawAgreement | Missing, kind: tuple[str, ...]) -> Mapping[str, float]:
     """Values of an explanation of that kind; none of a law that does not tell them."""
     explanations = () if isinstance(law, Missing) else law.explanations
     for each in explanations:
@@ -277,7 +276,7 @@ def _told(
 
 
 def _values(told: Mapping[str, float], names: Sequence[str], limit: float) -> Array | None:
-    """Values by name, (k,), that of a limit where the record does not show it; None without them."""
+    """Values by name, (k,), with that of a limit that is not shown; None without them."""
     values = {LIMIT: limit, **told}
     if not told or not {*names} <= {*values}:
         return None

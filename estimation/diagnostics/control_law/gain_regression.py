@@ -98,12 +98,15 @@ class Explanation:
     values : mapping of str to float
         By how much, by term of the law (factor minus 1), and by `SCALE` (factor minus 1),
         `CONSTANT` and `DRIFT` over the record (in the unit of the control).
+    deviations : mapping of str to float
+        Of the values, each by itself.
     left_percent : float
         Residual with it, in percent of the recorded control.
     """
 
     kind: tuple[str, ...]
     values: Mapping[str, float]
+    deviations: Mapping[str, float]
     left_percent: float
 
     @property
@@ -428,6 +431,14 @@ class GainRegression:
         }
         if steps:
             blocks[GAINS] = self._columns[:, [self._names.index(name) for name in steps]]
+        blur = _FACTOR_BLUR * self.along.law.takes_velocity
+        size = float(np.sqrt(np.mean(self.control**2)))
+        largest = {SCALE: 1.0, CONSTANT: size, DRIFT: 2 * size}
+        deviations = {name: sd for name, (_, sd) in self.factors.items()}
+        for name, block in blocks.items():
+            if name != GAINS:
+                of = self._deviation_of(block, name)
+                deviations[name] = float(np.hypot(of, blur * largest[name]))
         found = []
         for kind in _KINDS:
             if not {*kind} <= {*blocks}:
@@ -445,8 +456,23 @@ class GainRegression:
                 values |= {t: float(of @ told) for t, of in self._weights_of_steps.items()}
                 values |= {name: factor - 1 for name, (factor, _) in self.at_limit.items()}
             percent = relative_error_percent(left, self.control)
-            found.append(Explanation(kind=kind, values=values, left_percent=percent))
+            found.append(
+                Explanation(
+                    kind=kind,
+                    values=values,
+                    deviations={name: deviations[name] for name in values},
+                    left_percent=percent,
+                )
+            )
         return tuple(found)
+
+    def _deviation_of(self, column: Array, name: str) -> float:
+        """Deviation of the factor of a column (n, 1), with what the log leaves open."""
+        fit, covariance = coloured_fit(
+            self.residuals, column, (name,), self.neighbours, self.period
+        )
+        moved = [float((fit.influence.T @ each)[0]) for each in self.left_open]
+        return float(np.sqrt(covariance[0, 0] + np.mean(np.square([*moved, 0.0]))))
 
     @property
     def powers(self) -> dict[str, dict[str, float]]:

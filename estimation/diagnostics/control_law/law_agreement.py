@@ -245,6 +245,7 @@ def _with_gains_of_runs(check: LawAgreement) -> LawAgreement:
     by_runs = Explanation(
         kind=(GAINS,),
         values={name: factor - 1 for name, factor in check.factors.items()},
+        deviations=check.deviations,
         left_percent=left,
     )
     others = [each for each in check.explanations if each.kind != by_runs.kind]

@@ -17,6 +17,7 @@ from axisid import (
     identify,
     load_axis,
     newton,
+    read_record,
     twin_record,
 )
 from axisid.codegen.generated_axes import GeneratedAxis
@@ -208,3 +209,22 @@ def test_a_delay_beyond_the_range_has_a_cure(emps2015: GeneratedAxis, quiet: Rec
     assert check.status == "fail"
     assert told is not None
     assert 0 < int(told[1]) <= early
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("every", "acceleration", "status"), [(1, 0.8, "pass"), (5, 4.0, "fail")])
+def test_a_log_slower_than_an_undeclared_loop_fails_where_that_moves_a_parameter(
+    every: int, acceleration: float, status: str
+) -> None:
+    """The loop holds its control for a fifth of a sample, where the hold supposes a whole one."""
+    base = load_axis("emps2015")
+    moves = back_and_forth(speeds=(0.05, 0.1), acceleration=acceleration, seconds=0.02, repeat=8)
+    experiment = replace(base.experiment, moves=moves, position_noise=1e-8)
+    law = cascade_pd_difference(kp=60.0, kv=150.0, period=2e-4)
+    record = twin_record(build(replace(base, control=law, experiment=experiment)))
+    columns = {name: values[::every] for name, values in record.channels().items()}
+    columns["time"] = 2e-4 * every * np.arange(len(columns["position"]))
+    undeclared = build(replace(base, control=None))
+    roles = {name: name for name in columns}
+    read = read_record(columns, undeclared, columns=roles)
+    assert checks_of(identify(undeclared, read))["alignment"].status == status

@@ -27,7 +27,7 @@ from axisid import (
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.elements import stribeck
 from axisid.estimation.diagnostics.all_diagnostics import DIAGNOSTICS, Diagnostic
-from axisid.estimation.verdict_checks import conclusion
+from axisid.estimation.verdict_checks import Check, conclusion
 from axisid.modeling import LIBRARY
 from axisid.paper import APPROPRIATE, INAPPROPRIATE
 from axisid.presentation.page import report_html

@@ -1,12 +1,14 @@
 """Fits of the loop's output: right where the law is, and saying so where it is not."""
 
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
 
 from axisid import (
+    Parameter,
     Record,
     build,
     fit,
@@ -15,6 +17,7 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.control import cascade_pd_difference
 from axisid.elements import Drive
 from axisid.estimation.choices import OPEN_LOOP_FIT
 from axisid.estimation.output_error import OutputFit
@@ -207,6 +210,50 @@ def test_a_control_that_is_scaled_by_a_fifth_is_not_believed(twin: Record) -> No
     result = fit(load_axis("emps2015"), replace(twin, control=1.2 * twin.control))
     assert result.belief == "not believed"
     assert checks_of(result)["control law"].status == "fail"
+
+
+@cache
+def _pushed() -> tuple[GeneratedAxis, Record]:
+    """An axis under a weight, and its twin behind an encoder."""
+    base = load_axis("emps2015")
+    weight = Parameter("F0", "N", nominal=50.0)
+    law = cascade_pd_difference(kp=60.0, kv=150.0, period=1e-3)
+    experiment = replace(
+        base.experiment, truth={**TRUTH, "F0": 80.0}, position_noise=0.0, resolution=2e-6
+    )
+    axis = replace(
+        base,
+        name="pushed",
+        parameters=(*base.parameters, weight),
+        force=base.force + weight.symbol,
+        control=law,
+        experiment=experiment,
+    )
+    built = build(axis)
+    return built, twin_record(built)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("output", "times", "constant", "status"),
+    [
+        ("control", 1.0, 0.0, "pass"),
+        ("control", 1.05, 0.0, "fail"),
+        ("control", 0.991, 0.0, "fail"),
+        ("control", 1.0, 0.03, "fail"),
+        ("position", 1.0, 0.0, "pass"),
+        ("position", 1.0, 0.03, "note"),
+    ],
+)
+def test_a_law_is_judged_by_what_each_explanation_of_the_control_moves(
+    output: str, times: float, constant: float, status: str
+) -> None:
+    """A scale moves every parameter and a constant the weight, where the control is followed."""
+    axis, record = _pushed()
+    control = np.asarray(record.control)
+    size = float(np.sqrt(np.mean(control**2)))
+    changed = replace(record, control=times * control + constant * size)
+    assert checks_of(fit(axis, changed, output))["control law"].status == status
 
 
 @pytest.mark.parametrize("output", ["control", "position"])
