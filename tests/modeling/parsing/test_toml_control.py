@@ -11,6 +11,7 @@ from axisid.control import (
     LIMITED_OUTPUT,
     MEASURED_POSITION,
     REFERENCE,
+    UNLIMITED_OUTPUT,
     ControlLaw,
     cascade_p_pi,
     dynamixel_position,
@@ -144,7 +145,7 @@ output = "stiffness*(reference - smooth) - p*still + total"
 p = 3.0
 
 [control.memory]
-total = { following = "total + limited_output", start = "rest" }
+total = { following = "total + limited_output - unlimited_output", start = "rest" }
 
 [control.blocks]
 smooth = { block = "low_pass", signal = "measured_position", time_constant = 2e-3, start = "rest" }
@@ -163,7 +164,7 @@ def test_constants_and_blocks_stand_in_a_law_of_ones_own(load: Load) -> None:
     assert {m.name for m in made.memory} == {
         *("total", "smooth1", "still1_in1", "still1_in2", "still1_out1", "still1_out2")
     }
-    assert made.memory[0].following == total + LIMITED_OUTPUT
+    assert made.memory[0].following == total + LIMITED_OUTPUT - UNLIMITED_OUTPUT
     assert made.memory[0].start == rest.symbol
 
 
