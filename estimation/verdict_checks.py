@@ -341,7 +341,7 @@ def conclusion(checks: Sequence[Check]) -> str:
     first = lines_of(check.name for check in failed[: min(grave, default=0) + 1])
     skipped = {check.name for check in checks if check.status == "not evaluated"}
     left_open = {check.name for check in checks if check.leaves_open}
-    # Another check of the same line was made and failed, or nothing simulates a loop beside its law.
+    # Another check of the same line failed, or nothing simulates a loop beside its law.
     of_no_matter = {*lines, "loop"}
     unchecked = lines_of(
         name

@@ -213,7 +213,7 @@ _LEVELS = np.geomspace(0.05, 0.95, 40)
 
 
 def saturation_levels(s: Along) -> Array:
-    """Forces beyond which a drive may give no more, up to the largest that is commanded for long."""
+    """Return forces beyond which a drive may give no more, up to the usual largest command."""
     size = np.abs(s.force)
     return np.asarray(
         _LEVELS * float(np.quantile(size[size > 0], _USUALLY_LARGEST, method="lower"))

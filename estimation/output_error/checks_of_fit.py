@@ -495,8 +495,8 @@ def enough_rows_check(of: OutputFit) -> Check | None:
     return rows_check(
         sum(int(n) // k for n, k in zip(counted, every, strict=True)),
         len(of.names) - len(of.fixed),
-        f"one sample in {max(every) // sandwich.outputs} counts, as its neighbours say little more; follow a longer "
-        "part of the record",
+        f"one sample in {max(every) // sandwich.outputs} counts, as its neighbours say little "
+        "more; follow a longer part of the record",
     )
 
 

@@ -123,9 +123,9 @@ def unidentifiable_directions(
     """Null space, over all motions, of the regressor of a partially linear axis.
 
     Its columns have parameters in them, so that ``exp(b) dq`` and ``a exp(b) dq`` look like two
-    functions of the motion. They are compared at the nominal values of the parameters, and at values
-    near them, as two functions may be alike at one point by accident, and far from them.
-    For a linear axis base parameters tell what is hidden.
+    functions of the motion. They are compared at the nominal values of the parameters, and at
+    values near them and far from them, since two functions may agree at one point by accident.
+    For a linear axis the base parameters show these directions.
 
     Parameters
     ----------
