@@ -33,6 +33,8 @@ _LEAST_SHARE_OF_A_STEP = 0.25
 _MAX_ERROR_GROWTH = 1e-3
 _LEAST_SLOPE_STEP = 1e-4  # of the force, by which a parameter's part changes for a slope
 
+_MOST_BY_ROWS = 10  # iterates, after which steps are by the slopes of the loop
+
 _HALVINGS = 6
 
 
@@ -42,8 +44,8 @@ class _ByOutputError(Iteration):
     What it minimises is the loop's own error, so that a step that makes that larger goes too far.
 
     A loop whose motion depends on the parameters, as under a PI law, has slopes J far from its rows
-    Z, and steps by Z alone hardly shrink. From there on steps are Newton's towards the same
-    estimate, ``(Z'J)^-1 Z'`` of the force that the loop leaves.
+    Z, and steps by Z alone hardly shrink or are many. From there on steps are Newton's towards the
+    same estimate, ``(Z'J)^-1 Z'`` of the force that the loop leaves.
     """
 
     _by_slopes = False
@@ -58,7 +60,8 @@ class _ByOutputError(Iteration):
     ) -> tuple[Array, SimulatedRows | None]:
         if step.size <= CONVERGED.value:
             return np.clip(step.goal, *self._bounds), None
-        self._by_slopes = self._by_slopes or (self._form.is_linear and self._pace.stalls)
+        is_slow = self._pace.stalls or len(self._iterates) > _MOST_BY_ROWS
+        self._by_slopes = self._by_slopes or (self._form.is_linear and is_slow)
         goal = step.further
         if self._by_slopes:
             share, goal = 1.0, self._newton_goal(step)

@@ -277,7 +277,9 @@ def _values_with(
         Factor of its first column.
     """
     every = scores.data.axis.parameters
-    values = {every[j].name: (float(v),) for j, v in zip(scores.free, revised, strict=True)}
+    values: dict[str, tuple[float, ...]] = {
+        every[j].name: (float(v),) for j, v in zip(scores.free, revised, strict=True)
+    }
     term = TERMS.get(found.hypothesis.kind)
     if term is None or not term.is_by_direction:
         return values
