@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,10 @@ from axisid.estimation.logs import read_table
 from axisid.estimation.raw_tables import Provenance, Table
 from axisid.estimation.records.columns import RoleColumns, role_columns
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_UNEVEN_STEP
+from axisid.estimation.verdict_checks import unless_faulty
 from axisid.modeling.declaration import ROLES, Axis, Column, column_texts
 from axisid.support.arrays import runs
-from axisid.support.errors import DataError, UsageError, quoted, refuse
+from axisid.support.errors import DataError, Missing, UsageError, quoted, refuse
 from axisid.support.memory import Room, room_for
 
 from .clipping import clipped
@@ -182,7 +184,12 @@ def _record(
     if "position" in restarts:
         restarts["reference"] = restarts["position"]
     limit = math.inf if axis is None else axis.drive.limit
-    columns = without_wild_samples(columns, restarts, limit)
+    searched = unless_faulty(partial(without_wild_samples, columns, restarts, limit))
+    unsearched = []
+    if isinstance(searched, Missing):
+        unsearched = [f"wild samples were not searched for: {searched.reason}"]
+    else:
+        columns = searched
     columns, jumps = unwound(columns, moduli, axis, gap)
     seldom = seldom_notes({r: s for r, s in columns.samples.items() if r not in repairs.between})
     columns, cut = clipped(columns, axis, masked=repairs.mask is not None)
@@ -219,7 +226,7 @@ def _record(
                 path=table.path,
                 columns={**read.names},
                 assumed=read.notes,
-                doubts=(*zeros, *jumps, *cut, *seldom, *jitter),
+                doubts=(*zeros, *unsearched, *jumps, *cut, *seldom, *jitter),
                 repairs=of.repairs,
                 clock=replace(of.clock, counted=counted),
             ),
