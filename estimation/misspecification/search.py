@@ -248,8 +248,10 @@ def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
         return found
     near = hypothesis.between(hypothesis.places, found.at)
     columns = hypothesis.columns(near)
-    if hypothesis.is_whole or hypothesis.measured is None:
+    if hypothesis.is_lost:
         best = int(np.argmax(_taken(scores, hypothesis, scores.test(columns), columns)))
+    elif hypothesis.measured is None:
+        best = int(np.argmax(scores.test(columns).powers))
     else:
         best = scores.nearest(columns, hypothesis.measured(near))
     values = scores.test(columns[:, [best]]).values[0]

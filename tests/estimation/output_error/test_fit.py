@@ -179,6 +179,16 @@ def test_a_law_one_percent_wrong_is_named_with_what_it_moves(twin: Record) -> No
 
 
 @pytest.mark.slow
+def test_a_fit_whose_law_and_model_could_not_be_checked_is_to_be_used_with_care(
+    twin: Record,
+) -> None:
+    result = fit(load_axis("emps2015"), replace(twin, control=None), "position")
+    left_open = {check.name for check in result.checks if check.leaves_open}
+    assert {"control law", "missing terms", "noise in the loop"} <= left_open
+    assert result.belief == "with care"
+
+
+@pytest.mark.slow
 def test_a_gain_of_a_law_with_an_integral_is_named_with_what_it_moves() -> None:
     right = build(cascaded())
     record = twin_record(right)
