@@ -25,6 +25,8 @@ from .terms import TERMS
 # residuals less the filter's own, by the left side, up to which their look is a note: measured,
 # at most 4e-7 without noise, 5e-3 and more on wrong models that residuals tell
 _NEGLIGIBLE_RESIDUAL = 1e-4
+# of the share of the term that explains most, from which another one may be the cause as well
+_NEARLY = 0.9
 #: By kind of what is no term: the check that tells it.
 _CHECKS = {
     "late signal": "recorded signals",
@@ -59,6 +61,8 @@ class Misspecification:
         Over all its places.
     unit : str
         Of its size; empty where none is told.
+    others : tuple of (str, float)
+        Kinds of other terms that explain nearly as much of the force, each with its place as `at`.
     """
 
     kind: str
@@ -71,6 +75,7 @@ class Misspecification:
     own_share: float
     p_value: float
     unit: str = ""
+    others: tuple[tuple[str, float], ...] = ()
 
     @property
     def size(self) -> float:
@@ -151,7 +156,15 @@ def find_misspecification(
         if most is None or (lacks and most.share <= levels.least_share):
             break
         found = _located(scores, most)
-        lacks.append(_told(scores, found))
+        others = tuple(
+            (each.hypothesis.kind, each.at)
+            for each in tests
+            if each.hypothesis.kind in TERMS
+            and each is not most
+            and each.p_value <= level
+            and each.share >= _NEARLY * most.share
+        )
+        lacks.append(replace(_told(scores, found), others=others))
         scores = scores.with_columns(found.columns)
     return tuple(lacks)
 
@@ -267,7 +280,14 @@ def misspecification_text(lack: Misspecification, axis: GeneratedAxis, record: R
             "rigid": lack.at / 3,  # of an antiresonance
             "band": drive.deadband + size / abs(drive.gain) if kind == "dead band" else 0.0,
         }
-        return f"{what}{f', {by}' * bool(unit)}: {advice} ({part})".format(**words)
+        # Beyond the force itself a size is one that the model's own parameters cancel.
+        is_shown = bool(unit) and lack.share <= 1
+        said = f"{what}{f', {by}' * is_shown}: {advice} ({part})".format(**words)
+        for other, at in lack.others:
+            there = words | {"at": at, "rigid": at / 3}
+            text = f". Nearly as much is explained by {TERMS[other].what}: {TERMS[other].declare}"
+            said += text.format(**there)
+        return said
     changed = by + (f" ({100 * size / lack.before:+.2g} %)" if lack.before else "")
     sample = int(lack.at) if kind == "outlier" else 0
     return first_case(
