@@ -131,7 +131,7 @@ MIN_FIRST_STAGE_F = Threshold(10.0, "1",
     "[StaigerStock1997]; conditional as in [SandersonWindmeijer2016]")
 NOTICEABLE_BIAS = Threshold(0.1, "1",
     "distance of least squares from the instruments, by these, from which a significant one is "
-    "worth a warning; what factors of the law may move a parameter of a fit by", "chosen")
+    "worth a warning", "chosen")
 MAX_VARIANCE_INFLATION = Threshold(10.0, "1",
     "variance inflation from which a column nearly repeats others", "convention")
 MAX_RELATIVE_DEVIATION = Threshold(30.0, "%", "up to which a parameter is known", "chosen")

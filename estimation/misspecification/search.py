@@ -29,6 +29,10 @@ from .terms import TERMS
 _NEGLIGIBLE_RESIDUAL = 1e-4
 # of a column's norm, up to which another is the same: the filter rounds both at reversals
 _SAME_COLUMN = 0.05
+# of the force, above which it counts that another term moves a parameter
+_LARGE_PART = 0.1
+# of the share of the term that explains most, from which another one may be the cause as well
+_NEARLY = 0.9
 #: By kind of what is no term: the check that tells it.
 _CHECKS = {
     "late signal": "recorded signals",
@@ -67,12 +71,15 @@ class Misspecification:
         Values of the free parameters if it and everything found before it are in the model. Two
         values, forward and backward, of a parameter that it makes differ between directions.
     moved : str
-        The parameter that it moves, or changes, most by its value, of those that it moves by more
-        than their interval and by which the force changes as well; empty for none.
+        The parameter that it moves or changes most, relative to its value. Only parameters count
+        that it moves by more than their interval, with a large part of the force, or that change
+        themselves in the record with more than the least share of the force. Empty for none.
     moved_percent : float
         By how much.
     at_the_end : bool
         Whether a delay ended at the end of its search range, so that it is not known.
+    others : tuple of (str, float)
+        Kinds of other terms that explain nearly as much of the force, each with its place as `at`.
     """
 
     kind: str
@@ -89,6 +96,7 @@ class Misspecification:
     moved: str = ""
     moved_percent: float = 0.0
     at_the_end: bool = False
+    others: tuple[tuple[str, float], ...] = ()
 
     @property
     def size(self) -> float:
@@ -183,7 +191,16 @@ def find_misspecification(
         factors = scores.test(found.columns[:, None]).values[0]
         revised = revised + scores.moved_by(found.columns, factors)
         with_it = _values_with(scores, found, revised, float(factors[0]))
-        lacks.append(replace(_told(scores, found, half_widths, levels), parameters=with_it))
+        others = tuple(
+            (each.hypothesis.kind, each.at)
+            for each in tests
+            if each.hypothesis.kind in TERMS
+            and each is not most
+            and each.p_value <= level
+            and each.share >= _NEARLY * most.share
+        )
+        told = _told(scores, found, half_widths, levels)
+        lacks.append(replace(told, parameters=with_it, others=others))
         scores = scores.with_columns(found.columns)
     return tuple(lacks)
 
@@ -328,8 +345,12 @@ def _told(
         place = names.index(parameter)
         before = float(scores.physical[place] + moved[place] + begun)
         moved[place] = max(abs(moved[place]), abs(values[0]))
+    # A small offset may be moved by a multiple of itself, which hardly changes the force.
+    least = np.full(len(names), _LARGE_PART)
+    if parameter in names:
+        least[names.index(parameter)] = levels.least_share
     effects = np.linalg.norm(scores.regressor * moved, axis=0)
-    matters = effects > levels.least_share * float(np.linalg.norm(scores.force))
+    matters = effects > least * float(np.linalg.norm(scores.force))
     matters &= np.abs(moved) > half_widths
     sizes = np.where(matters & (scores.physical != 0), np.abs(scores.physical), np.inf)
     percents = 100 * np.abs(moved) / sizes
@@ -375,7 +396,14 @@ def misspecification_text(lack: Misspecification, axis: GeneratedAxis, record: R
             "band": drive.deadband + size / abs(drive.gain) if kind == "dead band" else 0.0,
             "limit": lack.at / abs(drive.gain) if kind == "saturation" else 0.0,
         }
-        return f"{what}{f', {by}' * bool(unit)}: {advice} ({part})".format(**words)
+        # Beyond the force itself a size is one that the model's own parameters cancel.
+        is_shown = bool(unit) and lack.share <= 1
+        said = f"{what}{f', {by}' * is_shown}: {advice} ({part})".format(**words)
+        for other, at in lack.others:
+            there = words | {"at": at, "rigid": at / 3}
+            text = f". Nearly as much is explained by {TERMS[other].what}: {TERMS[other].declare}"
+            said += text.format(**there)
+        return said
     changed = by + (f" ({100 * size / lack.before:+.2g} %)" if lack.before else "")
     sample = int(lack.at) if kind == "outlier" else 0
     return first_case(

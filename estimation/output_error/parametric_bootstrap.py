@@ -232,11 +232,11 @@ def moves_by_explanation(
         By kind of explanation, those of the gains alone and the plausible ones; none that no record
         tells.
     """
-    kinds = [(GAINS,)]
+    kinds: list[tuple[str, ...]] = [(GAINS,)]
     kinds += [each.kind for law in laws if isinstance(law, LawAgreement) for each in law.plausible]
     twins = [laws_in_twins(law, loops, found) for law, loops in zip(laws, every, strict=True)]
     terms = [name for name in slopes[0] if name not in (SCALE, CONSTANT, DRIFT)]
-    moves = {}
+    moves: dict[tuple[str, ...], tuple[Array, Array]] = {}
     for kind in dict.fromkeys(kinds):
         names = [name for name in kind if name != GAINS] + terms * (GAINS in kind)
         told = [_told(law, kind) for law in laws]

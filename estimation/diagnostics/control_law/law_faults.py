@@ -15,7 +15,7 @@ import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.law_replay import with_limit
-from axisid.estimation.records import Record
+from axisid.estimation.records import Record, at_times
 from axisid.estimation.records.columns import expected_units, scale_remedy
 from axisid.estimation.thresholds import MAX_LAW_RESIDUAL, MAX_SCALE_ERROR, MIN_SAMPLES_PER_FACTOR
 from axisid.modeling.declaration import ControlLaw, velocity_variants
@@ -42,6 +42,9 @@ _UNITS = {
     180 / math.pi: "radians for degrees",
 }
 _STEP = 1e-3  # of the reference's range
+_CLOCK_STEP = 0.01  # samples at the end of a record, by another clock
+_CLOCK_STEPS = 15  # of Gauss and Newton
+_MOST_CLOCK = 0.02  # beyond, a clock is of another unit
 
 
 def off_text(percent: float) -> str:
@@ -127,11 +130,12 @@ def repair_of(
     to mend. What has numbers of its own explains what a moved column does, nearly, and comes last.
     """
     good = min(MAX_LAW_RESIDUAL.value, _MAX_REPAIRED_RESIDUAL * declared)
-    kinds = [_changed_columns, _scaled_columns, _moved_columns, _moved_zero, _other_laws, _limited]
+    kinds = [_changed_columns, _scaled_columns, _mistimed_columns]
+    kinds += [_moved_zero, _other_laws, _limited]
     if shift:
         if law_error_percent(axis, law, record.shifted(control=-shift)) < good:
             return None
-        kinds = [_moved_columns]
+        kinds = [_mistimed_columns]
     for kind in kinds:
         tried = [
             (law_error_percent(of, by, other), said)
@@ -209,6 +213,61 @@ def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_
         law,
         record,
     )
+
+
+def _mistimed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
+    """The record with a column some samples earlier or later, or the reference on another clock."""
+    yield from _moved_columns(axis, law, record)
+    rate = reference_clock(axis, law, record)
+    if rate is None:
+        return
+    fast = "fast" if rate > 0 else "slow"
+    yield (
+        f"it is with the times of the reference {1e6 * abs(rate):.4g} ppm "
+        f"{'shorter' if rate > 0 else 'longer'}: the clock that stamps the reference is "
+        f"{fast} by as much compared with that of the position. Record both with one clock",
+        axis,
+        law,
+        _with_clock(record, rate),
+    )
+
+
+def _with_clock(record: Record, rate: float) -> Record:
+    """The record with the reference of ``(1 + rate)`` times each time since the first sample."""
+    times = np.arange(float(len(record)))
+    later = np.minimum((1 + rate) * times, times[-1])
+    reference = at_times(later, times, np.asarray(record.reference), "spline")
+    known = int(np.count_nonzero((1 + rate) * times <= times[-1]))
+    masked = record.masked if known == len(record) else (*record.masked, (known, len(record)))
+    return replace(record, reference=reference, masked=masked)
+
+
+def reference_clock(axis: GeneratedAxis, law: ControlLaw, record: Record) -> float | None:
+    """How much faster the reference has to run to give the recorded control; None without end.
+
+    By Gauss and Newton, relative to the clock of the position.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    law : ControlLaw
+        Of the axis.
+    record : Record
+        Of one piece, with a reference and a control.
+    """
+    if not np.ptp(np.asarray(record.reference)):
+        return None
+    rate, step = 0.0, _CLOCK_STEP / len(record)
+    for _ in range(_CLOCK_STEPS):
+        here, moved = _with_clock(record, rate), _with_clock(record, rate + step)
+        steps, _slope = _asked_for(axis, law, here, moved)
+        change = step * steps
+        if not np.isfinite(change) or abs(rate + change) > _MOST_CLOCK:
+            return None
+        rate += change
+        if abs(change) < step:
+            return rate if abs(rate) * len(record) > _CLOCK_STEP else None
+    return None
 
 
 def _moved_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:

@@ -130,7 +130,7 @@ def test_fit_keeps_its_estimates_beside_checks_that_fault(
     emps2015: GeneratedAxis, twin: Record, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("AXISID_DEBUG", raising=False)
-    for place in ("result.find_misspecification", "result.move_by_record"):
+    for place in ("result.find_misspecification", "result.moves_by_explanation"):
         monkeypatch.setattr(f"axisid.estimation.output_error.{place}", _broken)
     result = fit(emps2015, twin)
     faulty = {check.name for check in result.checks if "by a fault" in check.meaning}

@@ -26,7 +26,7 @@ from axisid import (
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.control import BALANCED, cascade_p_pi, gain
 from axisid.estimation import LawAgreement, Repairs, law_agreement
-from axisid.estimation.diagnostics.control_law.law_faults import position_zero
+from axisid.estimation.diagnostics.control_law.law_faults import position_zero, reference_clock
 from axisid.modeling.declaration import back_and_forth
 from axisid.modeling.declaration.ready_laws import CASCADES
 from axisid.support.errors import Missing
@@ -520,3 +520,17 @@ def test_a_right_law_behind_a_log_that_rounds_is_not_refused(coarser: int) -> No
     found = law_agreement(axis, replace(record, position=rounded))
     assert isinstance(found, Missing) or found.passed
     assert not law_agreement(axis, replace(record, control=-record.control)).passed
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rate", [5e-4, -2e-4])
+def test_a_reference_on_another_clock_is_named_with_its_rate(rate: float) -> None:
+    axis, record = _axis(P_PI), _record(P_PI)
+    law, count = axis.axis.control, np.arange(float(len(record)))
+    assert reference_clock(axis, law, record) is None
+    stamped = CubicSpline(count, np.asarray(record.reference))(count / (1 + rate))
+    other = replace(record, reference=stamped)
+    assert reference_clock(axis, law, other) == pytest.approx(rate, rel=1e-2)
+    found = law_agreement(axis, other)
+    assert not found.passed
+    assert f"{1e6 * abs(rate):.0f} ppm" in found.meaning
