@@ -233,7 +233,7 @@ def _tested(
         p_value=float(p_values[best]),
         share=float(np.sqrt(tested.powers[best])) / (float(np.std(scores.force)) or 1.0),
         moved=float(far.max(initial=0.0)),
-        at_the_end=hypothesis.is_whole and best in (0, len(hypothesis.places) - 1),
+        at_the_end=hypothesis.kind == "late signal" and best in (0, len(hypothesis.places) - 1),
     )
 
 
