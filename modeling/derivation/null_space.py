@@ -123,8 +123,8 @@ def unidentifiable_directions(
     """Null space, over all motions, of the regressor of a partially linear axis.
 
     Its columns have parameters in them, so that ``exp(b) dq`` and ``a exp(b) dq`` look like two
-    functions of the motion. They are compared at the nominal values of the parameters, and at values
-    near them, as two functions may be alike at one point by accident, and far from them.
+    functions of the motion. They are compared at the nominal values of the parameters, at values
+    near them, as two functions may be alike at one point by accident, and at values far from them.
     For a linear axis base parameters tell what is hidden.
 
     Parameters
