@@ -354,12 +354,6 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         "if False:",
         (f"{_FOUND}::test_weights_that_are_no_fractions_need_a_declared_number",),
     ),
-    "a smooth function is not looked at in its transition": (
-        "modeling/quantities/covering_points.py",
-        "found += self._solved(feature, spots, _target(turn, sign))[:_MOST_PLACES]",
-        "found += []",
-        (f"{_APART}[a narrow bell]",),
-    ),
     "a parabola leads nowhere": (
         "modeling/quantities/features.py",
         "if bend == 0 or bend != bend:",
