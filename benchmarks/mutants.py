@@ -46,6 +46,9 @@ _NOISE = "estimation/noise_models/noise_estimation.py"
 _MEASURED = "tests/estimation/noise_models/test_noise_estimation.py::test_"
 _BASE, _DEPENDENCES = "modeling/derivation/base_model.py", "modeling/quantities/dependences.py"
 _FOUND = "tests/modeling/quantities/test_dependences.py"
+_APART = f"{_FOUND}::test_functions_that_agree_at_a_few_points_stay_apart"
+_SEEN = "tests/modeling/derivation/test_null_space.py::test_what_trades_is_found_and_said_and"
+_PLACED = "tests/modeling/quantities/test_features.py::test_crossings_are_found_between"
 _COMBINED = "tests/modeling/derivation/test_combined_parameters.py"
 _DERIVED = "tests/modeling/derivation/test_base_model.py"
 _ALONG = "tests/estimation/law_replay/test_initial_state_of_record.py"
@@ -446,13 +449,13 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         _DEPENDENCES,
         "with numbers.workprec(2 * numbers.prec):",
         "with numbers.workprec(1 * numbers.prec):",
-        (f"{_FOUND}::test_functions_that_agree_at_a_few_points_stay_apart",),
+        (f"{_APART}[more digits than seventy]",),
     ),
     "what holds at the first points is believed": (
         _DEPENDENCES,
-        "if len(algebra) == len(found):",
-        "if len(algebra) >= len(found):",
-        (f"{_FOUND}::test_functions_that_agree_at_a_few_points_stay_apart",),
+        "found, doubts = self._with_evidence(rows, points)",
+        "found = dict(found)",
+        (f"{_APART}[steps 1 um apart]",),
     ),
     "a doubt is no reason to keep a function": (
         _DEPENDENCES,
@@ -466,17 +469,11 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         "if False:",
         (f"{_FOUND}::test_weights_that_are_no_fractions_need_a_declared_number",),
     ),
-    "a smooth function is not looked at in its transition": (
-        "modeling/quantities/covering_points.py",
-        "found += self._solved(feature, spots, _target(turn, sign))[:_MOST_PLACES]",
-        "found += []",
-        (f"{_FOUND}::test_functions_that_agree_at_a_few_points_stay_apart",),
-    ),
     "a parabola leads nowhere": (
         "modeling/quantities/features.py",
         "if bend == 0 or bend != bend:",
         "if bend * 0 == 0:",
-        ("tests/modeling/quantities/test_features.py",),
+        (f"{_PLACED}_and_beside_the_grid",),
     ),
     "the force of the base model is not compared": (
         "modeling/derivation/force_guard.py",
@@ -488,7 +485,7 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
         "modeling/derivation/null_space.py",
         "near = (nominal_point(parameters), generic_points(parameters)[0])",
         "near = generic_points(parameters)",
-        ("tests/modeling/derivation/test_null_space.py",),
+        (f"{_SEEN}_changes_no_force[a quotient beside a coefficient]",),
     ),
 }
 

@@ -74,7 +74,7 @@ def null_space(
     slopes = [[total.diff(ring.from_sympy(p)) for p in free] for total in sums]
     if math.prod(map(len, sums)) <= _MOST_PRODUCTS:
         return tuple(_kernel(slopes, free, ring))
-    found = []
+    found: list[tuple[NullSpaceVector, ...]] = []
     for point in (nominal_point(parameters), generic_points(parameters)[0]):
         table = [[Fraction(ring.to_sympy(w).xreplace(point)) for w in row] for row in slopes]
         found.append(tuple(_kernel(reduced_rows(table)[0], free, ring)))

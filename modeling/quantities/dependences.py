@@ -198,7 +198,8 @@ class _Reduction:
         with numbers.workprec(2 * numbers.prec):
             points = [point.again(decimals=False) for point in points]
             rows = [row for point in points for row in self._rows(point)]
-            found, doubts = _echelon(rows, self.columns), {}
+            found = _echelon(rows, self.columns)
+            doubts: dict[int, tuple[int, ...]] = {}
             if len(found) < size:
                 algebra = _echelon(self._opaque_rows(), self.columns)
                 if len(algebra) == len(found):
@@ -211,8 +212,8 @@ class _Reduction:
             if exact > len(rough) and _has_decimals(self.functions):
                 self._merge_rounded(table, points, doubts)
         pivots = sorted(table)
-        rows = [table[j] for j in pivots]
-        return Reduced(rows, pivots, list(doubts.values()), rounded=len(pivots) < exact)
+        kept = [table[j] for j in pivots]
+        return Reduced(kept, pivots, list(doubts.values()), rounded=len(pivots) < exact)
 
     def _first_points(self, wanted: int) -> list[Drawn]:
         """So many points of moderate size.
