@@ -286,7 +286,8 @@ def groupings(data: FilteredRecord, rows: NDArray[np.intp]) -> dict[str, NDArray
     direction = np.where(speed > _MIN_MOVE_SPEED, np.sign(velocity), 0.0)
     moves = np.cumsum((direction != 0) & (np.diff(direction, prepend=0.0) != 0))
     peaks, of = np.unique(maximum(speed, moves, moves[rows]), return_inverse=True)
-    levels = np.cumsum(np.diff(np.log(peaks + _MIN_MOVE_SPEED), prepend=0.0) > _LEVELS_APART)[of]
+    apart = np.diff(np.log(peaks + _MIN_MOVE_SPEED), prepend=0.0) > _LEVELS_APART
+    levels = np.cumsum(apart, dtype=np.intp)[of]
     edges = place.min() + np.ptp(place) * np.arange(1, _PARTS) / _PARTS
     return {
         "speed": levels,

@@ -78,7 +78,8 @@ def null_space(
     for point in (nominal_point(parameters), generic_points(parameters)[0]):
         table = [[Fraction(ring.to_sympy(w).xreplace(point)) for w in row] for row in slopes]
         found.append(tuple(_kernel(reduced_rows(table)[0], free, ring)))
-    return tuple(map(_as_decimals, min(found, key=len)))
+    nominal, generic = found
+    return tuple(map(_as_decimals, nominal if len(nominal) <= len(generic) else generic))
 
 
 def _as_decimals(direction: NullSpaceVector) -> NullSpaceVector:
