@@ -264,7 +264,8 @@ KINDS: dict[str, Kind] = {
         line="law",
         rank=0,
         grave=True,
-        remedy="log the reference and the control at each evaluation of the control law",
+        remedy="log the reference, the position and the control at each evaluation of the control "
+        "law, with all their digits, during a motion within the drive's limit",
     ),
     "law's factors": Kind(line="law"),
     "exact law": Kind(line="law"),

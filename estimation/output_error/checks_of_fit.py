@@ -327,9 +327,10 @@ def missing_terms_check(of: OutputFit) -> Check | None:
     if check is None or check.status != "fail":
         return check
     # What the model lacks moves the gains that are found with it.
-    law, most = of.law, MIN_DISTANCE_FROM_NOISE.value
+    law, most = control_law_check(of), MIN_DISTANCE_FROM_NOISE.value
     refuted = [each.name for each in of.held if each.distance > most]
-    if isinstance(law, LawAgreement) and not law.passed and not law.found_apart:
+    found_apart = isinstance(of.law, LawAgreement) and of.law.found_apart
+    if isinstance(law, Check) and law.status == "fail" and not found_apart:
         more = ". The law is not the record's, which asks for such forces too"
     elif refuted:
         more = f". The bound of {' and '.join(refuted)} leaves such forces too: mend that first"

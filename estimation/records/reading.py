@@ -184,7 +184,9 @@ def _record(
     if "position" in restarts:
         restarts["reference"] = restarts["position"]
     limit = math.inf if axis is None else axis.drive.limit
-    searched = unless_faulty(partial(without_wild_samples, columns, restarts, limit))
+    law = None if axis is None else axis.control
+    delay = 0 if law is None else law.delay
+    searched = unless_faulty(partial(without_wild_samples, columns, restarts, limit, delay))
     unsearched = []
     if isinstance(searched, Missing):
         unsearched = [f"wild samples were not searched for: {searched.reason}"]

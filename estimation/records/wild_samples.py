@@ -37,7 +37,9 @@ _FEWEST = 6  # samples of a piece between gaps, from which their course is known
 _SOME, _PART, _MOST, _MOST_PART = 10, 0.002, 100, 0.1
 _GRAIN = 1e-9  # of the range, within which two values are one
 _PASSES = 4  # a wild sample may stand beside a larger one
-_ANSWERS = (-1, 3)  # samples before and after, within which one column follows another
+# Samples before and after, within which one column follows another: a step bends a column before
+# the sample at which the law reads it, and a control may be logged some samples later or earlier.
+_ANSWERS = (-3, 3)
 
 _INERT = ("position", "velocity")
 _PLANNED = "reference"
@@ -46,7 +48,7 @@ Places = NDArray[np.intp]
 
 
 def without_wild_samples(
-    columns: RoleColumns, moduli: Mapping[str, float], limit: float = math.inf
+    columns: RoleColumns, moduli: Mapping[str, float], limit: float = math.inf, delay: int = 0
 ) -> RoleColumns:
     """Columns whose wild samples are masked, replaced, named and counted.
 
@@ -58,13 +60,19 @@ def without_wild_samples(
         What a position and its reference start again after, SI, by role.
     limit : float
         Of the control, in its unit.
+    delay : int
+        Samples by which the control law acts late, and its control is logged late.
     """
     widths = {"control": 2 * limit if math.isfinite(limit) else 0.0, "force": 0.0}
     if _PLANNED not in columns.samples:
         widths |= {role: math.inf for role, width in widths.items() if not width}
     courses = {
         role: _Course.of(
-            samples, moduli.get(role, 0.0), widths.get(role, 0.0), has_ends=role == "position"
+            samples,
+            moduli.get(role, 0.0),
+            widths.get(role, 0.0),
+            has_ends=role == "position",
+            delay=delay,
         )
         for role, samples in columns.samples.items()
     }
@@ -152,6 +160,8 @@ class _Course:
         Of the range that the column is known to have; 0 where nothing is known of it.
     has_ends : bool
         Whether the first and the last sample continue the others, as no step is sudden.
+    delay : int
+        Samples by which the control law acts late.
     excursions : (N,) array
         By how much each sample is away from both neighbours, on one side: the least of the second
         differences before and after it, and of half its own.
@@ -165,11 +175,14 @@ class _Course:
     modulus: float
     width: float
     has_ends: bool
+    delay: int
     excursions: Array
     bends: Array
 
     @classmethod
-    def of(cls, samples: Samples, modulus: float, width: float, *, has_ends: bool) -> "_Course":
+    def of(
+        cls, samples: Samples, modulus: float, width: float, *, has_ends: bool, delay: int
+    ) -> "_Course":
         """The course of a column with its clock."""
         cuts = long_steps(samples.times, MAX_EVEN_STEP.value) + 1
         ends = [0, *cuts.tolist(), len(samples.values)]
@@ -183,6 +196,7 @@ class _Course:
             modulus=modulus,
             width=width,
             has_ends=has_ends,
+            delay=delay,
             excursions=excursions,
             bends=bends,
         )
@@ -248,7 +262,7 @@ class _Course:
     def _about(self, time: float) -> slice:
         place = int(np.searchsorted(self.times, time))
         before, after = _ANSWERS
-        return slice(max(place + before, 0), place + after + 1)
+        return slice(max(place + before - self.delay, 0), place + after + 1)
 
     def bridged(self, wild: Mask) -> "_Course":
         """With straight lines, in whole steps of the column, in place of some samples."""

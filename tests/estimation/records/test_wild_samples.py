@@ -73,15 +73,17 @@ def test_a_wild_control_is_masked() -> None:
     assert masked(cleaned(control=moved(CONTROL, 50.0, 1100), limit=10.0)) == {"control": [1100]}
 
 
+@pytest.mark.parametrize("delay", [0, 1, 4])
 @pytest.mark.parametrize("has_reference", [True, False])
 def test_a_control_that_differentiates_a_step_of_the_reference_is_kept(
-    *, has_reference: bool
+    *, has_reference: bool, delay: int
 ) -> None:
     step = np.where(TIME > 1.1, 0.01, 0.0)
     columns = {"position": 0.01 * (1 - np.exp(-np.maximum(TIME - 1.1, 0) / 0.05))}
     columns["control"] = 1e4 * np.diff(step, prepend=0.0) + step - columns["position"]
+    columns["control"] = np.concatenate([np.zeros(delay), columns["control"]])[: len(TIME)]
     columns |= {"reference": step} if has_reference else {}
-    assert not without_wild_samples(columns_of(**columns), {}).repairs
+    assert not without_wild_samples(columns_of(**columns), {}, delay=delay).repairs
 
 
 def test_a_relay_is_kept() -> None:
