@@ -290,7 +290,7 @@ class Search:
         sizes = np.linalg.norm(jacobian, axis=0)
         shown = jacobian[:, sizes > 0] / sizes[sizes > 0]
         step = np.linalg.lstsq(shown, rows, rcond=None)[0]
-        noise = float(np.linalg.norm(rows)) / max(np.count_nonzero(rows), 1) ** 0.5
+        noise = float(np.linalg.norm(rows)) / max(int(np.count_nonzero(rows)), 1) ** 0.5
         return float(np.linalg.norm(shown @ step)) / noise if noise > 0 else 0.0
 
     def _rows_as_counted(self, at: Array) -> tuple[Array, Array]:
