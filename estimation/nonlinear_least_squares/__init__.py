@@ -8,6 +8,7 @@ from .trust_region import (
     LOSSES as LOSSES,
     MOST_IN_ALL as MOST_IN_ALL,
     MOST_STEPS as MOST_STEPS,
+    RESOLUTION as RESOLUTION,
     FitStep as FitStep,
     Search as Search,
     SearchResult as SearchResult,

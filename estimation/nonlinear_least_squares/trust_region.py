@@ -25,6 +25,8 @@ MOST_STEPS = 60
 # of one search with all parameters that it puts to bounds or frees
 MOST_IN_ALL = 2 * MOST_STEPS
 _TOLERANCE = 1e-8
+#: Of a parameter's standard deviation: a search ends where its steps are shorter.
+RESOLUTION = 0.01
 _LOST = 1e3  # times the errors at the start: what a loop that cannot be simulated counts as
 _ROUNDS = 5  # of searches, after each of which parameters may be put to bounds or freed
 
@@ -91,6 +93,8 @@ class SearchResult:
     steps : tuple of FitStep
     cost : float
     converged : bool
+    step_left : float
+        Length of the Gauss-Newton step from there, in standard deviations, see `Search`.
     interrupted : bool
         Whether Ctrl-C ended the search. The result is then the best point so far.
     """
@@ -102,6 +106,7 @@ class SearchResult:
     steps: tuple[FitStep, ...]
     cost: float
     converged: bool
+    step_left: float = np.inf
     interrupted: bool = False
 
 
@@ -115,6 +120,12 @@ class Search:
     scale : (P,) array
     weighing : WeightedLoss
     progress : callable, optional
+    resolution : float
+        r, the length of a last step in standard deviations. A Gauss-Newton step d lessens the cost
+        F by d' H d / 2, with H = J' J, and the parameters' covariance is s^2 inv(H), with
+        s^2 = 2 F / n. The step thus has the length r where the cost falls by r^2 s^2 / 2, that is
+        where dF / F = r^2 / n [DennisSchnabel1996]_. A coarser search than the default puts no parameter
+        to a bound.
     """
 
     def __init__(
@@ -124,7 +135,12 @@ class Search:
         scale: Array,
         weighing: WeightedLoss,
         progress: Progress | None = None,
+        *,
+        resolution: float = RESOLUTION,
     ) -> None:
+        counted = max(int(np.count_nonzero(weighing.weights)), 1)
+        self._least_gain = max(_TOLERANCE, resolution**2 / counted)
+        self._rounds = 1 if resolution > RESOLUTION else _ROUNDS
         self._predictions, self._unknowns, self._scale = predictions, unknowns, scale
         self._weighing, self._progress = weighing, progress
         self._steps: list[FitStep] = []
@@ -154,7 +170,7 @@ class Search:
 
     def _searched(self, start: Array) -> SearchResult:
         at, bound = start.copy(), np.zeros(len(start), dtype=np.int8)
-        for left in reversed(range(_ROUNDS)):
+        for left in reversed(range(self._rounds)):
             at, converged = self._ended(at, bound)
             moved = self._at_bounds(at)
             settled = np.array_equal(moved, bound)
@@ -176,6 +192,7 @@ class Search:
             steps=tuple(self._steps),
             cost=cost_of(at, errors, self._unknowns, self._weighing),
             converged=settled and converged,
+            step_left=self._step_left(at),
         )
 
     def _ended(self, at: Array, bound: NDArray[np.int8]) -> tuple[Array, bool]:
@@ -208,7 +225,7 @@ class Search:
             bounds=bounds,
             method="trf",
             x_scale="jac",
-            ftol=_TOLERANCE,
+            ftol=self._least_gain,
             xtol=_TOLERANCE,
             gtol=_TOLERANCE,
             loss=cast("Any", loss),
@@ -263,6 +280,27 @@ class Search:
                 cost=cost,
                 converged=False,
             )
+
+    def _step_left(self, at: Array) -> float:
+        """Length of the Gauss-Newton step from parameters (P,), in standard deviations.
+
+        It is the root of g' inv(H) g / s^2, with g = J' r and H = J' J of the weighted errors r.
+        """
+        rows, jacobian = self._rows_as_counted(at)
+        sizes = np.linalg.norm(jacobian, axis=0)
+        shown = jacobian[:, sizes > 0] / sizes[sizes > 0]
+        step = np.linalg.lstsq(shown, rows, rcond=None)[0]
+        noise = float(np.linalg.norm(rows)) / max(int(np.count_nonzero(rows)), 1) ** 0.5
+        return float(np.linalg.norm(shown @ step)) / noise if noise > 0 else 0.0
+
+    def _rows_as_counted(self, at: Array) -> tuple[Array, Array]:
+        """Weighted errors and slopes at parameters (P,), each by the root of the loss's slope."""
+        rows = weighed_rows(at, self._slopes_at(at)[0], self._unknowns, self._weighing)
+        n, jacobian = len(self._weighing.weights), self._jacobian(at)
+        slope = self._weighing.counted((rows[:n] / self._weighing.tuning) ** 2)[1]
+        rows[:n] *= np.sqrt(slope)
+        jacobian[:n] *= np.sqrt(slope)[:, None]
+        return rows, jacobian
 
     def _at_bounds(self, at: Array) -> NDArray[np.int8]:
         """Which parameters the errors drive to a bound, and which of those there are kept.

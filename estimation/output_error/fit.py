@@ -300,11 +300,11 @@ def _searched(
         step = _TIME_STEP * records[0].period
         axes = tuple(with_drive_time(axis, time.name, value + step) for axis in form.axes)
         others = _predictions(replace(form, axes=axes), records, outputs, first_at, horizon)
-        at = unknowns.inside(first_at, unknowns.scale(first_at, begins[0].size))
-        predictions.follow_time(others, at, value, step)
     rests = {} if keeps_rests else near_rests(form, records)
     run = FitRun(form, records, predictions, unknowns, loss, weights, progress, rests)
     first, begun, lost = run.first(begins)
+    if time is not None:
+        predictions.follow_time(others, begun, value, step)
     ends = run.searches(first, begun, starts, np.random.default_rng(seed))
     return FitSearch(
         axis=generated,

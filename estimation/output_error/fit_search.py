@@ -14,6 +14,7 @@ from axisid.estimation.methods import robust_scale
 from axisid.estimation.nonlinear_least_squares import (
     LOSSES as LOSS_FUNCTIONS,
     MOST_IN_ALL,
+    RESOLUTION,
     Search,
     SearchResult,
     WeightedLoss,
@@ -32,6 +33,8 @@ from .covariance import Sandwich, sandwich_of, unseen_directions
 from .fit_setup import FitStart
 
 _PASSES, _SETTLED = 4, 0.02  # of weights: how often they are found anew, and their last change
+# in deviations, of a search after which weights and rows that count are found anew
+_COARSE = 0.1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -268,8 +271,18 @@ class FitRun:
         most = np.full(len(effect), np.max(effect * np.abs(begun)))
         return np.asarray(np.divide(most, effect, out=self.scale.copy(), where=effect > 0))
 
-    def _run(self, begun: Array, unknowns: Unknowns) -> SearchResult:
-        search = Search(self.predictions, unknowns, self.scale, self.weighing, self.progress)
+    def _run(
+        self, begun: Array, unknowns: Unknowns, resolution: float = RESOLUTION
+    ) -> SearchResult:
+        self.predictions.begin(begun)
+        search = Search(
+            self.predictions,
+            unknowns,
+            self.scale,
+            self.weighing,
+            self.progress,
+            resolution=resolution,
+        )
         found = search.run(begun)
         self.interrupted = self.interrupted or found.interrupted
         return found
@@ -308,12 +321,16 @@ class FitRun:
             return replace(found, converged=False, interrupted=True)
 
     def _reweighed(self, found: SearchResult, unknowns: Unknowns) -> SearchResult:
-        """Search on until the weights are those of what the search leaves."""
-        u = unknowns
+        """Search on until the weights are those of what the search leaves.
+
+        What a search finds before they are is lost with them, so that it needs to be exact to a
+        part of a deviation alone. The last search is as exact as any.
+        """
+        u, resolution = unknowns, RESOLUTION
         # Of one record by squares alone it does not matter how large the noise is.
         several = len(self.predictions.spans) * int(np.count_nonzero(np.isnan(self.given))) > 1
         needs_weights = several or self.loss != SQUARES or bool(u.has_prior.any())
-        for _ in range(_PASSES):
+        for left in reversed(range(_PASSES)):
             if self.interrupted:
                 break
             if len(found.steps) >= MOST_IN_ALL:
@@ -323,9 +340,12 @@ class FitRun:
             self._weigh(found.errors, self._effects(found, u))
             changes = np.abs(self.weighing.weights - before)
             settled = not needs_weights or bool(np.all(changes <= _SETTLED * before))
-            if settled and np.array_equal(counted, self.counted):
+            settled = settled and np.array_equal(counted, self.counted)
+            exact = found.converged and found.step_left <= RESOLUTION
+            if settled and (exact or resolution == RESOLUTION):
                 return found
-            again = self._run(u.inside(found.physical, self.scale * _SETTLED), u)
+            resolution = RESOLUTION if settled or not left else _COARSE
+            again = self._run(u.inside(found.physical, self.scale * _SETTLED), u, resolution)
             found = replace(again, steps=(*found.steps, *again.steps))
         return found
 

@@ -254,6 +254,7 @@ def starts_from(
                     local=shared.local,
                     known=shared.known or None,
                     gain=gain,
+                    bootstrap=0,  # a start needs no bias and no deviations
                 )
             return [_of_estimate(result[_METHODS[name]], names, name, *others), nominal], why
         except AxisidError as error:

@@ -194,6 +194,10 @@ class MultipleShootingResiduals(OutputResiduals):
             w.substeps = max(w.substeps or 1, *(steps or 1 for steps in asked))
             _follow(w, theta)
 
+    def _forget_steps(self) -> None:
+        for w in self._windows:
+            w.substeps = None
+
     def _errors(self, physical: Array) -> Iterator[tuple[Array, dict[int, str]]]:
         """Errors of windows; those of a trial alone start where its own errors are least."""
         for w in map(replace, self._windows):

@@ -158,7 +158,8 @@ class OutputResiduals(ABC):
     def __init__(self, form: Form, records: Sequence[Record], pieces: Sequence[Piece]) -> None:
         self._form, self._records = form, tuple(records)
         self._slope_by_time: Array | None = None
-        self._time = 0.0
+        self._time = self._time_step = 0.0
+        self._later: OutputResiduals | None = None
         self.measured = np.concatenate([each.measured for each in pieces])
         self.counted = np.concatenate([each.counted for each in pieces])
         every = [[each for each in pieces if each.record == i] for i in range(len(records))]
@@ -181,6 +182,11 @@ class OutputResiduals(ABC):
         EstimationError
             They cannot be simulated.
         """
+
+    def _forget_steps(self) -> None:
+        """Let the steps of a sample be settled anew."""
+        for each in self.stretches:
+            each.substeps = None
 
     @abstractmethod
     def outputs_of(self, records: Sequence[Record], physical: Array) -> Array:
@@ -263,16 +269,34 @@ class OutputResiduals(ABC):
         EstimationError
             Not both can be simulated there.
         """
-        for each in (self, later):
+        self._later, self._time, self._time_step = later, time, step
+        self.begin(physical)
+
+    def begin(self, physical: Array) -> None:
+        """Begin a search at parameters (P,): forget what an earlier one settled elsewhere.
+
+        The steps of a sample are settled anew, and the slope by the drive's time is taken there.
+
+        Raises
+        ------
+        EstimationError
+            As of `follow_time`.
+        """
+        self._forget_steps()
+        if self._later is None:
+            return
+        self._later._forget_steps()
+        self._slope_by_time = None
+        for each in (self, self._later):
             each.settle(physical)
-        here, there = (each(physical[None, :]).errors[:, 0] for each in (self, later))
-        slope = (there - here) / step
+        here, there = (each(physical[None, :]).errors[:, 0] for each in (self, self._later))
+        slope = (there - here) / self._time_step
         if not np.all(np.isfinite(slope)):
             raise EstimationError(
                 "the loop cannot be simulated about the drive's time, which is to be found.",
                 code="simulation",
             )
-        self._slope_by_time, self._time = slope, time
+        self._slope_by_time = slope
 
 
 def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:

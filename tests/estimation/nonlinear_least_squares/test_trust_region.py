@@ -9,6 +9,7 @@ from axisid.codegen.generated_axes import Quantity
 from axisid.estimation.choices import HUBER, SOFT_L1, SQUARES
 from axisid.estimation.nonlinear_least_squares import (
     LOSSES,
+    RESOLUTION,
     Search,
     SearchResult,
     WeightedLoss,
@@ -53,6 +54,7 @@ def _found(
     start: list[float],
     loss: str = SQUARES,
     weight: float = 100.0,
+    resolution: float = RESOLUTION,
 ) -> SearchResult:
     weighing = WeightedLoss(
         weights=np.full(len(TIME), weight),
@@ -61,7 +63,7 @@ def _found(
         tuning=1.0 if loss == SQUARES else HUBER_TUNING.value,
     )
     scale = np.ones(2)
-    search = Search(predictions, unknowns, scale, weighing)
+    search = Search(predictions, unknowns, scale, weighing, resolution=resolution)
     return search.run(unknowns.inside(np.array(start), scale))
 
 
@@ -98,6 +100,23 @@ def test_a_bound_near_the_least_is_told_apart_from_it_whatever_the_start_weighed
     assert found.converged
     assert not np.any(found.at_bound)
     assert abs(found.physical[1] - free.physical[1]) < 0.05 * deviation
+
+
+@pytest.mark.parametrize("loss", [*LOSSES])
+def test_a_search_ends_where_its_steps_are_below_the_resolution(
+    loss: str, rng: np.random.Generator
+) -> None:
+    measured = _decay(2.0, 0.7) + 1e-3 * rng.standard_normal(len(TIME))
+    exact, found, coarse = (
+        _found(_less(measured), _unknowns(), [2.1, 0.8], loss, weight=1e3, resolution=each)
+        for each in (1e-6, RESOLUTION, 10 * RESOLUTION)
+    )
+    deviations = 1e-3 * np.sqrt(np.diag(np.linalg.inv(exact.jacobian.T @ exact.jacobian)))
+    off, coarse_off = (abs(each.physical - exact.physical) / deviations for each in (found, coarse))
+    assert np.all(off < RESOLUTION)
+    assert found.step_left < RESOLUTION
+    assert np.all(coarse_off < 0.1)
+    assert len(coarse.steps) <= len(found.steps) <= len(exact.steps)
 
 
 def test_a_truth_on_a_bound_is_found_exactly() -> None:

@@ -151,3 +151,20 @@ def test_errors_are_a_straight_line_of_the_time(
     found = timed(np.append(THETA, 4e-4 + LATER)[None, :]).errors[:, 0]
     expected, before = (each(THETA[None, :]).errors[:, 0] for each in (other, here))
     assert np.linalg.norm(found - expected) < 0.05 * np.linalg.norm(expected - before)
+
+
+def test_a_search_begins_with_the_steps_that_its_own_start_asks_for(
+    emps2015: GeneratedAxis,
+) -> None:
+    record = twin_record(emps2015).windowed((None, 0.4))
+    predictions = ClosedLoopResiduals(InverseForm(emps2015), [emps2015], [record], "control")
+    stiff = THETA * [1e-4, 10.0, 1.0]
+    predictions.settle(THETA)
+    (stretch,) = predictions.stretches
+    calm = stretch.substeps
+    predictions.settle(stiff)
+    assert calm is not None
+    assert (stretch.substeps or 0) > calm
+    predictions.begin(THETA)
+    predictions.settle(THETA)
+    assert stretch.substeps == calm
