@@ -283,7 +283,7 @@ KINDS: dict[str, Kind] = {
     "control against limit": Kind(line="loop", rank=6, grave=True),
     "noise in the loop": Kind(
         line="loop",
-        remedy="log the control or the force during a longer motion, which show its noise",
+        remedy="log the control or the force, and record a longer motion",
     ),
     "samples near rests": Kind(line="loop"),
     "equation error": Kind(line="model", rank=3, grave=True),

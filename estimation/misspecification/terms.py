@@ -404,7 +404,8 @@ _TERMS = (
         kind="saturation",
         what="a limit of the drive: it gives no more than about {at:.2g} {force}, whatever is "
         "commanded",
-        declare="declare it, Drive(limit={limit:.2g}) in {drive}, or command less",
+        declare="declare it in {drive}, limit = {limit:.2g} in the table [drive] of TOML or "
+        "Drive(limit={limit:.2g}) in Python, or command less",
         unit="",
         columns=lambda s, levels: s.reduce(beyond_levels(s, levels))[:, :, None],
         places=saturation_levels,

@@ -124,8 +124,8 @@ class Search:
         r, the length of a last step in standard deviations. A Gauss-Newton step d lessens the cost
         F by d' H d / 2, with H = J' J, and the parameters' covariance is s^2 inv(H), with
         s^2 = 2 F / n. The step thus has the length r where the cost falls by r^2 s^2 / 2, that is
-        where dF / F = r^2 / n [DennisSchnabel1996]_. A coarser search than the default puts no parameter
-        to a bound.
+        where dF / F = r^2 / n [DennisSchnabel1996]_. A coarser search than the default puts no
+        parameter to a bound.
     """
 
     def __init__(

@@ -351,7 +351,9 @@ def toml_document(file: Path, error: type[FileError]) -> dict[str, Any]:
         raise error(f"{str(file)!r} cannot be read: {why}. Check the path.") from wrong
     if len(content) > _LARGEST_FILE:
         raise error(
-            f"{file} is larger than such a file may be, {_LARGEST_FILE} bytes.", code="toml"
+            f"{file} is larger than {_LARGEST_FILE} bytes, the most such a file may have. Keep "
+            "data in the log and not in this file.",
+            code="toml",
         )
     try:
         text = content.decode("utf-8-sig")
@@ -359,6 +361,12 @@ def toml_document(file: Path, error: type[FileError]) -> dict[str, Any]:
             raise RecursionError
         return tomllib.loads(text)
     except (ValueError, RecursionError) as wrong:  # of text that is no UTF-8 too
-        what = "it is nested too deeply" if isinstance(wrong, RecursionError) else str(wrong)
+        if isinstance(wrong, RecursionError):
+            raise error(
+                f"{file} is nested too deeply: a key or a value has too many levels. Use keys with "
+                "a few dots, and tables that stand in one another a few times.",
+                code="toml",
+            ) from wrong
+        what = str(wrong)
         hint = " (text and expressions stand in quotes)" if "Invalid value" in what else ""
         raise error(f"{file} is not valid TOML: {what}{hint}.") from wrong

@@ -206,7 +206,7 @@ def _model_remark(
     if band is None or not band.exceeds:
         return []
     if values:
-        return [f"{values[0]} with the missing term"]
+        return [f"{values[0]} with missing terms"]
     return [f"{range_text(*band.interval, ' to ')} over moves"]
 
 
