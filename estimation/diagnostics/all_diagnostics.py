@@ -144,6 +144,14 @@ def _method(case: DiagnosticInputs) -> Check | Missing | None:
     )
 
 
+def _moved_parameters(case: DiagnosticInputs) -> Check | Missing | None:
+    lacking = value_or((), lambda: case.lacking)
+    if not lacking:
+        return None
+    return moved_parameters_check(missing_terms_check(lacking, case), lacking)
+
+
+
 #: By name, in the order of the verdict.
 DIAGNOSTICS: dict[str, Diagnostic] = {
     row.name: row
@@ -268,9 +276,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         ),
         Diagnostic(
             name="moved parameters",
-            check=lambda case: moved_parameters_check(
-                missing_terms_check(case.lacking, case), case.lacking
-            ),
+            check=_moved_parameters,
             by_record=True,
         ),
         Diagnostic(

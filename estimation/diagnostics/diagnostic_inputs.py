@@ -254,7 +254,7 @@ class DiagnosticInputs:
     @property
     def with_missing_terms(self) -> Mapping[str, tuple[float, ...]]:
         """Values of the parameters with the terms that the judged model lacks; none without any."""
-        lacking = () if isinstance(self.lacking, Missing) else self.lacking
+        lacking = value_or((), lambda: self.lacking)
         terms = [lack for lack in lacking if lack.is_term]
         return terms[-1].parameters if terms else {}
 

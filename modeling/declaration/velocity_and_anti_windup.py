@@ -152,10 +152,11 @@ def integral(
         slope = sympy.diff(output, symbol)
         driven = error if slope.has(sympy.Heaviside, sympy.Derivative) else slope * error
         # Two comparisons, and no difference: equal outputs are equal on every machine, while a
-        # fused multiplication and addition would leave a rounding error of their difference.
+        # fused multiplication and addition would leave a rounding error of their difference. They
+        # are in SymPy's canonical form, which a pickled law has.
         outward = sympy.Or(
-            sympy.And(UNLIMITED_OUTPUT > LIMITED_OUTPUT, driven > 0),
-            sympy.And(UNLIMITED_OUTPUT < LIMITED_OUTPUT, driven < 0),
+            sympy.And(LIMITED_OUTPUT < UNLIMITED_OUTPUT, driven > 0),
+            sympy.And(LIMITED_OUTPUT > UNLIMITED_OUTPUT, driven < 0),
         )
         following = sympy.Piecewise((symbol, outward), (following, True), evaluate=False)
     elif anti_windup == "back_calculation":
