@@ -477,7 +477,7 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
     ),
     "the force of the base model is not compared": (
         "modeling/derivation/force_guard.py",
-        "if abs(sum(values) - force) > allowed * sum(map(abs, values)):",
+        "if point.is_real and abs(sum(values) - force) > allowed * sum(map(abs, values)):",
         "if force != force:",
         (f"{_DERIVED}::test_a_derivation_whose_force_is_another_is_refused",),
     ),

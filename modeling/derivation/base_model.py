@@ -9,9 +9,10 @@ combinations that the force depends on.
 """
 
 import math
-from collections.abc import Sequence, Set as AbstractSet
+from collections.abc import Mapping, Sequence, Set as AbstractSet
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import Any
 
 import sympy
 from sympy.core.expr import AtomicExpr
@@ -29,6 +30,7 @@ from axisid.modeling.quantities import (
     product_of_powers,
     reduced_functions,
     rounded,
+    unmerged,
     value_at,
     with_numbers,
 )
@@ -68,7 +70,12 @@ class Terms:
 
 
 def force_terms(
-    force: sympy.Expr, velocity: sympy.Symbol, parameters: Sequence[sympy.Symbol]
+    force: sympy.Expr,
+    velocity: sympy.Symbol,
+    parameters: Sequence[sympy.Symbol],
+    differing: Sequence[Mapping[sympy.Symbol, Any]] = (),
+    *,
+    merged: bool = True,
 ) -> Terms:
     """Split a force into functions of the motion and monomials of the parameters.
 
@@ -78,6 +85,10 @@ def force_terms(
         With the friction direction in place of ``sign(dq)``.
     velocity : sympy.Symbol
     parameters : sequence of sympy.Symbol
+    differing : sequence of mapping of sympy.Symbol to number
+        Points at which functions that looked alike are known to differ.
+    merged : bool
+        Whether functions that are sums of others are left out; else all stay, undecided.
 
     Raises
     ------
@@ -93,7 +104,9 @@ def force_terms(
     nonlinear = Coefficients(force, parameters).nonlinear
     terms = Coefficients(force, parameters, nonlinear).terms
     weights = {e: terms[e] for e in sorted(terms, key=_order) if any(e)}
-    found, pivots, doubts, rounded = reduced_functions(list(weights.values()), velocity)
+    functions = list(weights.values())
+    reduced = reduced_functions(functions, velocity, differing=differing)
+    found, pivots, doubts, rounded = reduced if merged else unmerged(reduced, len(functions))
     own = [j for j, p in enumerate(parameters) if p in nonlinear]
     monomials = [*weights, *(tuple(int(i == j) for i in range(len(parameters))) for j in own)]
     units = [
@@ -192,7 +205,13 @@ class BaseModel:
         )
 
 
-def base_model(axis: Axis, balance: sympy.Expr | None = None) -> BaseModel:
+def base_model(
+    axis: Axis,
+    balance: sympy.Expr | None = None,
+    differing: Sequence[Mapping[sympy.Symbol, Any]] = (),
+    *,
+    merged: bool = True,
+) -> BaseModel:
     """Derive the base parameters of an axis, and the axis in them.
 
     Parameters that enter other than by sums of products of whole powers count as motion: they stay
@@ -203,6 +222,10 @@ def base_model(axis: Axis, balance: sympy.Expr | None = None) -> BaseModel:
     axis : Axis
     balance : sympy.Expr, optional
         Its force by the friction direction, if that is there already.
+    differing : sequence of mapping of sympy.Symbol to number
+        Points at which the force in base parameters was found to be another one.
+    merged : bool
+        Whether parameters are merged; else all products of them stay.
 
     Raises
     ------
@@ -217,7 +240,7 @@ def base_model(axis: Axis, balance: sympy.Expr | None = None) -> BaseModel:
     q, symbols = axis.coordinate, tuple(p.symbol for p in axis.parameters)
     if balance is None:
         balance = with_direction(with_numbers(axis.force), q.velocity)
-    found = force_terms(balance, q.velocity, symbols)
+    found = force_terms(balance, q.velocity, symbols, differing, merged=merged)
     cancelled = [str(p) for j, p in enumerate(symbols) if not any(e[j] for e in found.monomials)]
     if cancelled:
         raise ModelError(f"{', '.join(cancelled)} has no effect: its terms cancel. Remove it.")

@@ -1,18 +1,23 @@
 """The last look at a derivation: the force in base parameters is the declared force.
 
-The points are others than those at which the base parameters were found, and cover the functions of
-both forces in the same way.
+The points are others than those at which the base parameters were found. They cover the functions
+of both forces in the same way, and are searched for in another way too: along one symbol at many
+random places, in floating point.
 """
+
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import sympy
 
-from axisid.modeling.quantities import CANNOT, CoveringPoints, Points
+from axisid.modeling.quantities import CANNOT, CoveringPoints, Drawn, Points, suspects
 from axisid.support.errors import ModelError
 
 from .base_model import BaseModel
 
 _FIRST_CYCLE = 1000  # beyond those of the derivation
 _EXACT, _ROUNDED = 1e-30, 1e-11  # shares of the terms by which the forces may differ
+_MOST_POINTS = 40  # at which the forces are told to differ
 
 
 def check_force(base: BaseModel, declared: sympy.Expr, reduced: sympy.Expr) -> None:
@@ -29,26 +34,51 @@ def check_force(base: BaseModel, declared: sympy.Expr, reduced: sympy.Expr) -> N
     ModelError
         They differ.
     """
+    for given in differing_points(base, declared, reduced):
+        place = ", ".join(f"{s} = {float(x):.6g}" for s, x in given.items())
+        raise ModelError(
+            f"the force in base parameters is not the declared force where {place}. This is "
+            "an error of the program: report it together with the axis.",
+            code="equation",
+        )
+
+
+def differing_points(
+    base: BaseModel, declared: sympy.Expr, reduced: sympy.Expr
+) -> list[Mapping[sympy.Symbol, Any]]:
+    """Points at which the forces are not the same, as numbers by symbol."""
     velocity = base.declared.coordinate.velocity
     forces = (declared, reduced)
-    covering = CoveringPoints(Points(*forces, velocity=velocity), forces)
-    allowed = _ROUNDED if base.rounded else _EXACT
+    points = Points(*forces, velocity=velocity)
     symbols = [p.symbol for p in base.axis.parameters]
+    parameters = {p.symbol for p in (*base.declared.parameters, *base.axis.parameters)}
+    covering = CoveringPoints(points, forces, moderate=parameters)
+    allowed = _ROUNDED if base.rounded else _EXACT
     terms = sympy.Add.make_args(declared)
-    for point in covering.cycle(_FIRST_CYCLE):
+    found: list[Mapping[sympy.Symbol, Any]] = []
+
+    def look(point: Drawn) -> None:
+        values = [point(term)[0] for term in terms]
+        given = {s: point(s) for s in covering.symbols}
+        beta = [point(value) for value in base.expressions]
+        force, _ = point.beside({**given, **dict(zip(symbols, beta, strict=True))})(reduced)
+        if point.is_real and abs(sum(values) - force) > allowed * sum(map(abs, values)):
+            found.append({s: x for s, (x, _) in given.items()})
+
+    for point in _points(base, covering, declared, reduced):
         try:
-            values = [point(term)[0] for term in terms]
-            given = {s: point(s) for s in covering.symbols}
-            beta = [point(value) for value in base.expressions]
-            force, _ = point.beside({**given, **dict(zip(symbols, beta, strict=True))})(reduced)
+            look(point)
         except CANNOT:
             continue
-        if not point.is_real:
-            continue
-        if abs(sum(values) - force) > allowed * sum(map(abs, values)):
-            place = ", ".join(f"{s} = {float(x):.6g}" for s, (x, _) in given.items())
-            raise ModelError(
-                f"the force in base parameters is not the declared force where {place}. This is "
-                "an error of the program: report it together with the axis.",
-                code="equation",
-            )
+        if len(found) == _MOST_POINTS:
+            break
+    return found
+
+
+def _points(
+    base: BaseModel, covering: CoveringPoints, declared: sympy.Expr, reduced: sympy.Expr
+) -> Iterator[Drawn]:
+    """Points that cover the forces, and those at which they differ in floating point."""
+    yield from covering.cycle(_FIRST_CYCLE)
+    beta = dict(zip((p.symbol for p in base.axis.parameters), base.expressions, strict=True))
+    yield from suspects(covering, declared, reduced, beta)

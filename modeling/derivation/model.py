@@ -1,6 +1,8 @@
 """From the declared axis to its models: the whole derivation in one function."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import sympy
 
@@ -15,10 +17,12 @@ from .direct import (
     direct_model,
     inertia_of,
 )
-from .force_guard import check_force
+from .force_guard import check_force, differing_points
 from .friction_states import StateEquation, in_direction, state_equations
 from .inverse import Regressor, inverse_regressor, with_direction
 from .null_space import NullSpaceVector, unidentifiable_directions
+
+_MOST_TRIES = 4  # with points at which the force in base parameters was another one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,11 +99,11 @@ def derive(axis: Axis) -> AxisModel:
 def _derived(declared: Axis, states: tuple[StateEquation, ...]) -> AxisModel:
     """The models, in base parameters, or with internal states in those that were declared."""
     balance = _balance(declared)
-    base = declared_as_base(declared) if states else base_model(declared, balance)
+    if states:
+        base = declared_as_base(declared)
+    else:
+        base, balance = _checked_base(declared, balance)
     axis = base.axis
-    if base.changed:
-        declared_balance, balance = balance, _balance(axis)
-        check_force(base, declared_balance, balance)
     q, symbols = axis.coordinate, tuple(p.symbol for p in axis.parameters)
     if states:
         balance = in_direction(with_own_symbols(balance), q.velocity)
@@ -129,6 +133,30 @@ def _derived(declared: Axis, states: tuple[StateEquation, ...]) -> AxisModel:
         unidentifiable=() if states else unidentifiable_directions(idm, axis.parameters, q),
         states=states,
     )
+
+
+def _checked_base(declared: Axis, balance: sympy.Expr) -> tuple[BaseModel, sympy.Expr]:
+    """Base parameters in which the force is the declared one, and the force in them.
+
+    Points at which it is another one show what was merged wrongly. If there are ever more of them,
+    nothing is merged.
+    """
+    differing: list[Mapping[sympy.Symbol, Any]] = []
+    for _ in range(_MOST_TRIES):
+        base = base_model(declared, balance, differing)
+        if not base.changed:
+            return base, balance
+        reduced = _balance(base.axis)
+        found = differing_points(base, balance, reduced)
+        if not found:
+            return base, reduced
+        differing += found
+    base = base_model(declared, balance, differing, merged=False)
+    if not base.changed:
+        return base, balance
+    reduced = _balance(base.axis)
+    check_force(base, balance, reduced)
+    return base, reduced
 
 
 def _balance(axis: Axis) -> sympy.Expr:

@@ -30,6 +30,7 @@ from .dependences import (
     Row as Row,
     reduced_functions as reduced_functions,
     reduced_rows as reduced_rows,
+    unmerged as unmerged,
     vanishes as vanishes,
 )
 from .derivative import jumping_node as jumping_node, plain_slope as plain_slope, slope as slope
@@ -52,6 +53,7 @@ from .names import (
 )
 from .point_value import (
     CANNOT as CANNOT,
+    Drawn as Drawn,
     Points as Points,
     float_at as float_at,
     value_at as value_at,
@@ -62,6 +64,7 @@ from .reading_order import (
     readable as readable,
     written as written,
 )
+from .scanned_places import suspects as suspects
 from .state import (
     State as State,
     StatePart as StatePart,

@@ -7,7 +7,7 @@ such point was found leaves a doubt.
 """
 
 import contextlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set as AbstractSet
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -39,6 +39,8 @@ class CoveringPoints:
     points : Points
         Of the functions.
     functions : sequence of sympy.Expr
+    moderate : set of sympy.Symbol
+        Symbols whose numbers need no decades: what they multiply is to be seen beside the rest.
 
     Attributes
     ----------
@@ -48,7 +50,13 @@ class CoveringPoints:
         What the functions are of, without those that are given.
     """
 
-    def __init__(self, points: Points, functions: Sequence[sympy.Expr]) -> None:
+    def __init__(
+        self,
+        points: Points,
+        functions: Sequence[sympy.Expr],
+        *,
+        moderate: AbstractSet[sympy.Symbol] = frozenset(),
+    ) -> None:
         self._points = points
         self._of = [list(dict.fromkeys(features_of(function))) for function in functions]
         found = dict.fromkeys(feature for own in self._of for feature in own)
@@ -61,9 +69,19 @@ class CoveringPoints:
         self._symbols = {feature: self._solvable(feature) for feature in self.features}
         free = set().union(*(function.free_symbols for function in functions))
         self.symbols = self._ordered(self._without_direction(free))
+        self.moderate = [symbol for symbol in self.symbols if symbol in moderate]
         self._kinks: dict[sympy.Symbol, list[Any]] = {}
         self._lines: dict[tuple[sympy.Symbol, int], list[Any]] = {}
         self._seen: dict[Feature, set[Any]] = {feature: set() for feature in self.features}
+
+    @property
+    def velocity(self) -> sympy.Symbol | None:
+        """The symbol whose sign is the friction direction."""
+        return self._points.velocity
+
+    def placed(self, turn: int, placed: Mapping[sympy.Basic, Value]) -> Drawn:
+        """A point at which symbols have these numbers, the others moderate ones."""
+        return Drawn(self._points, turn, placed, decimals=False)
 
     @property
     def _direction(self) -> Feature:
@@ -119,9 +137,13 @@ class CoveringPoints:
 
     def unresolved(self, columns: Iterable[int]) -> list[Feature]:
         """Features of some of the functions which no point has shown so far."""
-        own = dict.fromkeys(feature for j in columns for feature in self._of[j])
-        open_ = [f for f in own if f.needed and self._symbols[f] and not self._is_shown(f)]
+        open_ = [feature for feature in self.needed(columns) if not self._is_shown(feature)]
         return [f for f in open_ if not (f.sharp and f.is_one_sided)]
+
+    def needed(self, columns: Iterable[int]) -> list[Feature]:
+        """Features of some of the functions beyond which these may be other ones."""
+        own = dict.fromkeys(feature for j in columns for feature in self._of[j])
+        return [feature for feature in own if feature.needed and self._symbols[feature]]
 
     def _is_shown(self, feature: Feature) -> bool:
         """Whether points on both sides, or in a transition, were looked at."""
@@ -137,6 +159,8 @@ class CoveringPoints:
 
     def _anywhere(self, symbol: sympy.Symbol, turn: int) -> Any:
         """A number of a symbol: at a place of its own, of moderate size, or of any decade."""
+        if symbol in self.moderate:
+            return self._points.generic(symbol, turn)
         about = str(self._points.places.get(symbol, -1))
         order = int(about) % len(_STRIDES)
         kind = drawn(turn, "kind", about)

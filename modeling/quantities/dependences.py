@@ -6,6 +6,7 @@ the functions and did not help to find it. Where that cannot be shown, the funct
 doubt is told.
 """
 
+import contextlib
 from collections.abc import Collection, Iterable, Mapping, Sequence, Set as AbstractSet
 from fractions import Fraction
 from functools import cached_property
@@ -106,8 +107,19 @@ def reduced_functions(
     functions: Sequence[sympy.Expr],
     velocity: sympy.Symbol,
     given: Mapping[sympy.Symbol, sympy.Rational] | None = None,
+    differing: Sequence[Mapping[sympy.Symbol, Any]] = (),
 ) -> Reduced:
     """The same of functions: which combinations of them are 0 anywhere.
+
+    Parameters
+    ----------
+    functions : sequence of sympy.Expr
+    velocity : sympy.Symbol
+        The friction direction is its sign.
+    given : mapping of sympy.Symbol to sympy.Rational, optional
+        Symbols that have the same numbers at all points.
+    differing : sequence of mapping of sympy.Symbol to number
+        Points that count as evidence from the start.
 
     Raises
     ------
@@ -120,7 +132,17 @@ def reduced_functions(
     _check_size(len({f.as_coeff_Mul()[1] for f in functions}), len(functions))
     if not functions:
         return Reduced([], [], [])
-    return _Reduction(functions, velocity, numbered).result()
+    return _Reduction(functions, velocity, numbered, differing).result()
+
+
+def unmerged(reduced: Reduced, size: int) -> Reduced:
+    """The same functions with a row for each; what was a sum of others is a doubt."""
+    doubts = list(reduced.doubts)
+    for j in range(size):
+        if j not in reduced.pivots:
+            others = (p for p, row in zip(reduced.pivots, reduced.rows, strict=True) if row[j])
+            doubts.append((*others, j))
+    return Reduced([_unit(j, size) for j in range(size)], list(range(size)), doubts)
 
 
 def vanishes(expression: sympy.Expr) -> bool:
@@ -159,9 +181,11 @@ class _Reduction:
         functions: Sequence[sympy.Expr],
         velocity: sympy.Symbol | None,
         given: Mapping[sympy.Symbol, Value],
+        differing: Sequence[Mapping[sympy.Symbol, Any]] = (),
     ) -> None:
         self.functions, self.columns = functions, range(len(functions))
         self.points = Points(*functions, velocity=velocity, given=given)
+        self._differing = differing
         self._only_real = True
         self._first: dict[int, Drawn] = {}
 
@@ -191,7 +215,7 @@ class _Reduction:
         """
         size = len(self.columns)
         for wanted in (size, 2 * size + _SPARE_ROWS):
-            points = self._first_points(wanted)
+            points = [*self._first_points(wanted), *self._differing_points()]
             rough = _echelon([row for point in points for row in self._rows(point)], self.columns)
             if len(rough) == size:
                 return Reduced([_unit(j, size) for j in self.columns], list(self.columns), [])
@@ -242,6 +266,13 @@ class _Reduction:
             listed = ", ".join(map(str, self.functions))
             raise NotRealError(f"a part of {listed} has no finite real value.")
         return found
+
+    def _differing_points(self) -> list[Drawn]:
+        """The points that are given as evidence."""
+        return [
+            Drawn(self.points, turn, {symbol: exactly(x) for symbol, x in place.items()})
+            for turn, place in enumerate(self._differing)
+        ]
 
     def _values(self, point: Drawn) -> _Row:
         """Values of the functions; none if one has no finite value."""
@@ -324,7 +355,18 @@ class _Reduction:
         if not (simple or self.points.given or _has_numbers(self.functions)):
             return False
         doubtful = _nodes(self.covering.unresolved((*weights[j], j)))
+        if not weights[j] and not self._cancels(self.functions[j]):
+            # Points at which it is nothing may all be outside a window of it.
+            doubtful = _nodes(self.covering.needed([j]))
         return not doubtful or self._holds_with(doubtful, weights, j)
+
+    def _cancels(self, function: sympy.Expr) -> bool:
+        """Whether a function that is nothing has terms that are not."""
+        terms, seen = sympy.Add.make_args(function), 0
+        for point in self.covering.cycle(1):
+            with contextlib.suppress(*CANNOT):
+                seen += not all(is_nothing(point(term)) for term in terms)
+        return seen >= _SPARE_ROWS
 
     def _merge_rounded(
         self, table: dict[int, Row], points: Sequence[Drawn], doubts: Mapping[int, Any]
