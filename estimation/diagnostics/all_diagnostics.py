@@ -151,7 +151,6 @@ def _moved_parameters(case: DiagnosticInputs) -> Check | Missing | None:
     return moved_parameters_check(missing_terms_check(lacking, case), lacking)
 
 
-
 #: By name, in the order of the verdict.
 DIAGNOSTICS: dict[str, Diagnostic] = {
     row.name: row

@@ -10,7 +10,7 @@ from typing import Any
 
 import sympy
 
-from axisid.modeling.quantities import CANNOT, CoveringPoints, Drawn, Points, suspects
+from axisid.modeling.quantities import CANNOT, CoveringPoints, DrawnPoint, Points, suspects
 from axisid.support.errors import ModelError
 
 from .base_model import BaseModel
@@ -57,7 +57,7 @@ def differing_points(
     terms = sympy.Add.make_args(declared)
     found: list[Mapping[sympy.Symbol, Any]] = []
 
-    def look(point: Drawn) -> None:
+    def look(point: DrawnPoint) -> None:
         values = [point(term)[0] for term in terms]
         given = {s: point(s) for s in covering.symbols}
         beta = [point(value) for value in base.expressions]
@@ -77,7 +77,7 @@ def differing_points(
 
 def _points(
     base: BaseModel, covering: CoveringPoints, declared: sympy.Expr, reduced: sympy.Expr
-) -> Iterator[Drawn]:
+) -> Iterator[DrawnPoint]:
     """Points that cover the forces, and those at which they differ in floating point."""
     yield from covering.cycle(_FIRST_CYCLE)
     beta = dict(zip((p.symbol for p in base.axis.parameters), base.expressions, strict=True))

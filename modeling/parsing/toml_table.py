@@ -364,8 +364,7 @@ def toml_document(file: Path, error: type[FileError]) -> dict[str, Any]:
         if isinstance(wrong, RecursionError):
             raise error(
                 f"{file} is nested too deeply: a key or a value has too many levels. Use keys with "
-                "a few dots, and tables that stand in one another a few times.",
-                code="toml",
+                "a few dots, and tables that stand in one another a few times."
             ) from wrong
         what = str(wrong)
         hint = " (text and expressions stand in quotes)" if "Invalid value" in what else ""

@@ -53,7 +53,7 @@ from .names import (
 )
 from .point_value import (
     CANNOT as CANNOT,
-    Drawn as Drawn,
+    DrawnPoint as DrawnPoint,
     Points as Points,
     float_at as float_at,
     value_at as value_at,

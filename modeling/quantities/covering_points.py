@@ -15,7 +15,7 @@ from typing import Any
 import sympy
 
 from .features import Feature, apart, crossings, features_of
-from .point_value import CANNOT, Drawn, Points, Value, drawn, exactly, is_nothing, numbers
+from .point_value import CANNOT, DrawnPoint, Points, Value, drawn, exactly, is_nothing, numbers
 from .symbols import DIRECTION
 
 #: Decades of the numbers in place of symbols, and how the points walk through them.
@@ -79,9 +79,9 @@ class CoveringPoints:
         """The symbol whose sign is the friction direction."""
         return self._points.velocity
 
-    def placed(self, turn: int, placed: Mapping[sympy.Basic, Value]) -> Drawn:
+    def placed(self, turn: int, placed: Mapping[sympy.Basic, Value]) -> DrawnPoint:
         """A point at which symbols have these numbers, the others moderate ones."""
-        return Drawn(self._points, turn, placed, decimals=False)
+        return DrawnPoint(self._points, turn, placed, decimals=False)
 
     @property
     def _direction(self) -> Feature:
@@ -100,7 +100,7 @@ class CoveringPoints:
     def _solvable(self, feature: Feature) -> list[sympy.Symbol]:
         return self._ordered(self._without_direction(feature.symbols))
 
-    def cycle(self, number: int, *, decimals: bool = False) -> Iterator[Drawn]:
+    def cycle(self, number: int, *, decimals: bool = False) -> Iterator[DrawnPoint]:
         """Points over the decades, and some at each feature; other ones in each cycle."""
         first = turn = number * _SCALE
         for turn in range(first, first + _DECADES):
@@ -123,7 +123,7 @@ class CoveringPoints:
         shown = [*several[start:], *several[:start]][:_MOST_SOLVED]
         return [*shown, *(f for f in several if f not in shown and not self._is_shown(f))]
 
-    def observe(self, point: Drawn) -> None:
+    def observe(self, point: DrawnPoint) -> None:
         """Keep which features a point shows."""
         for feature, seen in self._seen.items():
             if not self._is_shown(feature):
@@ -149,13 +149,13 @@ class CoveringPoints:
         """Whether points on both sides, or in a transition, were looked at."""
         return len(self._seen[feature]) == (2 if feature.sharp else 1)
 
-    def _drawn(self, turn: int, placed: dict[sympy.Symbol, Any], *, decimals: bool) -> Drawn:
+    def _drawn(self, turn: int, placed: dict[sympy.Symbol, Any], *, decimals: bool) -> DrawnPoint:
         """A point at which some symbols have a place; the others may have one too."""
         values = {symbol: exactly(place) for symbol, place in placed.items()}
         for symbol in self.symbols:
             if symbol not in values:
                 values[symbol] = exactly(self._anywhere(symbol, turn))
-        return Drawn(self._points, turn, values, decimals=decimals)
+        return DrawnPoint(self._points, turn, values, decimals=decimals)
 
     def _anywhere(self, symbol: sympy.Symbol, turn: int) -> Any:
         """A number of a symbol: at a place of its own, of moderate size, or of any decade."""
@@ -231,9 +231,9 @@ class CoveringPoints:
                 spots.points[place] = known.get(place) or self._spot(spots, place)
         return spots
 
-    def _spot(self, spots: "_Spots", place: Any) -> Drawn:
+    def _spot(self, spots: "_Spots", place: Any) -> DrawnPoint:
         placed = {**spots.placed, spots.symbol: exactly(place)}
-        return Drawn(self._points, spots.turn, placed, decimals=False)
+        return DrawnPoint(self._points, spots.turn, placed, decimals=False)
 
     def _solved(self, feature: Feature, spots: "_Spots", target: Any = 0) -> list[Any]:
         """Places of a symbol at which a feature has a value."""
@@ -278,10 +278,10 @@ class _Spots:
     symbol: sympy.Symbol
     placed: Mapping[sympy.Basic, Value]
     turn: int
-    points: dict[Any, Drawn]
+    points: dict[Any, DrawnPoint]
 
 
-def _value(point: Drawn, feature: Feature) -> Value:
+def _value(point: DrawnPoint, feature: Feature) -> Value:
     """The value of a feature, and off by rounding."""
     if len(feature.parts) == 1:
         return point(feature.parts[0])

@@ -23,7 +23,7 @@ from .features import Feature
 from .point_value import (
     CANNOT,
     NOTHING,
-    Drawn,
+    DrawnPoint,
     Points,
     Value,
     drawn,
@@ -187,7 +187,7 @@ class _Reduction:
         self.points = Points(*functions, velocity=velocity, given=given)
         self._differing = differing
         self._only_real = True
-        self._first: dict[int, Drawn] = {}
+        self._first: dict[int, DrawnPoint] = {}
 
     @cached_property
     def covering(self) -> CoveringPoints:
@@ -239,7 +239,7 @@ class _Reduction:
         kept = [table[j] for j in pivots]
         return Reduced(kept, pivots, list(doubts.values()), rounded=len(pivots) < exact)
 
-    def _first_points(self, wanted: int) -> list[Drawn]:
+    def _first_points(self, wanted: int) -> list[DrawnPoint]:
         """So many points of moderate size.
 
         Raises
@@ -248,8 +248,8 @@ class _Reduction:
             There are none.
         """
         failures = 0
-        real: list[Drawn] = []
-        others: list[Drawn] = []
+        real: list[DrawnPoint] = []
+        others: list[DrawnPoint] = []
         for turn in range(2 * wanted + _FAILURES):
             point = self._first.setdefault(turn, self.points.at(turn))
             if not self._values(point):
@@ -267,14 +267,14 @@ class _Reduction:
             raise NotRealError(f"a part of {listed} has no finite real value.")
         return found
 
-    def _differing_points(self) -> list[Drawn]:
+    def _differing_points(self) -> list[DrawnPoint]:
         """The points that are given as evidence."""
         return [
-            Drawn(self.points, turn, {symbol: exactly(x) for symbol, x in place.items()})
+            DrawnPoint(self.points, turn, {symbol: exactly(x) for symbol, x in place.items()})
             for turn, place in enumerate(self._differing)
         ]
 
-    def _values(self, point: Drawn) -> _Row:
+    def _values(self, point: DrawnPoint) -> _Row:
         """Values of the functions; none if one has no finite value."""
         try:
             row = [point(function) for function in self.functions]
@@ -283,7 +283,7 @@ class _Reduction:
         finite = all(numbers.isfinite(part) for pair in row for part in pair)
         return row if finite else []
 
-    def _rows(self, point: Drawn) -> list[_Row]:
+    def _rows(self, point: DrawnPoint) -> list[_Row]:
         """The same; real and imaginary parts apart, if the functions are hardly ever real."""
         row = self._values(point)
         if not row or (self._only_real and not point.is_real):
@@ -304,7 +304,7 @@ class _Reduction:
             node: exactly(drawn(turn, "function", str(place)) * (-1) ** (turn + place))
             for place, node in enumerate(nodes)
         }
-        return self._rows(Drawn(self.points, _OPAQUE_TURNS + turn, placed, decimals=decimals))
+        return self._rows(DrawnPoint(self.points, _OPAQUE_TURNS + turn, placed, decimals=decimals))
 
     def _holds_with(
         self, nodes: Sequence[sympy.Basic], weights: "_Weights", j: int, *, decimals: bool = False
@@ -314,7 +314,7 @@ class _Reduction:
         return bool(rows) and not any(_left_over(row, j, weights[j]) for row in rows)
 
     def _with_evidence(
-        self, rows: list[_Row], points: list[Drawn]
+        self, rows: list[_Row], points: list[DrawnPoint]
     ) -> tuple[_Echelon, dict[int, tuple[int, ...]]]:
         """Dependences, and those of them that leave a doubt, by their column.
 
@@ -326,7 +326,7 @@ class _Reduction:
         failed: set[int] = set()
         for number in range(1, _MOST_CYCLES + 1):
             weights, failed = _weights(found, self.columns), set()
-            more: list[tuple[Any, _Row, Drawn]] = []
+            more: list[tuple[Any, _Row, DrawnPoint]] = []
             for point in self.covering.cycle(number):
                 for row in self._rows(point):
                     self.covering.observe(point)
@@ -369,7 +369,7 @@ class _Reduction:
         return seen >= _SPARE_ROWS
 
     def _merge_rounded(
-        self, table: dict[int, Row], points: Sequence[Drawn], doubts: Mapping[int, Any]
+        self, table: dict[int, Row], points: Sequence[DrawnPoint], doubts: Mapping[int, Any]
     ) -> None:
         """Merge functions that are the same but for decimals that the user rounded."""
         columns = [j for j in sorted(table) if j not in doubts]

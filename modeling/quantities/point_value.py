@@ -179,7 +179,7 @@ class _Values:
         return bool(condition)
 
 
-class Drawn(_Values):
+class DrawnPoint(_Values):
     """Values at a point that is drawn.
 
     Parameters
@@ -208,14 +208,14 @@ class Drawn(_Values):
         """A number of its own for what has a name, between 1/2 and 3/2."""
         return drawn(self.turn, *about)
 
-    def beside(self, values: Mapping[sympy.Basic, Value]) -> "Drawn":
+    def beside(self, values: Mapping[sympy.Basic, Value]) -> "DrawnPoint":
         """A point with other symbols, at which unknown functions have the same values."""
-        return Drawn(self._points, self.turn, values, decimals=self._decimals)
+        return DrawnPoint(self._points, self.turn, values, decimals=self._decimals)
 
-    def again(self, *, decimals: bool) -> "Drawn":
+    def again(self, *, decimals: bool) -> "DrawnPoint":
         """The same point, of which nothing was evaluated."""
         symbols = {node: value for node, value in self.values.items() if node.is_Symbol}
-        return Drawn(self._points, self.turn, symbols, decimals=decimals)
+        return DrawnPoint(self._points, self.turn, symbols, decimals=decimals)
 
     def _number(self, number: sympy.Expr) -> Value:
         return _number(number, off=self._decimals)
@@ -274,9 +274,9 @@ class Points:
         turned = turn % 4 == 1 or (turn % 4 == 3 and bits // _SPREAD % 2)
         return -size if turned and not symbol.is_positive else size
 
-    def at(self, turn: int, *, decimals: bool = True) -> Drawn:
+    def at(self, turn: int, *, decimals: bool = True) -> DrawnPoint:
         """Values at one of the points, which have nothing to do with each other."""
-        return Drawn(self, turn, decimals=decimals)
+        return DrawnPoint(self, turn, decimals=decimals)
 
 
 def deciding(kink: sympy.Basic) -> Iterator[sympy.Expr]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .covering_points import CoveringPoints
 from .features import Feature
-from .point_value import Drawn, exactly, numbers
+from .point_value import DrawnPoint, exactly, numbers
 from .symbols import DIRECTION
 
 _Numbers: TypeAlias = NDArray[np.float64]
@@ -36,7 +36,7 @@ def suspects(
     declared: sympy.Expr,
     reduced: sympy.Expr,
     given: Mapping[sympy.Symbol, sympy.Expr],
-) -> Iterator[Drawn]:
+) -> Iterator[DrawnPoint]:
     """Points at which a sum and another expression seem to differ, the clearest first.
 
     Parameters

@@ -282,8 +282,13 @@ def test_axis_file_that_prints_does_not_spoil_json(run: Run, tmp_path: Path) -> 
 
 
 def test_failed_method_exits_6_after_the_others_were_reported(
-    run: Run, log: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    run: Run,
+    log: Callable[..., Path],
+    tmp_path: Path,
+    twin: Record,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    """From a nominal mass of nothing, and from least squares of a control of the other sign."""
     nominal = partial(identify, start="nominal")
     monkeypatch.setattr("axisid.commands.options.stages.identify", nominal, raising=False)
     (tmp_path / "empty.py").write_text(
@@ -291,7 +296,8 @@ def test_failed_method_exits_6_after_the_others_were_reported(
         "a = load_axis('emps2015')\n"
         "axis = replace(a, parameters=(Parameter('M', 'kg'), *a.parameters[1:]))\ndel a\n"
     )
-    code, out, err = run("identify", tmp_path / "empty.py", log(), "--json", "-")
+    flipped = log(control=-twin.control[:N])
+    code, out, err = run("identify", tmp_path / "empty.py", flipped, "--json", "-")
     assert code == 6
     result = json.loads(out)
     assert [e["method"] for e in result["estimates"]] == ["idm-ls", "ddm-ls"]

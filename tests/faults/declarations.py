@@ -198,8 +198,8 @@ _NO_NUMBER = (
     Fault(
         name="an arc cosine of a nominal value beyond 1",
         make=_newton("identify", "c*max(9, acos(p))*q", c=1.0, p=2.0),
-        code=4,
-        says="p has no effect: its terms cancel. Remove it.",
+        code=6,
+        says="no motion shows a change of p",
     ),
     Fault(
         name="a root that is nothing at its nominal value",

@@ -355,7 +355,12 @@ class _Powers:
 
     def test(self, _: Array) -> SimpleNamespace:
         ones = np.ones(len(self._powers))
-        return SimpleNamespace(values=ones[:, None], powers=self._powers, p_values=1e-9 * ones)
+        return SimpleNamespace(
+            values=ones[:, None],
+            powers=self._powers,
+            whole_powers=self._powers,
+            p_values=1e-9 * ones,
+        )
 
     def moved_by(self, _: Array, __: Array) -> Array:
         return np.ones(1)

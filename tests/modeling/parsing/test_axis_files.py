@@ -292,7 +292,7 @@ def test_one_mistake_is_told_with_its_place(
             "declaration",
             "nested too deeply|Invalid|Unclosed",
         ),
-        (b"a." * 1200 + b"a = 1", "declaration", "there is no such key"),
+        (b"a." * 1200 + b"a = 1", "declaration", "nested too deeply"),
     ],
 )
 def test_files_that_are_no_declaration_are_refused_at_once(
