@@ -14,7 +14,7 @@ from typing import Any
 
 import sympy
 
-from .features import Feature, apart, crossings, features_of, polynomial_roots
+from .features import Feature, apart, crossings, features_of
 from .point_value import CANNOT, Drawn, Points, Value, drawn, exactly, is_nothing, numbers
 from .symbols import DIRECTION
 
@@ -25,7 +25,6 @@ _GRID = tuple(numbers.mpf(x) for x in (1e-6, 1e-3, 0.03, 0.3, 1, 3, 30, 1e3, 1e5
 _FEW_PLACES = tuple(numbers.mpf(x) for x in (1e-4, 0.03, 10, 1e4))
 _MOST_SOLVED = 12  # features of several symbols that one cycle solves, of those shown already
 _SOLVED_BITS = 160  # digits in which places are found
-_ROOT_DIGITS = 50
 _TRANSITION = (0.1, 3.0)  # sizes of an argument between which a smooth function shows
 _MODERATE = 40  # up to which it still does, in many digits
 _MOST_PLACES = 3  # of one transition, at one time
@@ -207,12 +206,7 @@ class CoveringPoints:
         spots = self._spots(symbol, _grid(()))
         for feature in own:
             if feature.sharp:
-                roots = polynomial_roots(feature, symbol)
-                if roots is None:
-                    found = self._solved(feature, spots)
-                else:
-                    found = [numbers.mpf(str(sympy.N(root, _ROOT_DIGITS))) for root in roots]
-                    found = [x for x in found if x > 0 or not symbol.is_positive]
+                found = self._solved(feature, spots)
                 more = [place for place in apart([*kinks, *found]) if place not in kinks]
                 if more:
                     kinks = apart([*kinks, *more])

@@ -23,7 +23,6 @@ _CLOSE = 1e-24  # share by which a crossing is known
 _TOUCH = 1e-18  # share of the values around, below which a function touches 0
 _SAME = 1e-15  # share by which two places are apart
 _PARABOLAS = 12  # steps by a parabola
-_LARGEST_DEGREE = 12  # of a polynomial whose roots are all found
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,19 +137,6 @@ def _factors(argument: sympy.Expr) -> Iterator[sympy.Expr]:
     for factor in sympy.Mul.make_args(argument):
         base, exponent = factor.as_base_exp()
         yield base if exponent.is_Number else factor
-
-
-def polynomial_roots(feature: Feature, symbol: sympy.Symbol) -> list[sympy.Expr] | None:
-    """All places at which a feature is 0, of a polynomial in one symbol; None of anything else."""
-    value = feature.parts[0] - feature.parts[1] if len(feature.parts) > 1 else feature.parts[0]
-    if value.free_symbols != {symbol} or not value.is_polynomial(symbol):
-        return None
-    polynomial = sympy.Poly(sympy.nsimplify(value, rational=True), symbol)
-    if not polynomial.domain.is_QQ and not polynomial.domain.is_ZZ:
-        return None
-    if polynomial.degree() > _LARGEST_DEGREE:
-        return None
-    return list(dict.fromkeys(polynomial.real_roots()))
 
 
 def crossings(value: Callable[[Any], Any], grid: Sequence[Any]) -> list[Any]:

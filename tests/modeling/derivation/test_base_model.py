@@ -222,15 +222,6 @@ def test_functions_that_differ_in_a_few_places_are_kept(name: str) -> None:
     assert not derive(rotor(a * one, b * other, parameters=(a, b))).base.changed
 
 
-def test_hinges_far_away_are_merged() -> None:
-    far = sympy.Integer(10) ** 6
-    columns = (sympy.Max(0, TURN - far), sympy.Max(0, far - TURN), TURN, sympy.S.One)
-    parameters = tuple(Parameter(name, "N m") for name in "abcd")
-    terms = (p * column for p, column in zip(parameters, columns, strict=True))
-    base = derive(rotor(*terms, parameters=parameters)).base
-    assert len(base.expressions) == 1 + 3
-
-
 COLUMNS = (q.acceleration, q.velocity, q.symbol, sympy.sin(q.symbol), sympy.S.One)
 MONOMIALS = [(a, b, c) for a in range(3) for b in range(3) for c in range(2) if a + b + c]
 
