@@ -199,6 +199,29 @@ def test_a_derivation_whose_force_is_another_is_refused() -> None:
         check_force(wrong, declared, model.force)
 
 
+TURN, SPEED = q.symbol, q.velocity
+CUBIC = sympy.expand((TURN + 2) * (TURN - 7) * (TURN - sympy.Rational(15, 2)))
+LAGGED = sympy.Max(0, 1 - 10 * abs(TURN - 3 * SPEED - 5))
+PULSE = sympy.Max(0, sympy.cos(50 * TURN - 1) - sympy.Rational(999, 1000))
+DIFFERENT = {
+    "two near roots": (abs(CUBIC), sympy.sign(TURN + 2) * CUBIC),
+    "two near roots of a hinge": (sympy.Max(0, CUBIC), sympy.Heaviside(TURN + 2) * CUBIC),
+    "a lagged window": (LAGGED, LAGGED * sympy.sign(TURN)),
+    "a lagged window that is open late": (LAGGED, LAGGED * sympy.Max(0, SPEED - 2)),
+    "pulses": (PULSE, PULSE * sympy.sign(TURN)),
+    "a far turn": (sympy.asin(sympy.sin(TURN / 10**5)), TURN),
+}
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow if n == "pulses" else ()) for n in DIFFERENT]
+)
+def test_functions_that_differ_in_a_few_places_are_kept(name: str) -> None:
+    a, b = (Parameter(name, "N m") for name in "ab")
+    one, other = DIFFERENT[name]
+    assert not derive(rotor(a * one, b * other, parameters=(a, b))).base.changed
+
+
 COLUMNS = (q.acceleration, q.velocity, q.symbol, sympy.sin(q.symbol), sympy.S.One)
 MONOMIALS = [(a, b, c) for a in range(3) for b in range(3) for c in range(2) if a + b + c]
 
