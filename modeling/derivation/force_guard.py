@@ -1,16 +1,15 @@
 """The last look at a derivation: the force in base parameters is the declared force.
 
 The points are others than those at which the base parameters were found. They cover the functions
-of both forces in the same way, and are searched for in another way too: along one symbol at many
-random places, in floating point.
+of both forces in the same way.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import sympy
 
-from axisid.modeling.quantities import CANNOT, CoveringPoints, DrawnPoint, Points, suspects
+from axisid.modeling.quantities import CANNOT, CoveringPoints, DrawnPoint, Points
 from axisid.support.errors import ModelError
 
 from .base_model import BaseModel
@@ -65,7 +64,7 @@ def differing_points(
         if point.is_real and abs(sum(values) - force) > allowed * sum(map(abs, values)):
             found.append({s: x for s, (x, _) in given.items()})
 
-    for point in _points(base, covering, declared, reduced):
+    for point in covering.cycle(_FIRST_CYCLE):
         try:
             look(point)
         except CANNOT:
@@ -73,12 +72,3 @@ def differing_points(
         if len(found) == _MOST_POINTS:
             break
     return found
-
-
-def _points(
-    base: BaseModel, covering: CoveringPoints, declared: sympy.Expr, reduced: sympy.Expr
-) -> Iterator[DrawnPoint]:
-    """Points that cover the forces, and those at which they differ in floating point."""
-    yield from covering.cycle(_FIRST_CYCLE)
-    beta = dict(zip((p.symbol for p in base.axis.parameters), base.expressions, strict=True))
-    yield from suspects(covering, declared, reduced, beta)

@@ -64,7 +64,6 @@ from .reading_order import (
     readable as readable,
     written as written,
 )
-from .scanned_places import suspects as suspects
 from .state import (
     State as State,
     StatePart as StatePart,

@@ -137,7 +137,9 @@ class CoveringPoints:
 
     def unresolved(self, columns: Iterable[int]) -> list[Feature]:
         """Features of some of the functions which no point has shown so far."""
-        open_ = [feature for feature in self.needed(columns) if not self._is_shown(feature)]
+        # A value that may be 0 in several places, or along a line, was perhaps not looked at there.
+        needed = self.needed(columns)
+        open_ = [f for f in needed if not (f.has_known_places and self._is_shown(f))]
         return [f for f in open_ if not (f.sharp and f.is_one_sided)]
 
     def needed(self, columns: Iterable[int]) -> list[Feature]:

@@ -54,10 +54,47 @@ class Feature:
         return set().union(*(part.free_symbols for part in self.parts))
 
     @property
+    def has_known_places(self) -> bool:
+        """Whether all places are found at which the value is 0 and its function has a kink.
+
+        A smooth function has none. A part of one symbol that is piecewise linear or quadratic is 0
+        between kinks that are known, and one that is linear in each of its symbols along one line.
+        Others may be 0 elsewhere too, except that the angle of a point is one function.
+        """
+        if not self.sharp or isinstance(self.node, sympy.atan2):
+            return True
+        return all(map(_has_known_places, self.parts))
+
+    @property
     def is_one_sided(self) -> bool:
         """Whether the value's sign is known never to change."""
         value = self.parts[0] - self.parts[1] if len(self.parts) > 1 else self.parts[0]
         return bool(value.is_nonnegative or value.is_nonpositive)
+
+
+def _has_known_places(part: sympy.Expr) -> bool:
+    symbols = part.free_symbols
+    if len(symbols) > 1:
+        return part.is_polynomial(*symbols) and all(_degree_is(1, part, s) for s in symbols)
+    return _is_piecewise_linear(part) or all(
+        part.is_polynomial(s) and _degree_is(2, part, s) for s in symbols
+    )
+
+
+def _degree_is(most: int, part: sympy.Expr, symbol: sympy.Symbol) -> bool:
+    """Whether a polynomial has at most some degree in a symbol."""
+    return bool(sympy.degree(part, symbol) <= most)
+
+
+def _is_piecewise_linear(node: sympy.Basic) -> bool:
+    if node.is_Symbol or not node.free_symbols:
+        return True
+    if node.is_Mul:
+        moving = [factor for factor in node.args if factor.free_symbols]
+        return len(moving) == 1 and _is_piecewise_linear(moving[0])
+    if node.is_Add or isinstance(node, (sympy.Abs, sympy.Max, sympy.Min, sympy.sign)):
+        return all(map(_is_piecewise_linear, node.args))
+    return False
 
 
 def features_of(expression: sympy.Basic) -> Iterator[Feature]:

@@ -209,7 +209,6 @@ DIFFERENT = {
     "a lagged window": (LAGGED, LAGGED * sympy.sign(TURN)),
     "a lagged window that is open late": (LAGGED, LAGGED * sympy.Max(0, SPEED - 2)),
     "pulses": (PULSE, PULSE * sympy.sign(TURN)),
-    "a far turn": (sympy.asin(sympy.sin(TURN / 10**5)), TURN),
 }
 
 
