@@ -79,10 +79,6 @@ class CoveringPoints:
         """The symbol whose sign is the friction direction."""
         return self._points.velocity
 
-    def placed(self, turn: int, placed: Mapping[sympy.Basic, Value]) -> DrawnPoint:
-        """A point at which symbols have these numbers, the others moderate ones."""
-        return DrawnPoint(self._points, turn, placed, decimals=False)
-
     @property
     def _direction(self) -> Feature:
         velocity = self._points.velocity
