@@ -146,10 +146,16 @@ def unidentifiable_directions(
         return ()
     symbols = tuple(p.symbol for p in parameters)
     near = (nominal_point(parameters), generic_points(parameters)[0])
-    found = min(_directions(regressor, symbols, coordinate, near), key=len, default=())
-    if not found:
+    found: tuple[NullSpaceVector, ...] | None = None
+    for directions in _directions(regressor, symbols, coordinate, near):
+        if not directions:
+            return ()
+        if found is None or len(directions) < len(found):
+            found = directions
+    if found is None:
         return ()
-    others = _directions(regressor, symbols, coordinate, (*near, *_far_points(parameters)))
+    everywhere = (*near, *_far_points(parameters))
+    others = list(_directions(regressor, symbols, coordinate, everywhere))
     return tuple(d if all(d in each for each in others) else _as_decimals(d) for d in found)
 
 
@@ -158,14 +164,12 @@ def _directions(
     symbols: Sequence[sympy.Symbol],
     coordinate: Coordinate,
     points: Sequence[Mapping[sympy.Symbol, sympy.Expr]],
-) -> list[tuple[NullSpaceVector, ...]]:
+) -> Iterator[tuple[NullSpaceVector, ...]]:
     """The null space at each point at which the regressor has values."""
-    found = []
     for point in points:
         with contextlib.suppress(NotRealError):
             rows = reduced_functions(regressor.columns, coordinate.velocity, point).rows
-            found.append(tuple(_kernel(rows, symbols, QQ[symbols])))
-    return found
+            yield tuple(_kernel(rows, symbols, QQ[symbols]))
 
 
 def nominal_point(parameters: Sequence[Parameter]) -> Mapping[sympy.Symbol, sympy.Expr]:

@@ -245,7 +245,7 @@ class CoveringPoints:
             return numbers.nan if numbers.im(number) else numbers.re(number) - target
 
         with contextlib.suppress(*CANNOT):
-            return crossings(value, list(spots.points))
+            return crossings(value, list(spots.points), curved=not feature.is_piecewise_linear)
         return []
 
     def _placed(self, feature: Feature, side: int, turn: int) -> dict[sympy.Symbol, Any]:

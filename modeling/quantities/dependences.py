@@ -28,6 +28,7 @@ from .point_value import (
     Value,
     drawn,
     exactly,
+    is_decimal,
     is_nothing,
     numbers,
     off_as_decimal,
@@ -53,7 +54,7 @@ _SHORT = 10**35  # the largest product of its numbers, of a fraction that is no 
 _LARGEST = 1000  # binary digits of a number, beyond which all are alike
 _EXACT = 1e-30  # share of the terms of a sum, up to which they cancel
 _ROUNDED = 1e-12  # the same where decimals may be products that the user rounded,
-_MOST_CANCELLED = 1e8  # of terms that are not larger than the function by more than this
+_MOST_CANCELLED = 100  # of terms that are not larger than the function by more than this
 
 
 class NotRealError(ModelError):
@@ -129,10 +130,31 @@ def reduced_functions(
         There are too many functions.
     """
     numbered = {s: exactly(numbers.mpf(x.p) / x.q) for s, x in (given or {}).items()}
-    _check_size(len({f.as_coeff_Mul()[1] for f in functions}), len(functions))
-    if not functions:
+    multiples = [function.as_coeff_Mul(rational=True) for function in functions]
+    distinct = list(dict.fromkeys(function for share, function in multiples if share))
+    _check_size(len(distinct), len(functions))
+    if not distinct:
         return Reduced([], [], [])
-    return _Reduction(functions, velocity, numbered, differing).result()
+    found = _Reduction(distinct, velocity, numbered, differing).result()
+    shares = [Fraction(int(share.p), int(share.q)) for share, _ in multiples]
+    return _of_multiples(found, shares, [distinct.index(f) if s else 0 for s, f in multiples])
+
+
+def _of_multiples(distinct: Reduced, shares: Sequence[Fraction], places: Sequence[int]) -> Reduced:
+    """The same of multiples of functions: each a share of the one in its place."""
+    first: dict[int, int] = {}
+    for j, (share, place) in enumerate(zip(shares, places, strict=True)):
+        if share:
+            first.setdefault(place, j)
+    rows = []
+    for pivot, row in zip(distinct.pivots, distinct.rows, strict=True):
+        lead = shares[first[pivot]]
+        rows.append(
+            [row[place] * share / lead for share, place in zip(shares, places, strict=True)]
+        )
+    pivots = [first[pivot] for pivot in distinct.pivots]
+    doubts = [tuple(first[place] for place in group) for group in distinct.doubts]
+    return Reduced(rows, pivots, doubts, distinct.rounded)
 
 
 def unmerged(reduced: Reduced, size: int) -> Reduced:
@@ -214,30 +236,34 @@ class _Reduction:
         of decimals that the user rounded.
         """
         size = len(self.columns)
-        for wanted in (size, 2 * size + _SPARE_ROWS):
-            points = [*self._first_points(wanted), *self._differing_points()]
-            rough = _echelon([row for point in points for row in self._rows(point)], self.columns)
-            if len(rough) == size:
-                return Reduced([_unit(j, size) for j in self.columns], list(self.columns), [])
+        points = [*self._first_points(size), *self._differing_points()]
+        rough = self._echelon_at(points)
+        if len(rough) == size:
+            return self._all_apart()
         with numbers.workprec(2 * numbers.prec):
+            algebra = _echelon(self._opaque_rows(), self.columns)
+            if len(algebra) == len(rough):
+                return _reduced({j: _fractions(row, ()) for j, row in algebra.items()})
+            points = [*self._first_points(2 * size + _SPARE_ROWS), *self._differing_points()]
             points = [point.again(decimals=False) for point in points]
-            rows = [row for point in points for row in self._rows(point)]
-            found = _echelon(rows, self.columns)
-            doubts: dict[int, tuple[int, ...]] = {}
-            if len(found) < size:
-                algebra = _echelon(self._opaque_rows(), self.columns)
-                if len(algebra) == len(found):
-                    found = algebra
-                else:
-                    found, doubts = self._with_evidence(rows, points)
+            found, doubts = self._with_evidence(points, algebra)
             table = {j: _fractions(row, doubts) for j, row in found.items()}
             table |= {j: _unit(j, size) for j in doubts}
             exact = len(table)
             if exact > len(rough) and _has_decimals(self.functions):
                 self._merge_rounded(table, points, doubts)
-        pivots = sorted(table)
-        kept = [table[j] for j in pivots]
-        return Reduced(kept, pivots, list(doubts.values()), rounded=len(pivots) < exact)
+        return _reduced(table, doubts, rounded=len(table) < exact)
+
+    def _all_apart(self) -> Reduced:
+        """Each function by itself."""
+        return _reduced({j: _unit(j, len(self.columns)) for j in self.columns})
+
+    def _echelon_at(
+        self, points: Iterable[DrawnPoint], columns: Sequence[int] | None = None
+    ) -> _Echelon:
+        """Reduced row echelon form of the values at points, of some of the columns."""
+        rows = [row for point in points for row in self._rows(point)]
+        return _echelon(rows, self.columns if columns is None else columns)
 
     def _first_points(self, wanted: int) -> list[DrawnPoint]:
         """So many points of moderate size.
@@ -314,17 +340,20 @@ class _Reduction:
         return bool(rows) and not any(_left_over(row, j, weights[j]) for row in rows)
 
     def _with_evidence(
-        self, rows: list[_Row], points: list[DrawnPoint]
+        self, points: list[DrawnPoint], algebra: _Echelon
     ) -> tuple[_Echelon, dict[int, tuple[int, ...]]]:
         """Dependences, and those of them that leave a doubt, by their column.
 
         Each cycle of points tries the dependences of those before it; what does not hold at one
-        of them is a row more.
+        of them is a row more. What algebra shows needs no points.
         """
         size = len(self.columns)
+        rows = [row for point in points for row in self._rows(point)]
         found = _echelon(rows, self.columns)
         failed: set[int] = set()
         for number in range(1, _MOST_CYCLES + 1):
+            if len(found) == len(algebra):
+                return algebra, {}
             weights, failed = _weights(found, self.columns), set()
             more: list[tuple[Any, _Row, DrawnPoint]] = []
             for point in self.covering.cycle(number):
@@ -341,8 +370,6 @@ class _Reduction:
             rows += [row for _, row, _ in chosen]
             points += [point for _, _, point in chosen]
             found = _echelon(rows, self.columns)
-            if len(found) == size:
-                return found, {}
         weights = _weights(found, self.columns)
         doubts = {
             j: (*w, j) for j, w in weights.items() if failed or not self._is_shown(j, weights)
@@ -375,8 +402,7 @@ class _Reduction:
         columns = [j for j in sorted(table) if j not in doubts]
         with numbers.workprec(numbers.prec // 2):
             again = [point.again(decimals=True) for point in points]
-            rows = [row for point in again for row in self._rows(point)]
-            weights = _weights(_echelon(rows, columns), columns)
+            weights = _weights(self._echelon_at(again, columns), columns)
         if not weights:
             return
         failed: set[int] = set()
@@ -390,6 +416,18 @@ class _Reduction:
                 for p, weight in own.items():
                     share = _fraction(weight)
                     table[p] = [x + share * y for x, y in zip(table[p], merged, strict=True)]
+
+
+def _reduced(
+    table: Mapping[int, Row],
+    doubts: Mapping[int, tuple[int, ...]] | None = None,
+    *,
+    rounded: bool = False,
+) -> Reduced:
+    """Rows by their pivots, in ascending order."""
+    pivots = sorted(table)
+    left = list(doubts.values()) if doubts else []
+    return Reduced([table[j] for j in pivots], pivots, left, rounded)
 
 
 #: Numbers by which a column is the sum of others, by that column.
@@ -415,13 +453,13 @@ def _nodes(features: Sequence[Feature]) -> list[sympy.Basic]:
 
 
 def _has_decimals(functions: Sequence[sympy.Expr]) -> bool:
-    return any(function.atoms(sympy.Float) for function in functions)
+    return any(is_decimal(number) for f in functions for number in f.atoms(sympy.Float))
 
 
 def _has_numbers(functions: Sequence[sympy.Expr]) -> bool:
     """Whether a number that is no fraction was declared: a decimal, pi, a root of 2."""
     return any(
-        node.is_number and not node.is_Rational
+        node.is_number and not (node.is_Rational or (node.is_Float and not is_decimal(node)))
         for function in functions
         for node in sympy.preorder_traversal(function)
         if isinstance(node, sympy.Expr)

@@ -66,6 +66,11 @@ class Feature:
         return all(map(_has_known_places, self.parts))
 
     @property
+    def is_piecewise_linear(self) -> bool:
+        """Whether the value is linear between kinks, so that it touches 0 at kinks alone."""
+        return all(map(_is_piecewise_linear, self.parts))
+
+    @property
     def is_one_sided(self) -> bool:
         """Whether the value's sign is known never to change."""
         value = self.parts[0] - self.parts[1] if len(self.parts) > 1 else self.parts[0]
@@ -176,7 +181,9 @@ def _factors(argument: sympy.Expr) -> Iterator[sympy.Expr]:
         yield base if exponent.is_Number else factor
 
 
-def crossings(value: Callable[[Any], Any], grid: Sequence[Any]) -> list[Any]:
+def crossings(
+    value: Callable[[Any], Any], grid: Sequence[Any], *, curved: bool = True
+) -> list[Any]:
     """Places at which a function changes its sign, or touches 0, in ascending order.
 
     Parameters
@@ -186,12 +193,14 @@ def crossings(value: Callable[[Any], Any], grid: Sequence[Any]) -> list[Any]:
     grid : sequence of number
         Ascending, where it is looked at first; what happens twice between two of them is found
         only if a parabola leads there.
+    curved : bool
+        Whether it may touch 0 between two places of the grid.
     """
     sizes = [value(place) for place in grid]
     found = [place for place, size in zip(grid, sizes, strict=True) if size == 0]
     for low, high in pairwise(zip(grid, sizes, strict=True)):
         found += [_between(value, low, high)] if low[1] * high[1] < 0 else []
-    for i in range(1, len(grid) - 1):
+    for i in range(1, len(grid) - 1) if curved else ():
         before, here, after = (abs(size) for size in sizes[i - 1 : i + 2])
         if here and here <= before and here <= after and before != after:
             same = sizes[i - 1] * sizes[i] > 0 and sizes[i] * sizes[i + 1] > 0

@@ -6,6 +6,7 @@ sums are off by a little, as rounding leaves them: what changes as much as it is
 
 import hashlib
 import math
+import operator
 import random
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
@@ -42,6 +43,17 @@ NOTHING: Value = (numbers.zero, numbers.zero)
 _ANALYTIC: dict[Any, Callable[..., Any]] = {
     getattr(sympy, name): getattr(numbers, name)
     for name in "exp log sin cos tan asin acos atan sinh cosh tanh".split()
+}
+
+
+#: What conditions compare.
+_RELATIONS: dict[Any, Callable[[Any, Any], bool]] = {
+    sympy.Gt: operator.gt,
+    sympy.Ge: operator.ge,
+    sympy.Lt: operator.lt,
+    sympy.Le: operator.le,
+    sympy.Eq: operator.eq,
+    sympy.Ne: operator.ne,
 }
 
 
@@ -108,6 +120,7 @@ class _Values:
 
     def __init__(self, given: Mapping[sympy.Symbol, Value], turn: int = 0) -> None:
         self.values: dict[sympy.Basic, Value] = dict(given)
+        self._conditions: dict[sympy.Basic, bool] = {}
         self.off = rounding(turn)
         self.is_real = True
 
@@ -170,10 +183,15 @@ class _Values:
         raise ValueError("no condition holds")
 
     def _holds(self, condition: sympy.Basic) -> bool:
+        if condition not in self._conditions:
+            self._conditions[condition] = self._is_met(condition)
+        return self._conditions[condition]
+
+    def _is_met(self, condition: sympy.Basic) -> bool:
         if isinstance(condition, Relational):
             (left, left_off), (right, right_off) = self(condition.lhs), self(condition.rhs)
             side = self._side((left - right, left_off - right_off))
-            return bool(condition.func(int(side), 0))
+            return _RELATIONS[condition.func](side, 0)
         if condition.args:
             return bool(condition.func(*map(self._holds, condition.args)))
         return bool(condition)
@@ -296,7 +314,12 @@ def zero(value: Callable[[Any], Any], start: Any) -> Any:
 
 
 def _number(node: sympy.Expr, *, off: bool) -> Value:
-    return _known_number(node, off and node.is_Float, numbers.prec)
+    return _known_number(node, off and is_decimal(node), numbers.prec)
+
+
+def is_decimal(number: sympy.Expr) -> bool:
+    """Whether a number was declared with decimals, so that products of it are rounded."""
+    return bool(number.is_Float and not float(number).is_integer())
 
 
 @lru_cache(maxsize=4096)

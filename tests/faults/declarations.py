@@ -140,6 +140,12 @@ _LONG = (
         code=0,
         says=_PAGE,
     ),
+    Fault(
+        name="a power of many terms, whose loop diverges",
+        make=_newton("identify", "c*(q + p + r + s)**20", c=1.0, p=1.0, r=1.0, s=1.0),
+        code=6,
+        says="diverges",
+    ),
 )
 
 _ENERGIES = tuple(
