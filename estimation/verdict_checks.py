@@ -273,6 +273,7 @@ KINDS: dict[str, Kind] = {
     "force against control": Kind(line="law", rank=5, grave=True),
     "drive gain": Kind(line="law"),
     "time base": Kind(line="timing", rank=0, grave=True),
+    "sudden steps": Kind(line="timing", rank=0, grave=True),
     "sample period": Kind(line="timing"),
     "alignment": Kind(line="timing", rank=8),
     "recorded signals": Kind(line="timing", rank=2, grave=True),

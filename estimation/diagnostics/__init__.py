@@ -59,3 +59,7 @@ from .pooling import (
     pooling_test as pooling_test,
     pooling_test_of as pooling_test_of,
 )
+from .sudden_steps import (
+    SUDDEN_STEPS as SUDDEN_STEPS,
+    sudden_steps_check as sudden_steps_check,
+)

@@ -47,6 +47,7 @@ from .parameter_checks import (
     within_bounds,
 )
 from .pooling import RecordDifference, pooling_check
+from .sudden_steps import SUDDEN_STEPS, sudden_steps_check
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -155,6 +156,11 @@ def _moved_parameters(case: DiagnosticInputs) -> Check | Missing | None:
 DIAGNOSTICS: dict[str, Diagnostic] = {
     row.name: row
     for row in (
+        Diagnostic(
+            name=SUDDEN_STEPS,
+            check=lambda case: sudden_steps_check(case.data.axis.axis, case.data.record),
+            by_record=True,
+        ),
         Diagnostic(
             name="control law",
             check=lambda case: case.if_used(law_check(case.law)),

@@ -9,6 +9,7 @@ import numpy as np
 from axisid.estimation.choices import OPEN_LOOP, POSITION
 from axisid.estimation.diagnostics import (
     NOMINAL_VALUES,
+    SUDDEN_STEPS,
     RecordRegressor,
     at_bound_check,
     misspecification_check,
@@ -19,6 +20,7 @@ from axisid.estimation.diagnostics import (
     precision_check,
     repeated_check,
     rows_check,
+    sudden_steps_check,
 )
 from axisid.estimation.diagnostics.control_law import (
     CONSTANT,
@@ -355,6 +357,15 @@ def joined_check(name: str, of: OutputFit) -> Check | None:
     return joined(checks, record_labels(of.records))
 
 
+def steps_check(of: OutputFit) -> Check | None:
+    """Whether the recorded positions move as bodies do."""
+    checks = [
+        sudden_steps_check(each.axis, record)
+        for each, record in zip(of.axes, of.records, strict=True)
+    ]
+    return joined(checks, record_labels(of.records))
+
+
 def rests_check(of: OutputFit) -> Check | None:
     """How many samples have no weight, as they are near rests."""
     counted, measured = of.judged_sandwich.counted, of.predictions.counted
@@ -527,6 +538,7 @@ def nominal_values_check(of: OutputFit) -> Check | None:
 
 #: By name, in the order in which they are told.
 _CHECKS: dict[str, Callable[[OutputFit], Check | Missing | None]] = {
+    SUDDEN_STEPS: steps_check,
     "control law": control_law_check,
     "windows": windows_check,
     _FACTORS: law_factors_check,

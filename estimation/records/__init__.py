@@ -31,3 +31,4 @@ from .shifts_and_interpolation import (
     at_times as at_times,
     samples_apart as samples_apart,
 )
+from .wild_samples import wild_steps as wild_steps

@@ -109,6 +109,23 @@ def without_wild_samples(
     return replace(columns.repaired(changed, repair), masks={**columns.masks, **masks})
 
 
+def wild_steps(position: Array) -> Places:
+    """The steps of a position that leave the course of its steps: they are no motion's.
+
+    Parameters
+    ----------
+    position : (N,) array
+        Sampled evenly, without gaps.
+
+    Returns
+    -------
+    (K,) array of int
+        The sample before each such step.
+    """
+    steps = Samples(values=np.diff(position))
+    return _Course.of(steps, 0.0, 0.0, has_ends=False, delay=0).out_of_course()
+
+
 def _mask(places: Places, size: int) -> Mask:
     mask = np.zeros(size, dtype=bool)
     mask[places] = True

@@ -153,7 +153,7 @@ def _of_function(node: sympy.Function) -> Iterator[Feature]:
         yield from _edges(node, needed=False)
     elif isinstance(node, (sympy.asin, sympy.acos)):
         for edge in (sympy.S.One, sympy.S.NegativeOne):
-            yield Feature(node, (node.args[0], edge), sharp=True, needed=False)
+            yield Feature(node, (node.args[0], edge), sharp=True, needed=True)
     if isinstance(node, (*_FLAT, *_OTHER)):
         yield Feature(node, (node.args[0],), sharp=False, needed=isinstance(node, _FLAT))
 

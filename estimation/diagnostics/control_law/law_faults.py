@@ -75,7 +75,7 @@ def scale_text(times: float, left: str = "") -> str:
     if times < 0:
         return (
             f"its sign is opposite to the law's{left}; check the sign of the control, of the "
-            "positions or of the gains"
+            "positions or of the gains, and which column is the position and which the reference"
         )
     units = (
         f" (one unit stands for another, such as {unit})"

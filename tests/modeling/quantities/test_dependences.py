@@ -1,9 +1,26 @@
 """Functions are the same only with evidence from all of their parts; a doubt keeps them."""
 
+from fractions import Fraction
+
 import pytest
 import sympy
 from hypothesis import given, settings, strategies as st
-from sympy import Abs, Heaviside, Max, Min, Rational, acos, atan2, cos, exp, sign, sin, sqrt, tanh
+from sympy import (
+    Abs,
+    Heaviside,
+    Max,
+    Min,
+    Rational,
+    acos,
+    asin,
+    atan2,
+    cos,
+    exp,
+    sign,
+    sin,
+    sqrt,
+    tanh,
+)
 
 from axisid.modeling.quantities import reduced_functions, vanishes
 from axisid.modeling.quantities.symbols import DIRECTION as D
@@ -79,6 +96,22 @@ def test_what_no_point_shows_leaves_a_doubt_and_merges_nothing() -> None:
     found = reduced_functions([flat, sympy.S.One], dq)
     assert (len(found.rows), found.doubts) == (2, [(0, 1)])
     assert not vanishes(flat - 1)
+
+
+def test_an_angle_whose_turns_are_far_away_leaves_a_doubt() -> None:
+    found = reduced_functions([asin(sin(q / 10**5)), q], dq)
+    assert (len(found.rows), found.doubts) == (2, [(0, 1)])
+
+
+def test_multiples_of_a_function_are_one_function_with_its_shares() -> None:
+    found = reduced_functions([sympy.S.Zero, 2 * q, q**2, -3 * q, HALF * q**2], dq)
+    assert found.rows == [[0, 1, 0, Fraction(-3, 2), 0], [0, 0, 1, 0, Fraction(1, 2)]]
+    assert (found.pivots, found.doubts) == ([1, 2], [])
+
+
+def test_a_whole_number_with_decimals_excuses_no_weights() -> None:
+    found = reduced_functions([1.0 * sin(q), cos(q), sin(q + HALF)], dq)
+    assert (len(found.rows), len(found.doubts)) == (3, 1)
 
 
 def test_the_same_unknown_function_is_merged_by_algebra() -> None:
