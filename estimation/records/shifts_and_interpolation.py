@@ -334,9 +334,9 @@ def shifted_rows(
         part = abs(samples - count)
         if abs(count) >= len(clock) or part > 0.01 or (samples != 0 and count == 0):
             raise UsageError(
-                f"{source}: the {role} is to be shifted by {samples:.6g} samples, and has "
-                f"{len(clock)}; give a whole number of them, a time as in 2ms, or resample the log "
-                '(resample="auto").',
+                f"{source}: the {role} is to be shifted by {samples:.6g} of {len(clock)} samples. "
+                'Give a whole number of samples, or the time of so many. With resample = "auto" '
+                "beside it any shift will do.",
                 code="shift",
             )
         partners[role] = np.clip(rows - count, 0, len(clock) - 1)

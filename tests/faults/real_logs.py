@@ -130,7 +130,7 @@ _SHIFTS = (
     ("shift by a part", {"control": 1.5}, 3, "give a whole number.*--resample auto"),
     ("shift of the time", {"time": 1}, 3, "shift: 'time' is no column that can be moved"),
     ("shift of no column", {"wheel": 1}, 3, "shift.wheel: there is no such key"),
-    ("shift beyond the log", {"control": 99999}, 3, "by 99999 samples, and has 7801"),
+    ("shift beyond the log", {"control": 99999}, 3, "by 99999 of 7801 samples"),
     ("shift in kilograms", {"control": "1kg"}, 3, "or a time with its unit, such as 2ms"),
 )
 #: The same of two logs.
