@@ -11,7 +11,6 @@ from functools import partial
 from axisid.estimation.diagnostics.control_law import (
     NOISE_GAIN,
     LawAgreement,
-    law_check,
     noise_gain_check,
 )
 from axisid.estimation.misspecification import JackknifeInterval, LackOfFit
@@ -47,6 +46,7 @@ from .parameter_checks import (
     within_bounds,
 )
 from .pooling import RecordDifference, pooling_check
+from .scale_of_control import control_law_check
 from .sudden_steps import SUDDEN_STEPS, sudden_steps_check
 
 
@@ -161,11 +161,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
             check=lambda case: sudden_steps_check(case.data.axis.axis, case.data.record),
             by_record=True,
         ),
-        Diagnostic(
-            name="control law",
-            check=lambda case: case.if_used(law_check(case.law)),
-            by_record=True,
-        ),
+        Diagnostic(name="control law", check=control_law_check, by_record=True),
         Diagnostic(
             name=NOISE_GAIN,
             check=lambda case: noise_gain_check(case.data.axis, case.data.record),
