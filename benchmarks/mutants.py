@@ -453,8 +453,8 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
     ),
     "what holds at the first points is believed": (
         _DEPENDENCES,
-        "found, doubts = self._with_evidence(rows, points)",
-        "found = dict(found)",
+        "found, doubts = self._with_evidence(points, algebra)",
+        "found, doubts = self._echelon_at(points), {}",
         (f"{_APART}[steps 1 um apart]",),
     ),
     "a doubt is no reason to keep a function": (

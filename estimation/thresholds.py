@@ -129,9 +129,6 @@ NO_DELAY = Threshold(0.2, "1", "share of a declared delay and lag, below which t
 MIN_FIRST_STAGE_F = Threshold(10.0, "1",
     "conditional first-stage F from which instruments are not weak",
     "[StaigerStock1997]; conditional as in [SandersonWindmeijer2016]")
-NOTICEABLE_BIAS = Threshold(0.1, "1",
-    "distance of least squares from the instruments, by these, from which a significant one is "
-    "worth a warning", "chosen")
 MAX_VARIANCE_INFLATION = Threshold(10.0, "1",
     "variance inflation from which a column nearly repeats others", "convention")
 MAX_RELATIVE_DEVIATION = Threshold(30.0, "%", "up to which a parameter is known", "chosen")
