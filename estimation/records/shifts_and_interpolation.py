@@ -335,7 +335,7 @@ def shifted_rows(
         if abs(count) >= len(clock) or part > 0.01 or (samples != 0 and count == 0):
             raise UsageError(
                 f"{source}: the {role} is to be shifted by {samples:.6g} of {len(clock)} samples. "
-                'Give a whole number of samples, or the time of so many. With resample = "auto" '
+                'Give a whole number of samples, or the time of so many. With resample="auto" '
                 "beside it any shift will do.",
                 code="shift",
             )

@@ -127,7 +127,7 @@ _OF_A_LOG = (
 )
 #: Name, shift, code and what is said.
 _SHIFTS = (
-    ("shift by a part", {"control": 1.5}, 3, "give a whole number.*--resample auto"),
+    ("shift by a part", {"control": 1.5}, 3, "Give a whole number.*--resample auto"),
     ("shift of the time", {"time": 1}, 3, "shift: 'time' is no column that can be moved"),
     ("shift of no column", {"wheel": 1}, 3, "shift.wheel: there is no such key"),
     ("shift beyond the log", {"control": 99999}, 3, "by 99999 of 7801 samples"),
