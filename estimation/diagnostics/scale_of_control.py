@@ -48,7 +48,8 @@ def _moved_by_scale(case: DiagnosticInputs, law: LawAgreement) -> str | None:
     for name, value in case.preferred.parameters.items():
         if name in linear and value.deviation > 0:
             unsure = np.hypot(value.deviation, value.corrected * deviation)
-            found[name] = abs(float(value.corrected * share / unsure))
+            if np.isfinite(unsure):
+                found[name] = abs(float(value.corrected * share / unsure))
     name = max(found, key=lambda each: found[each], default="")
     if not name or found[name] <= _MAX_MOVE:
         return None
