@@ -42,8 +42,14 @@ class SuddenStep:
 
 
 def sudden_steps(record: Record) -> list[SuddenStep]:
-    """The sudden steps of a recorded position."""
-    return [step for start, stop in record.spans for step in _steps_of(record, start, stop)]
+    """The sudden steps of a recorded position, but for those to or from a masked sample."""
+    steps = [step for start, stop in record.spans for step in _steps_of(record, start, stop)]
+    return [step for step in steps if not _is_masked(record, step.place)]
+
+
+def _is_masked(record: Record, place: int) -> bool:
+    """Whether the sample before a step, or the one after it, is masked."""
+    return any(start - 1 <= place < stop for start, stop in record.masked)
 
 
 def _steps_of(record: Record, start: int, stop: int) -> Iterator[SuddenStep]:
@@ -72,20 +78,22 @@ def sudden_steps_check(axis: Axis, record: Record) -> Check | None:
         status="fail" if found else "pass",
         figure=float(len(found)),
         threshold=0.0,
-        source="steps larger than their neighbours, by twice what the steps change elsewhere",
-        meaning=_meaning(axis, record, found) if found else "the position moves as a body does",
+        source="steps unlike both of their neighbours, by twice what the steps change elsewhere",
+        meaning=_meaning(axis, record, found)
+        if found
+        else "no single step of the position stands out",
     )
 
 
 def _meaning(axis: Axis, record: Record, found: Sequence[SuddenStep]) -> str:
     first = max(found, key=_size)
-    others = f", and at {len(found) - 1} other places" if len(found) > 1 else ""
+    others = f" (one of {len(found)} such steps)" if len(found) > 1 else ""
     text = (
         f"the position moves by {first.size:.3g} {axis.coordinate.unit} in one step, "
         f"{record.time[first.place]:.6g} s into the log{others}, which no body does. "
     )
     if first.is_asked:
-        text += "The reference does the same: samples are missing there. "
+        text += "The reference does the same: samples are missing there, or are there twice. "
     elif first.held >= _FEWEST_HELD:
         text += f"It stood still for {first.held} samples before: the encoder was stuck. "
     else:

@@ -132,7 +132,7 @@ def reduced_functions(
     numbered = {s: exactly(numbers.mpf(x.p) / x.q) for s, x in (given or {}).items()}
     multiples = [function.as_coeff_Mul(rational=True) for function in functions]
     distinct = list(dict.fromkeys(function for share, function in multiples if share))
-    _check_size(len(distinct), len(functions))
+    _check_size(len({f.as_coeff_Mul()[1] for f in distinct}), len(functions))
     if not distinct:
         return Reduced([], [], [])
     found = _Reduction(distinct, velocity, numbered, differing).result()
@@ -370,6 +370,8 @@ class _Reduction:
             rows += [row for _, row, _ in chosen]
             points += [point for _, _, point in chosen]
             found = _echelon(rows, self.columns)
+        if len(found) == len(algebra):
+            return algebra, {}
         weights = _weights(found, self.columns)
         doubts = {
             j: (*w, j) for j, w in weights.items() if failed or not self._is_shown(j, weights)

@@ -32,6 +32,7 @@ _SPREAD, _BITS = 6, 40  # factors of two that numbers spread over, by bits that 
 _SECANTS = 16  # steps in which an edge is found
 _TOLD = 25  # digits by which what a function is of is told
 _LARGEST = 2000  # binary digits before the point of what a function is evaluated of
+_FIRST_ROUNDED = 2**53  # whole number from which floating point rounds
 #: What a value that does not exist raises.
 CANNOT = (ArithmeticError, TypeError, ValueError, RecursionError, MemoryError)
 
@@ -319,7 +320,10 @@ def _number(node: sympy.Expr, *, off: bool) -> Value:
 
 def is_decimal(number: sympy.Expr) -> bool:
     """Whether a number was declared with decimals, so that products of it are rounded."""
-    return bool(number.is_Float and not float(number).is_integer())
+    if not number.is_Float:
+        return False
+    is_whole = sympy.Integer(int(number)) - number == 0
+    return not (is_whole and abs(number) < _FIRST_ROUNDED)
 
 
 @lru_cache(maxsize=4096)

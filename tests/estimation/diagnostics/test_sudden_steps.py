@@ -68,3 +68,10 @@ def test_an_encoder_that_stands_still_and_catches_up_is_a_step_of_the_position_a
 def test_a_gap_that_the_times_show_is_none(record: Record, fastest: int) -> None:
     parts = record.windowed((None, record.time[fastest]), (record.time[fastest + 40], None))
     assert sudden_steps(parts) == []
+
+
+def test_masked_samples_are_no_steps(record: Record, fastest: int) -> None:
+    position = np.array(record.position)
+    position[fastest : fastest + 10] = position[fastest]
+    masked = replace(record, position=position, masked=((fastest, fastest + 10),))
+    assert sudden_steps(masked) == []
