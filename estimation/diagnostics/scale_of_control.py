@@ -1,60 +1,73 @@
-"""What the scale of the recorded control moves, where the control law shows that it is off.
+"""Effect of a wrong scale of the recorded control on the parameters.
 
-A control that is recorded too large makes all parameters of the force too large by as much. The
-check of the control law passes a factor that is within 1 % of the declared one. That may be far
-beyond the interval of a parameter, and where the record cannot tell whether the scale or the gains
-of the law are off, the scale counts.
+A control that is recorded too large makes the force too large by the same factor. The check of the
+control law accepts a factor within 1 % of the declared one, which can move a parameter far beyond
+its confidence interval. Where the record cannot tell a wrong scale from wrong gains of the law, a
+wrong scale is assumed.
 """
 
 from dataclasses import replace
 
 import numpy as np
 
+from axisid.estimation.estimation_problem import Problem
+from axisid.estimation.regression import InverseForm
+from axisid.estimation.thresholds import MAX_LAW_MOVE
 from axisid.estimation.verdict_checks import Check
+from axisid.support.arrays import Array
 from axisid.support.errors import Missing
 
 from .control_law import SCALE, LawAgreement, law_check
 from .diagnostic_inputs import DiagnosticInputs
 
-# Deviations, that of the scale included. Fits allow as much: at most 1.2 on 120 right twins.
-_MAX_MOVE = 2.0
-
 
 def control_law_check(case: DiagnosticInputs) -> Check | Missing:
-    """The declared law against the recorded control, by its residual and by what it moves."""
+    """Compare the declared law with the recorded control, by residual and effect of its scale."""
     law = case.law
     check = case.if_used(law_check(law))
     if isinstance(check, Missing) or isinstance(law, Missing) or check.status == "fail":
         return check
-    moved = _moved_by_scale(case, law)
-    if moved is None:
-        return check
-    return replace(check, status="fail", meaning=f"{check.meaning}; but {moved}")
+    return _with_effect_of_scale(check, case, law)
 
 
-def _moved_by_scale(case: DiagnosticInputs, law: LawAgreement) -> str | None:
-    """The parameter that the control's scale moves furthest, in words, if that is too far."""
-    if case.data.record.force is not None:
-        return None
+def _with_effect_of_scale(check: Check, case: DiagnosticInputs, law: LawAgreement) -> Check:
+    """Fail a passed check where the control's scale moves a parameter too far."""
     shown = [each for each in law.plausible if each.kind[0] == SCALE]
-    if not shown:
-        return None
+    if not shown or case.data.record.force is not None:
+        return check
     share, deviation = shown[0].values[SCALE], shown[0].deviations[SCALE]
-    axis = case.data.axis
-    linear = {
-        p.name for p, bends in zip(axis.axis.parameters, axis.nonlinear, strict=True) if not bends
-    }
-    found: dict[str, float] = {}
-    for name, value in case.preferred.parameters.items():
-        if name in linear and value.deviation > 0:
-            unsure = np.hypot(value.deviation, value.corrected * deviation)
-            if np.isfinite(unsure):
-                found[name] = abs(float(value.corrected * share / unsure))
-    name = max(found, key=lambda each: found[each], default="")
-    if not name or found[name] <= _MAX_MOVE:
-        return None
-    return (
-        f"it may be recorded {1 + share:.5g} times as large as it is, which moves {name} by "
-        f"{100 * abs(share):.2g} % ({found[name]:.2g} deviations). Check the scale of the control "
-        "and the gains of the law"
+    per_share = _moves_per_share(case.problem, case.preferred.physical)
+    deviations: dict[str, float] = {}
+    for (name, value), move in zip(case.preferred.parameters.items(), per_share, strict=True):
+        unsure = np.hypot(value.deviation, move * deviation)
+        if value.deviation > 0 and np.isfinite(unsure):
+            deviations[name] = float(abs(move * share) / unsure)
+    if not deviations:
+        return check
+    name = max(deviations, key=lambda each: deviations[each])
+    if deviations[name] <= MAX_LAW_MOVE.value:
+        return check
+    moved = share * per_share[list(case.preferred.parameters).index(name)]
+    unit = case.preferred.parameters[name].unit
+    return replace(
+        check,
+        status="fail",
+        figure=deviations[name],
+        threshold=MAX_LAW_MOVE.value,
+        source=MAX_LAW_MOVE.source,
+        meaning=f"{check.meaning}; but it may be recorded {1 + share:.5g} times as large as it is, "
+        f"which moves {name} by {moved:+.2g} {unit} ({deviations[name]:.2g} standard errors). "
+        "Check the scale of the control and the gains of the law",
     )
+
+
+def _moves_per_share(problem: Problem, physical: Array) -> Array:
+    """Return the change of each parameter for a control recorded twice as large, to first order.
+
+    The force ``F = phi theta + c`` grows by F itself, and its known part c does not grow in the
+    model, so that the parameters move by ``phi^+ (phi theta + c)``: by theta where no part of the
+    force is known.
+    """
+    rows = problem.rows(problem.form(InverseForm).at(physical))
+    force = rows.predicted(physical)
+    return np.asarray(np.linalg.lstsq(rows.regressor, force, rcond=None)[0], dtype=float)

@@ -38,6 +38,7 @@ from axisid.estimation.signals import Prefilter
 from axisid.estimation.thresholds import (
     ADVISED_WINDOWS,
     MAX_GROWTH,
+    MAX_LAW_MOVE,
     MAX_RELATIVE_DEVIATION,
     MIN_DISTANCE_FROM_NOISE,
     MIN_SHOWN,
@@ -54,7 +55,6 @@ _MAX_BEYOND_NOISE = 15.0  # % of a recorded output, left beyond noise
 # % of a recorded output left with noise; a loop that does nothing leaves 100, noise beside a
 # small motion hardly more
 _MAX_LEFT = 120.0
-_MAX_LAW_SHIFT = 2.0  # deviations, by a control law that is not the declared one
 _MAX_LAW_SENSITIVITY = 5.0  # % by 1 % of a term of the law; beyond, its error is the numbers'
 _MAX_APART = 0.5  # of the searches end higher than the best
 _SAME_END = 1e-3  # of the least cost, by which another search that ended there may be higher
@@ -141,7 +141,7 @@ def _moved_most(of: OutputFit) -> _LargestMove | None:
             np.divide(np.abs(shift), sizes, out=np.zeros(len(shift)), where=counted)
             for sizes in (of.deviations, np.hypot(of.deviations, shift_deviations))
         )
-        beyond = far > _MAX_LAW_SHIFT
+        beyond = far > MAX_LAW_MOVE.value
         j = int(np.argmax(np.where(beyond, claimed, 0.0) if beyond.any() else far))
         name, value = of.names[j], of.physical[j]
         share = 100 * abs(shift[j] / value) if value else np.inf
@@ -169,8 +169,8 @@ def law_factors_check(of: OutputFit) -> Check | Missing | None:
         name=_FACTORS,
         status=status_of(not (moved.is_beyond or is_explained)),
         figure=moved.far,
-        threshold=_MAX_LAW_SHIFT,
-        source="measured: at most 1.2 on 120 right twins whose position is followed; fails too "
+        threshold=MAX_LAW_MOVE.value,
+        source=f"{MAX_LAW_MOVE.source}; fails too "
         "where the control law fails but what explains that moves no parameter beyond its "
         "interval, for which the check of the law is a note",
         meaning=moved.said + advice,
@@ -358,7 +358,7 @@ def joined_check(name: str, of: OutputFit) -> Check | None:
 
 
 def steps_check(of: OutputFit) -> Check | None:
-    """Whether the recorded positions move as bodies do."""
+    """Check each recorded position for sudden steps."""
     checks = [
         sudden_steps_check(each.axis, record)
         for each, record in zip(of.axes, of.records, strict=True)

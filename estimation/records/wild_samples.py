@@ -14,7 +14,7 @@ filter and no replay of the control law spreads them.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from axisid.estimation.raw_tables import Repair, Samples
 from axisid.estimation.records.columns import Mask, RoleColumns
 from axisid.estimation.thresholds import MAX_EVEN_STEP
-from axisid.support.arrays import Array, runs
+from axisid.support.arrays import Array, IntArray, runs
 
 from .clocks import long_steps
 from .quantisation import quantisation_step, rounding
@@ -80,10 +80,11 @@ def without_wild_samples(
     first = [role for role in (*_INERT, _PLANNED) if role in courses]
     for role in dict.fromkeys((*first, *courses)):
         course, wild = courses[role], np.zeros(len(courses[role].values), dtype=bool)
+        most = _most_wild(len(wild))
         for _ in range(_PASSES):
-            places = course.out_of_range()
+            places = course.out_of_range(most)
             if role in (*_INERT, _PLANNED):
-                places = np.union1d(places, course.out_of_course())
+                places = np.union1d(places, course.out_of_course(most))
             if role not in _INERT:
                 times = [courses[other].times[at] for other, at in found.items()]
                 places = _unexplained(role, places, courses, np.concatenate([np.empty(0), *times]))
@@ -110,7 +111,7 @@ def without_wild_samples(
 
 
 def wild_steps(position: Array) -> Places:
-    """The steps of a position that leave the course of its steps: they are no motion's.
+    """Return the steps of a position that leave the course of its steps, as no motion's do.
 
     Parameters
     ----------
@@ -120,10 +121,18 @@ def wild_steps(position: Array) -> Places:
     Returns
     -------
     (K,) array of int
-        The sample before each such step.
+        The sample before each such step. At most a tenth of all steps.
     """
+    if len(position) <= _FEWEST:
+        return np.zeros(0, dtype=np.intp)
     steps = Samples(values=np.diff(position))
-    return _Course.of(steps, 0.0, 0.0, has_ends=False, delay=0).out_of_course()
+    course = _Course.of(steps, 0.0, 0.0, has_ends=False, delay=0)
+    return course.out_of_course(int(_MOST_PART * len(position)))
+
+
+def _most_wild(size: int) -> int:
+    """Return how many of so many samples may be wild."""
+    return min(_SOME + int(_PART * size), _MOST, int(_MOST_PART * size))
 
 
 def _mask(places: Places, size: int) -> Mask:
@@ -218,54 +227,64 @@ class _Course:
             bends=bends,
         )
 
-    def out_of_course(self) -> Places:
-        """The samples that are further away than the column bends without them."""
+    def out_of_course(self, most: int) -> Places:
+        """Return the samples that are further away than the column bends without them."""
         excursions = self.excursions
         if not self.has_ends:
             excursions = np.array(excursions)
             for start, stop in self.spans:
                 excursions[[start, stop - 1]] = 0.0
-        return self._standing_out(excursions, self.largest_bend)
+        order = _largest(excursions, most)
+        return self._standing_out(excursions, order, self._largest_bends(order))
 
-    def out_of_range(self) -> Places:
-        """The samples that are further away than the range of the column without them."""
-        return self._standing_out(self.excursions, self.range)
+    def out_of_range(self, most: int) -> Places:
+        """Return the samples that are further away than the range of the column without them."""
+        order = _largest(self.excursions, most)
+        return self._standing_out(self.excursions, order, self._ranges(order))
 
-    def _standing_out(self, excursions: Array, moves: Callable[[Places], float]) -> Places:
-        size = len(self.values)
-        most = min(_SOME + int(_PART * size), _MOST, int(_MOST_PART * size))
-        if not most:
-            return np.zeros(0, dtype=np.intp)
-        order = np.argpartition(-excursions, most - 1)[:most]
-        order = order[np.argsort(-excursions[order], kind="stable")]
-        order = order[excursions[order] > 0]
+    def _standing_out(self, excursions: Array, order: Places, moves: Array) -> Places:
+        """Return as many of the furthest samples as stand out from what the others do.
+
+        Parameters
+        ----------
+        excursions : (N,) array
+        order : (K,) array of int
+            Of samples, the one with the largest excursion first.
+        moves : (K + 1,) array
+            What the column does without the first 0 to K of these.
+        """
         others = np.delete(self.values, order)
         if not len(order) or not len(others) or np.ptp(others) == 0:
             return order[:0]
-        sizes = excursions[order]
         # A differentiated position is in whole steps too, except for what its difference rounds.
         grain = _GRAIN * float(np.ptp(others))
         rough = quantisation_step(grain * np.round(others / grain))
         quantum = max(quantisation_step(others), rough, rounding(others))
-        # Without all of them it moves least: mostly that tells that there is none.
-        if sizes[0] <= _TIMES * max(moves(order), 2 * quantum):
+        standing = np.flatnonzero(excursions[order] > _TIMES * np.maximum(moves[1:], 2 * quantum))
+        if not len(standing):
             return order[:0]
-        for count in range(len(order), 0, -1):
-            if sizes[count - 1] > _TIMES * max(moves(order[:count]), 2 * quantum):
-                return np.sort(order[:count])
-        return order[:0]
+        return np.sort(order[: standing[-1] + 1])
 
-    def largest_bend(self, without: Places) -> float:
-        """The largest second difference of which none of some samples is a part."""
-        kept = np.ones(len(self.values), dtype=bool)
-        for beside in (-1, 0, 1):
-            places = without + beside
-            kept[places[(places >= 0) & (places < len(kept))]] = False
-        return float(self.bends[kept].max(initial=0.0))
+    def _largest_bends(self, order: Places) -> Array:
+        """Return the largest second differences without the first 0 to K of some samples."""
+        rank = _ranks(order, len(self.values))
+        beside = np.full(len(rank) + 2, len(order))
+        beside[1:-1] = rank
+        # A second difference is left out with the first of its three samples that is.
+        least = np.minimum(np.minimum(beside[:-2], beside[1:-1]), beside[2:])
+        largest = np.zeros(len(order) + 1)
+        np.maximum.at(largest, least, self.bends)
+        return _from_the_end(np.maximum, largest)
 
-    def range(self, without: Places) -> float:
-        """The range of the column without some samples, or what it is known to be."""
-        return max(float(np.ptp(np.delete(self.values, without))), self.width)
+    def _ranges(self, order: Places) -> Array:
+        """Return the ranges without the first 0 to K of some samples, or what is known of it."""
+        rank = _ranks(order, len(self.values))
+        highest = np.full(len(order) + 1, -np.inf)
+        lowest = np.full(len(order) + 1, np.inf)
+        np.maximum.at(highest, rank, self.values)
+        np.minimum.at(lowest, rank, self.values)
+        ranges = _from_the_end(np.maximum, highest) - _from_the_end(np.minimum, lowest)
+        return np.maximum(ranges, self.width)
 
     def jumps(self, time: float, times: Array) -> bool:
         """Whether it bends more about a time than away from all of several."""
@@ -290,6 +309,27 @@ class _Course:
                 _bridge(values, first, end, (start, stop), self.modulus, quantum)
         excursions, bends = _excursions(values, self.spans, self.modulus)
         return replace(self, values=values, excursions=excursions, bends=bends)
+
+
+def _largest(excursions: Array, most: int) -> Places:
+    """Return at most so many samples with an excursion, the largest first."""
+    if not most:
+        return np.zeros(0, dtype=np.intp)
+    order = np.argpartition(-excursions, most - 1)[:most]
+    order = order[np.argsort(-excursions[order], kind="stable")]
+    return order[excursions[order] > 0]
+
+
+def _ranks(order: Places, size: int) -> IntArray:
+    """Return the place of each sample in an order; the order's length for one that is not in it."""
+    rank = np.full(size, len(order))
+    rank[order] = np.arange(len(order))
+    return rank
+
+
+def _from_the_end(extreme: np.ufunc, values: Array) -> Array:
+    """Return the extreme of each value and of all after it."""
+    return np.asarray(extreme.accumulate(values[::-1])[::-1], dtype=float)
 
 
 def _excursions(values: Array, spans: Sequence[Span], modulus: float) -> tuple[Array, Array]:

@@ -7,37 +7,50 @@ import pytest
 
 from axisid import Record, identify, load_axis, twin_record
 from axisid.codegen.generated_axes import GeneratedAxis, build
-from axisid.estimation.verdict_checks import belief
+from axisid.estimation.verdict_checks import Check, belief
+from axisid.modeling.quantities import Constant
 
 
-@pytest.fixture(scope="module")
-def axis() -> GeneratedAxis:
-    return build(load_axis("emps2015"))
+def law_of(axis: GeneratedAxis, record: Record) -> Check:
+    (law,) = (check for check in identify(axis, record).verdict if check.name == "control law")
+    return law
 
 
-@pytest.fixture(scope="module")
-def record(axis: GeneratedAxis) -> Record:
-    return twin_record(axis, seed=3)
+def scaled(record: Record, scale: float) -> Record:
+    return replace(record, control=scale * np.asarray(record.control))
 
 
 @pytest.mark.parametrize(
     ("scale", "status"), [(1.0, "pass"), (1.0099, "fail"), (0.9901, "fail"), (1.00001, "pass")]
 )
 def test_a_scale_within_one_percent_fails_by_what_it_moves(
-    axis: GeneratedAxis, record: Record, scale: float, status: str
+    emps2015: GeneratedAxis, twin: Record, scale: float, status: str
 ) -> None:
-    scaled = replace(record, control=scale * np.asarray(record.control))
-    result = identify(axis, scaled)
+    result = identify(emps2015, scaled(twin, scale))
     (law,) = (check for check in result.verdict if check.name == "control law")
     assert law.status == status
     assert (belief(result.verdict) == "not believed") == (status == "fail")
 
 
+def test_a_known_mass_is_part_of_what_the_scale_moves() -> None:
+    declared = load_axis("emps2015")
+    known = Constant(98.0, "kg").symbol
+    assert declared.experiment is not None
+    experiment = replace(declared.experiment, truth={"M": 2.2, "Fv": 236.9, "Fc": 24.8})
+    force = declared.force + known * declared.coordinate.acceleration
+    axis = build(replace(declared, force=force, experiment=experiment))
+    record = twin_record(axis)
+    right, moved = (
+        identify(axis, each).preferred.parameters["M"] for each in (record, scaled(record, 1.005))
+    )
+    law = law_of(axis, scaled(record, 1.005))
+    assert law.status == "fail"
+    assert law.figure == pytest.approx((moved.value - right.value) / right.deviation, rel=0.1)
+
+
 def test_a_measured_force_has_nothing_of_the_scale_of_the_control(
-    axis: GeneratedAxis, record: Record
+    emps2015: GeneratedAxis, twin: Record
 ) -> None:
-    control = np.asarray(record.control)
-    gain = axis.axis.drive.gain
-    measured = replace(record, control=1.005 * control, force=gain * control)
-    (law,) = (check for check in identify(axis, measured).verdict if check.name == "control law")
-    assert law.status == "pass"
+    control = np.asarray(twin.control)
+    force = emps2015.axis.drive.gain * control
+    assert law_of(emps2015, replace(twin, control=1.005 * control, force=force)).status == "pass"
