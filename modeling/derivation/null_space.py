@@ -146,17 +146,17 @@ def unidentifiable_directions(
         return ()
     symbols = tuple(p.symbol for p in parameters)
     near = (nominal_point(parameters), generic_points(parameters)[0])
-    found: tuple[NullSpaceVector, ...] | None = None
+    nearby: list[tuple[NullSpaceVector, ...]] = []
     for directions in _directions(regressor, symbols, coordinate, near):
         if not directions:
             return ()
-        if found is None or len(directions) < len(found):
-            found = directions
-    if found is None:
+        nearby.append(directions)
+    if not nearby:
         return ()
-    everywhere = (*near, *_far_points(parameters))
-    others = list(_directions(regressor, symbols, coordinate, everywhere))
-    return tuple(d if all(d in each for each in others) else _as_decimals(d) for d in found)
+    far = tuple(_far_points(parameters))
+    everywhere = [*nearby, *_directions(regressor, symbols, coordinate, far)]
+    fewest = min(nearby, key=len)
+    return tuple(d if all(d in each for each in everywhere) else _as_decimals(d) for d in fewest)
 
 
 def _directions(
