@@ -1,6 +1,6 @@
 # make identify : the main job on the built-in twin of the paper's axis
-# make test     : lint, types, generated code, documentation, tests
-# make studies  : the slow tests, such as the studies of make bench in small
+# make test     : lint, types, generated code, quick tests
+# make studies  : the slow tests: whole identifications, and the studies of make bench in small
 # make lowest   : a smoke test with the lowest versions of the required libraries
 # make fuzz     : the same random inputs in numbers, from another seed; SEED=7 TIMES=100
 # make docs     : the documentation, build/docs/index.html
@@ -26,7 +26,7 @@ identify: $(VENV)/.run
 generate: $(VENV)/.run
 	$(BIN)/axisid generate
 
-test: lint types check docs tests
+test: lint types check tests
 
 # A failure prints the seed and the smallest input that fails; TIMES is that of the usual number.
 SEED ?= $(shell date +%s)

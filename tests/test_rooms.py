@@ -128,6 +128,7 @@ def test_tests_mirror_the_rooms(root: Path) -> None:
     assert set(TESTED_ELSEWHERE.values()) <= mirrored
 
 
+@pytest.mark.slow
 def test_every_import_points_down_also_late_and_typing_only_ones(
     modules: dict[str, Path], imports: list[Import]
 ) -> None:
@@ -143,6 +144,7 @@ def test_every_import_points_down_also_late_and_typing_only_ones(
     assert wrong == []
 
 
+@pytest.mark.slow
 def test_no_modules_import_each_other_in_a_circle(modules: dict[str, Path]) -> None:
     assert _circle(graph_of(modules)) == []
 
@@ -159,6 +161,7 @@ def test_a_circle_is_found() -> None:
     assert set(_circle({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}})) == {"a", "b", "c"}
 
 
+@pytest.mark.slow
 def test_no_two_classes_have_one_name(modules: dict[str, Path]) -> None:
     trees = (ast.parse(file.read_text()) for file in modules.values())
     nodes = (node for tree in trees for node in ast.walk(tree))

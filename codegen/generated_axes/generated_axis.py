@@ -4,7 +4,7 @@ from __future__ import annotations  # as they are written, in what help() prints
 
 import pickle
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any
 
@@ -26,7 +26,7 @@ from axisid.codegen.runtime import (
     execute,
     slices,
 )
-from axisid.modeling.declaration import Axis, ControlLaw, check_axis
+from axisid.modeling.declaration import Axis, ControlLaw, Drive, Response, check_axis
 from axisid.modeling.derivation import (
     AxisModel,
     BaseModel,
@@ -40,6 +40,9 @@ from axisid.modeling.quantities import (
     MEASURED_POSITION,
     MEASURED_VELOCITY,
     TIME,
+    Coordinate,
+    Parameter,
+    Signal,
 )
 from axisid.support.arrays import Array
 from axisid.support.errors import (
@@ -67,6 +70,17 @@ class Quantity:
     def label(self) -> str:
         """How it is made, if it is; else its name."""
         return self.expression or self.name
+
+
+#: Properties of a declaration that are worked out from its expressions.
+_FOUND_ONCE = (
+    "drives_by_motion",
+    "jumps",
+    "holds_force",
+    "has_stribeck",
+    "response",
+    "of_law_samples",
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
@@ -102,9 +116,15 @@ class GeneratedAxis:
     native : Native
         The same functions and the closed loop, compiled; empty-handed where there is no compiler.
     states : tuple of Quantity
-        What its friction remembers.
+        States of its friction.
     loop : LoopByGains or None
         The closed loop by the gains of its law, where these can change without being compiled anew.
+    drives_by_motion, jumps, holds_force, has_stribeck : bool
+        See `Axis`. They are found once, since a verdict asks for them hundreds of times.
+    response : Response or None
+        Of the drive to a sampled law, see `Axis`.
+    of_law_samples : tuple of str
+        See `Axis`.
     """
 
     axis: Axis
@@ -121,6 +141,16 @@ class GeneratedAxis:
     native: Native
     loop: LoopByGains | None = None
     states: tuple[Quantity, ...] = ()
+    drives_by_motion: bool = field(init=False)
+    jumps: bool = field(init=False)
+    holds_force: bool = field(init=False)
+    has_stribeck: bool = field(init=False)
+    response: Response | None = field(init=False)
+    of_law_samples: tuple[str, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        for name in _FOUND_ONCE:
+            object.__setattr__(self, name, getattr(self.axis, name))
 
     def __repr__(self) -> str:
         return f"generated axis {self.axis.name}: {', '.join(self.names)} ({self.signature[:12]})"
@@ -143,6 +173,46 @@ class GeneratedAxis:
     def declared(self) -> Axis:
         """The axis as it was declared."""
         return self.base.declared
+
+    @property
+    def name(self) -> str:
+        """Name of the axis."""
+        return self.axis.name
+
+    @property
+    def coordinate(self) -> Coordinate:
+        """Coordinate of the axis."""
+        return self.axis.coordinate
+
+    @property
+    def drive(self) -> Drive:
+        """Drive, from control to force."""
+        return self.axis.drive
+
+    @property
+    def control(self) -> ControlLaw | None:
+        """Control law; None where none is declared."""
+        return self.axis.control
+
+    @property
+    def signals(self) -> tuple[Signal, ...]:
+        """Recorded signals that the force, the drive or the law depends on."""
+        return self.axis.signals
+
+    @property
+    def signal_symbols(self) -> tuple[sympy.Symbol, ...]:
+        """Symbols of the recorded signals."""
+        return self.axis.signal_symbols
+
+    @property
+    def sampled_signals(self) -> frozenset[str]:
+        """Names of the signals that a sampled law or the drive reads once a sample."""
+        return self.axis.sampled_signals
+
+    @property
+    def declared_parameters(self) -> tuple[Parameter, ...]:
+        """Parameters of the declaration, with bounds and nominal values, length p."""
+        return self.axis.parameters
 
     @property
     def nominal(self) -> Array:

@@ -38,6 +38,7 @@ from axisid.estimation.thresholds import (
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, BoolArray
 from axisid.support.errors import AxisidError
+from axisid.support.one_thread import in_one_thread
 
 from .lanes import (
     ALONE,
@@ -67,14 +68,13 @@ def is_served(axis: GeneratedAxis, period: float, method: str) -> bool:
     That is instruments of a linear model whose drive acts at once, of a law that is evaluated at
     the samples, where there is a compiler.
     """
-    declared = axis.axis
-    law, drive = declared.control, declared.drive
+    law, drive = axis.control, axis.drive
     return (
         method == METHOD
         and axis.is_linear
-        and not (axis.unidentifiable or declared.signals or declared.drives_by_motion)
+        and not (axis.unidentifiable or axis.signals or axis.drives_by_motion)
         and axis.declared.drive.estimated is None
-        and declared.response is None
+        and axis.response is None
         and drive.path.is_plain
         and not drive.logs_what_acts
         and law is not None
@@ -84,6 +84,7 @@ def is_served(axis: GeneratedAxis, period: float, method: str) -> bool:
     )
 
 
+@in_one_thread
 def identify_lanes(
     axis: Axis | GeneratedAxis,
     lanes: RecordLanes,

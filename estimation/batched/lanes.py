@@ -293,7 +293,7 @@ class LaneBlock:
         Lanes begin with what the law declares for an axis at rest; those whose first controls say
         otherwise are the others.
         """
-        axis, lanes, law = self.axis, self.lanes, self.axis.axis.control
+        axis, lanes, law = self.axis, self.lanes, self.axis.control
         velocity = np.array([first_velocity(lane, lanes.period) for lane in lanes.position.T])
         start = LoopStart(position=lanes.position[0].copy(), velocity=velocity, memory=None)
         if law is None or not law_memory(axis):

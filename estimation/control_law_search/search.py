@@ -30,6 +30,7 @@ from axisid.estimation.verdict_checks import Check, Checked
 from axisid.modeling.declaration import ANTI_WINDUP, Axis, ControlLaw
 from axisid.support.arrays import Array, least_squares_step, relative_error_percent
 from axisid.support.errors import DataError, ModelError, refuse
+from axisid.support.one_thread import in_one_thread
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
 
@@ -136,6 +137,7 @@ class LawSearch(Checked, Presentable):
 
 
 @np.errstate(all="ignore")  # a law that runs away along the record is left out
+@in_one_thread
 def find_law(
     axis: Axis | GeneratedAxis, record: Record, *, progress: Progress | None = None
 ) -> LawSearch:
@@ -338,7 +340,7 @@ def _commands(axis: GeneratedAxis, record: Record) -> tuple[Array, NDArray[np.bo
     Behind a dead band it is less than they are, and 0 for many of them; behind a rate limit many
     are one where it changes as fast as it may.
     """
-    control, path = np.asarray(record.control), axis.axis.drive.path
+    control, path = np.asarray(record.control), axis.drive.path
     told = np.ones(len(control), dtype=bool)
     if not hides_command(axis):
         return control, told
@@ -384,8 +386,8 @@ def _ranked(axis: GeneratedAxis, record: Record, found: list[ExplainedLaw]) -> L
         ),
     )
     return LawSearch(
-        axis=axis.axis.name,
-        unit=axis.axis.drive.unit,
+        axis=axis.name,
+        unit=axis.drive.unit,
         record=record,
         laws=(*first, *sorted(others, key=lambda each: each.held_out_percent)),
         explained=first[0].held_out_percent < MAX_LAW_RESIDUAL.value,

@@ -103,10 +103,10 @@ def alignment_of(scores: RecordScores) -> Alignment | Missing:
     tried = (min(_EARLIEST, -1 - min(declared, _MOST_DECLARED)), _LATEST)
     start = delay = (
         # The loop holds a command whatever the filter supposes.
-        law_clock(data.axis.axis.control, data.record).hold_delay
+        law_clock(data.axis.control, data.record).hold_delay
         if scores.by_loop
         and data.record.force is None
-        and data.axis.axis.jumps
+        and data.axis.jumps
         and data.prefilter.hold == "raw"
         else data.hold_delay
     )
@@ -225,7 +225,7 @@ def _advice(
             f"Where the log writes the {role} {when}, move it there (add {timing} to shift.{role} "
             "in run.toml)"
         )
-    axis, period, declared = data.axis.axis, data.record.period, declared_lateness(data)
+    axis, period, declared = data.axis, data.record.period, declared_lateness(data)
     late, rest = delay.best - data.hold_delay, ". " if remedy else ""
     zoh = law_clock(axis.control, data.record).hold_delay
     other, own = ("zoh", zoh) if data.prefilter.hold == "raw" else ("raw", 0.0)
@@ -270,7 +270,7 @@ def _beyond_the_range(late: float, period: float, role: str) -> str:
 
 def declared_lateness(data: FilteredRecord) -> float:
     """Seconds by which a drive declares that its force follows the recorded control."""
-    drive = data.axis.axis.drive
+    drive = data.axis.drive
     return float({"command": drive.delay + drive.lag, "applied": drive.lag}.get(drive.logged, 0.0))
 
 
@@ -288,7 +288,7 @@ def force_timing(found: Alignment, data: FilteredRecord) -> int | Missing:
 
 def law_in_time(law: LawAgreement, data: FilteredRecord, timing: int | Missing) -> LawAgreement:
     """A law check that says which of shift and delay the motion supports, where it is one."""
-    declared = data.axis.axis.control
+    declared = data.axis.control
     if not (law.delay and law.advice) or declared is None or declared.continuous:
         return law
     late = declared.delay + law.delay

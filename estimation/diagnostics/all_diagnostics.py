@@ -19,6 +19,7 @@ from axisid.estimation.signals import advice_on_rests
 from axisid.estimation.verdict_checks import Check, joined, made, unless_faulty, value_or
 from axisid.support.arrays import Exact
 from axisid.support.errors import Missing
+from axisid.support.one_thread import in_one_thread
 
 from .agreement_of_estimates import InstrumentTests, forms_check, method_check
 from .alignment import Alignment
@@ -158,7 +159,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
     for row in (
         Diagnostic(
             name=SUDDEN_STEPS,
-            check=lambda case: sudden_steps_check(case.data.axis.axis, case.data.record),
+            check=lambda case: sudden_steps_check(case.data.axis, case.data.record),
             by_record=True,
         ),
         Diagnostic(name="control law", check=control_law_check, by_record=True),
@@ -260,7 +261,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
                     case.data.record,
                     case.levels,
                 )
-                if case.data.axis.axis.signals
+                if case.data.axis.signals
                 else None
             ),
             by_record=True,
@@ -287,7 +288,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         ),
         Diagnostic(
             name="drive gain",
-            check=lambda case: gain_check(case.preferred, case.problem.axis.axis.drive),
+            check=lambda case: gain_check(case.preferred, case.problem.axis.drive),
             several=True,
         ),
         Diagnostic(
@@ -306,6 +307,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
 }
 
 
+@in_one_thread
 def diagnose(case: DiagnosticInputs) -> Diagnosis:
     """What every diagnostic finds in a result."""
     by_record = {

@@ -195,7 +195,7 @@ def force_check(axis: GeneratedAxis, record: Record) -> Check | Missing | None:
     """The recorded force against what the drive makes of the control; nothing without both."""
     if record.force is None or record.control is None:
         return None
-    drive, longest = axis.axis.drive, record.longest()
+    drive, longest = axis.drive, record.longest()
     maker, of_maker = (
         ("the drive's gain", "gain times control")
         if drive.is_gain
@@ -209,7 +209,7 @@ def force_check(axis: GeneratedAxis, record: Record) -> Check | Missing | None:
     apart, found = compared
     deviation = float(np.hypot(found.factor_deviation, drive.relative_sd * by_gain))
     far = replace(found, factor_deviation=deviation).distances
-    scaled, shifted, q = far["factor"] > 1, far["offset"] > 1, axis.axis.coordinate
+    scaled, shifted, q = far["factor"] > 1, far["offset"] > 1, axis.coordinate
     lag, near = found.delay * record.period, apart <= _MAX_FORCE_DIFFERENCE
     late = abs(lag) > _MAX_FORCE_LAG
     good = near and not (scaled or late or shifted)
@@ -257,7 +257,7 @@ def force_check(axis: GeneratedAxis, record: Record) -> Check | Missing | None:
 
 def limit_check(axis: GeneratedAxis, record: Record) -> Check | None:
     """The recorded control against the drive's limit; nothing without either."""
-    drive = axis.axis.drive
+    drive = axis.drive
     if record.control is None or not np.isfinite(drive.limit):
         return None
     size, most_excess = np.abs(record.control)[unmasked(record)], MAX_LIMIT_EXCESS.value
@@ -366,7 +366,7 @@ def derivative_check(
     """What was found of a measured velocity or acceleration; nothing without the column."""
     if found is None or isinstance(found, Missing):
         return found
-    q, way = axis.axis.coordinate, "late" if found.delay >= 0 else "early"
+    q, way = axis.coordinate, "late" if found.delay >= 0 else "early"
     unit = str(q.velocity_unit if role == "velocity" else q.acceleration_unit)
     against = first_case(
         (

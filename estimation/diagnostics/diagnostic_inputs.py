@@ -6,7 +6,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from axisid.estimation.diagnostics.control_law import LawAgreement, law_agreement
+from axisid.estimation.diagnostics.control_law import LawAgreement, RecordLaws
 from axisid.estimation.estimates import Estimate, estimate_of_record
 from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.misspecification import (
@@ -22,7 +22,7 @@ from axisid.estimation.misspecification import (
 )
 from axisid.estimation.noise_models import noise_free_record
 from axisid.estimation.records import position_step
-from axisid.estimation.regression import DirectForm, recorded_loops
+from axisid.estimation.regression import recorded_loops
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.verdict_checks import (
     DEFAULT_LEVELS,
@@ -42,13 +42,13 @@ from .agreement_of_estimates import (
     LS_LESS_IV,
     SECOND_OPINION,
     InstrumentTests,
-    less_precise,
     strength_check,
     tests_of_instruments,
 )
 from .alignment import Alignment, alignment_check, alignment_of, force_timing, law_in_time
 from .column_comparison import ColumnComparison, compared_motion
-from .hausman import HausmanTest, hausman, significant_differences
+from .hausman import HausmanTest, hausman
+from .judged_method import judged_method
 from .parameter_checks import Excitation, excitation
 from .pooling import PoolingTest, pooling_test
 from .quantisation_bias import quantisation_bias
@@ -72,6 +72,8 @@ class DiagnosticInputs:
         The case of all records, where this one is of one of several.
     number : int
         The record among these.
+    compared_laws : RecordLaws or None
+        The control law compared with each record, where that was made already.
     """
 
     problem: Problem
@@ -79,53 +81,40 @@ class DiagnosticInputs:
     levels: Levels = DEFAULT_LEVELS
     whole: "DiagnosticInputs | None" = None
     number: int = 0
+    compared_laws: RecordLaws | None = None
 
     @cached_property
     def method(self) -> str:
-        """The method that is judged: output error or instruments, else least squares.
-
-        Output error where every record's control is the declared law's, on which it rests, but
-        where instruments differ from it and are the more precise; where the control is not the
-        law's, or that cannot be told, instruments. The inverse model before the direct one.
-        """
-        first, by_law = self._best(by_law=False), self._best(by_law=True)
-        if by_law == first or not self.laws_hold:
-            return first
-        if isinstance(apart := self._less("idm-iv", "didim"), Missing):
-            return by_law
-        moved = significant_differences(apart, self.levels.level)
-        return (
-            first if less_precise(moved, self.estimates[first], self.estimates[by_law]) else by_law
+        """The method that is judged, see `judged_method`."""
+        return judged_method(
+            self.estimates,
+            lambda: self.laws_hold,
+            lambda: self._less("idm-iv", "didim"),
+            self.levels.level,
         )
 
     @cached_property
+    def record_laws(self) -> RecordLaws:
+        """The control law compared with each record, unless that was made already."""
+        if self.compared_laws is not None:
+            return self.compared_laws
+        return RecordLaws(tuple((data.axis, data.record) for data in self.problem.data))
+
+    @property
     def laws(self) -> tuple[LawAgreement | Missing, ...]:
         """The control law against each record, or why it cannot be checked."""
-        return tuple(
-            unless_faulty(partial(law_agreement, data.axis, data.record))
-            for data in self.problem.data
-        )
+        return self.record_laws.agreements
 
     @property
     def laws_hold(self) -> bool:
         """Whether every record's control is the declared law's."""
-        return all(isinstance(law, LawAgreement) and law.passed for law in self.laws)
+        return self.record_laws.hold
 
     def _less(self, one: str, other: str) -> Mapping[str, HausmanTest] | Missing:
         """Estimate by one method less that by another, by parameter, or why that is not known."""
         if not {one, other} <= {*self.estimates}:
             return Missing(f"{one} and {other} did not both give an estimate")
         return unless_faulty(partial(hausman, self.estimates[one], self.estimates[other]))
-
-    def _best(self, *, by_law: bool) -> str:
-        return min(
-            self.estimates.items(),
-            key=lambda each: (
-                each[1].Z is None,
-                each[1].by_output_error != by_law,
-                isinstance(each[1].form, DirectForm),
-            ),
-        )[0]
 
     @property
     def data(self) -> FilteredRecord:

@@ -167,7 +167,7 @@ def _advice(axis: GeneratedAxis, record: Record, found: Misspecification) -> str
     if found.kind == "late signal":
         return advised_shift(name, value, max(MIN_DISTANCE_FROM_NOISE.value * deviation, 0.5))
     column = record.provenance.columns.get(name, "NAME")
-    (declared,) = (s for s in axis.axis.signals if s.name == name)
+    (declared,) = (s for s in axis.signals if s.name == name)
     # A factor within 2 % of that of another unit is that.
     vague = 0.02 + MIN_DISTANCE_FROM_NOISE.value * deviation / abs(value)
     return scale_remedy(name, column, str(declared.unit), 1 / value, vague) or (
@@ -180,7 +180,7 @@ def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | N
     """How much of what is left is the model's, by what is left again where the motion repeats."""
     if found is None:
         return None
-    coordinate = preferred.form.axis.axis.coordinate
+    coordinate = preferred.form.axis.coordinate
     unit = coordinate.acceleration_unit if preferred.is_direct else coordinate.force_unit
     noise = f"{found.noise:.2g} {unit} is noise"
     again = "repeats" if found.period is None else f"repeats every {found.period:.4g} s"
@@ -233,7 +233,7 @@ def simulation_error_check(
     error = preferred.simulation_error_percent or 0.0  # none but where nothing was simulated
     good = error < MAX_SIMULATION_ERROR.value
     but = f" but for {error:.2g} %" * (error >= 10.0)  # less is not said
-    units = form.axis.axis.coordinate.unit, form.axis.axis.drive.unit
+    units = form.axis.coordinate.unit, form.axis.drive.unit
     noise = "".join(f" ({chain.told(*units)})" for chain in preferred.inference.chains[:1])
     blamed = (
         advice_on_rests(rest)

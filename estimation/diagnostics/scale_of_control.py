@@ -10,7 +10,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.thresholds import MAX_LAW_MOVE
 from axisid.estimation.verdict_checks import Check
@@ -36,38 +35,43 @@ def _with_effect_of_scale(check: Check, case: DiagnosticInputs, law: LawAgreemen
     if not shown or case.data.record.force is not None:
         return check
     share, deviation = shown[0].values[SCALE], shown[0].deviations[SCALE]
-    per_share = _moves_per_share(case.problem, case.preferred.physical)
-    deviations: dict[str, float] = {}
-    for (name, value), move in zip(case.preferred.parameters.items(), per_share, strict=True):
-        unsure = np.hypot(value.deviation, move * deviation)
+    # Noise and rounding in what the law reads make the control look smaller than the law's, by as
+    # much at most as the square of the part that the law does not reproduce.
+    dilution = (shown[0].left_percent / 100) ** 2
+    certain = max(abs(share) - dilution, 0.0) / abs(share)
+    moves = _moved_by_scale(case, share)
+    shifts: dict[str, float] = {}
+    for (name, value), move in zip(case.preferred.parameters.items(), moves, strict=True):
+        unsure = np.hypot(value.deviation, move * deviation / share)
         if value.deviation > 0 and np.isfinite(unsure):
-            deviations[name] = float(abs(move * share) / unsure)
-    if not deviations:
+            shifts[name] = float(certain * abs(move) / unsure)
+    worst = max(shifts, key=lambda name: shifts[name], default="")
+    if not worst or shifts[worst] <= MAX_LAW_MOVE.value:
         return check
-    name = max(deviations, key=lambda each: deviations[each])
-    if deviations[name] <= MAX_LAW_MOVE.value:
-        return check
-    moved = share * per_share[list(case.preferred.parameters).index(name)]
-    unit = case.preferred.parameters[name].unit
+    move = moves[[*case.preferred.parameters].index(worst)]
+    unit = case.preferred.parameters[worst].unit
     return replace(
         check,
         status="fail",
-        figure=deviations[name],
+        figure=shifts[worst],
         threshold=MAX_LAW_MOVE.value,
         source=MAX_LAW_MOVE.source,
         meaning=f"{check.meaning}; but it may be recorded {1 + share:.5g} times as large as it is, "
-        f"which moves {name} by {moved:+.2g} {unit} ({deviations[name]:.2g} standard errors). "
-        "Check the scale of the control and the gains of the law",
+        f"which moves {worst} by {move:+.2g} {unit} ({shifts[worst]:.2g} standard errors). Check "
+        "the scale of the control and the gains of the law",
     )
 
 
-def _moves_per_share(problem: Problem, physical: Array) -> Array:
-    """Return the change of each parameter for a control recorded twice as large, to first order.
+def _moved_by_scale(case: DiagnosticInputs, share: float) -> Array:
+    """Return the change of each parameter, (p,), where the control is 1 + share times too large.
 
-    The force ``F = phi theta + c`` grows by F itself, and its known part c does not grow in the
-    model, so that the parameters move by ``phi^+ (phi theta + c)``: by theta where no part of the
-    force is known.
+    The force F of the recorded control u and that of ``u / (1 + share)`` differ by what the drive
+    makes of the difference, and the parameters by ``X^+ (F(u) - F(u / (1 + share)))``.
     """
-    rows = problem.rows(problem.form(InverseForm).at(physical))
-    force = rows.predicted(physical)
-    return np.asarray(np.linalg.lstsq(rows.regressor, force, rcond=None)[0], dtype=float)
+    data, control = case.data, case.data.acting_control
+    form = case.problem.form(InverseForm).at(case.preferred.physical)
+    regressor = case.problem.rows(form).regressor
+    if control is None:
+        return np.zeros(regressor.shape[1])
+    lost = data.reduce(data.force_by(control / (1 + share) - control))
+    return np.asarray(np.linalg.lstsq(regressor, -lost, rcond=None)[0], dtype=float)

@@ -3,22 +3,23 @@
 A body with inertia moves in one sample period by nearly as much as in the period before. A step is
 sudden if it is larger or smaller than both neighbouring steps, and the difference is more than
 twice the largest change between steps elsewhere in the record. The position must be in motion
-directly before or after it, because a short move from rest to rest can fall into one sample period.
+before or after it, because a short move from rest to rest can fall into one sample period.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
+from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.records import Record, wild_steps
 from axisid.estimation.verdict_checks import Check
-from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, mask_of
 
 SUDDEN_STEPS = "sudden steps"
-_FEWEST_HELD = 2  # steps of 0 before a sudden step, from which the encoder was stuck
-_IN_MOTION = 3  # steps in one direction, next to each other, by which the position is in motion
+_WINDOW = 10  # steps before or after a sudden one, by which the position is in motion or at rest
+_LEAST_SURPLUS = 3  # of these in one direction
+_STUCK = 2.0  # times the motion that was missed, up to which a stuck encoder catches up
+_WHOLE_RANGE = 0.9  # of the recorded positions, from which a step back is a new turn
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,64 +32,81 @@ class SuddenStep:
         The sample before the step.
     size : float
         Change of the position in the step, m or rad.
-    neighbour : float
-        Change of the position in a neighbouring step that belongs to the motion, m or rad.
+    motion : float
+        Mean change of the position in the steps after it, or before it, m or rad.
     held : int
         Number of steps of 0 directly before it.
     is_asked : bool
         Whether the reference makes a sudden step at the same place.
+    range : float
+        Of the recorded positions, m or rad.
     """
 
     place: int
     size: float
-    neighbour: float
+    motion: float
     held: int
     is_asked: bool
+    range: float
 
     @property
-    def is_against_motion(self) -> bool:
-        """Whether the position jumps back, against the direction of its motion."""
-        return self.size * self.neighbour < 0
+    def is_new_turn(self) -> bool:
+        """Whether the position jumps back by its whole range, as one that starts again does."""
+        return self.size * self.motion < 0 and abs(self.size) >= _WHOLE_RANGE * self.range
 
     @property
     def is_repeat(self) -> bool:
         """Whether the step is smaller than the motion, as where a sample is recorded twice."""
-        return abs(self.size) < abs(self.neighbour)
+        return abs(self.size) < abs(self.motion)
+
+    @property
+    def is_release(self) -> bool:
+        """Whether the position stood still and then catches up, as that of a stuck encoder."""
+        missed = (self.held + 1) * abs(self.motion)
+        return self.held > 0 and abs(self.size) <= _STUCK * missed
 
 
 def sudden_steps(record: Record) -> list[SuddenStep]:
     """Return the sudden steps of a recorded position, except those next to a masked sample."""
     masked = mask_of(record.masked, len(record))
-    steps = [step for start, stop in record.spans for step in _steps_of(record, start, stop)]
-    return [step for step in steps if not masked[step.place : step.place + 2].any()]
-
-
-def _steps_of(record: Record, start: int, stop: int) -> Iterator[SuddenStep]:
-    """Yield the sudden steps of a piece without gaps."""
-    position = record.position[start:stop]
-    moved = np.diff(position)
     asked: set[int] = set()
     if record.reference is not None:
-        asked = set(wild_steps(record.reference[start:stop]).tolist())
-    for place in wild_steps(position).tolist():
-        moving = np.flatnonzero(moved[:place])
-        held = place - 1 - int(moving[-1]) if len(moving) else 0
-        before = _motion(moved[max(place - _IN_MOTION, 0) : place][::-1])
-        after = _motion(moved[place + 1 : place + 1 + _IN_MOTION])
-        neighbour = after or before
-        if neighbour:
-            yield SuddenStep(start + place, float(moved[place]), neighbour, held, place in asked)
+        asked = set(wild_steps(record.reference, record.spans).tolist())
+    moved = np.diff(record.position)
+    # The last step before each place that is not 0; -1 before the first.
+    moving = np.where(moved != 0, np.arange(len(moved)), -1)
+    last_moving = np.concatenate([[-1], np.maximum.accumulate(moving)])
+    starts, stops = np.array(record.spans).T
+    found = []
+    for place in wild_steps(record.position, record.spans).tolist():
+        piece = int(np.searchsorted(starts, place, side="right")) - 1
+        begin, end = int(starts[piece]), int(stops[piece]) - 1
+        before = _mean_motion(moved[max(place - _WINDOW, begin) : place])
+        after = _mean_motion(moved[place + 1 : min(place + 1 + _WINDOW, end)])
+        motion = after or before
+        if not motion or masked[place : place + 2].any():
+            continue
+        step = SuddenStep(
+            place=place,
+            size=float(moved[place]),
+            motion=motion,
+            held=place - 1 - max(int(last_moving[place]), begin - 1),
+            is_asked=place in asked,
+            range=float(np.ptp(record.position)),
+        )
+        found.append(step)
+    return found
 
 
-def _motion(steps: Array) -> float:
-    """Return the first of some steps if all have one direction; 0 if the position rests."""
-    in_one_direction = np.all(steps > 0) or np.all(steps < 0)
-    if len(steps) < _IN_MOTION or not in_one_direction:
+def _mean_motion(steps: Array) -> float:
+    """Return the mean of some steps if most have one direction; 0 where the position rests."""
+    surplus = abs(float(np.sign(steps).sum()))
+    if surplus < _LEAST_SURPLUS:
         return 0.0
-    return float(steps[0])
+    return float(steps.mean())
 
 
-def sudden_steps_check(axis: Axis, record: Record) -> Check | None:
+def sudden_steps_check(axis: GeneratedAxis, record: Record) -> Check | None:
     """Check that the recorded position has no sudden step.
 
     None for a record whose position was integrated from its velocity.
@@ -109,7 +127,7 @@ def sudden_steps_check(axis: Axis, record: Record) -> Check | None:
     )
 
 
-def _meaning(axis: Axis, record: Record, found: list[SuddenStep]) -> str:
+def _meaning(axis: GeneratedAxis, record: Record, found: list[SuddenStep]) -> str:
     largest = max(found, key=_size)
     others = ""
     if len(found) > 1:
@@ -122,20 +140,22 @@ def _meaning(axis: Axis, record: Record, found: list[SuddenStep]) -> str:
 
 
 def _cause_and_remedy(step: SuddenStep) -> str:
-    if step.is_against_motion:
+    if step.is_new_turn:
         return (
-            "It jumps against its motion, as a position that starts again after a turn, or an "
-            "encoder that loses counts. If it starts again, declare its range with wrap, or unwrap "
-            "the position first; else mend the encoder"
+            "It jumps back by its whole range, as a position that starts again after a turn does. "
+            "Declare that range with wrap, or unwrap the position first"
         )
     mend = "Leave these places out with windows, or mend the recorder"
-    if step.is_asked and step.is_repeat:
-        return f"The reference does the same: a sample is recorded twice. {mend}"
+    where = "there"
     if step.is_asked:
-        return f"The reference does the same: samples are missing. {mend}"
-    if step.held >= _FEWEST_HELD:
+        where = "there, as the reference makes the same step"
+    if step.is_repeat:
+        return f"A sample is recorded twice {where}, or the encoder stood still. {mend}"
+    if step.is_release and not step.is_asked:
         stood = f"The position stood still for {step.held} periods before"
         return f"{stood}: the encoder was stuck. {mend}"
+    if step.is_asked:
+        return f"Samples are missing {where}. {mend}"
     return f"Samples are missing there, or the encoder lost counts. {mend}"
 
 

@@ -90,7 +90,7 @@ def check_time_known(axis: GeneratedAxis) -> None:
     estimated = axis.declared.drive.estimated
     if estimated is not None:
         raise UsageError(
-            f"axis {axis.axis.name!r}: the {estimated[0]} of its drive is to be estimated, which "
+            f"axis {axis.name!r}: the {estimated[0]} of its drive is to be estimated, which "
             "identify does of one record; declare what it finds as a number here.",
             code="drive-time",
         )
@@ -163,8 +163,8 @@ def check_visible(
     if not np.isfinite(noise):
         return  # the signals' size is refused where it is regressed
     unseen: dict[str, str] = {}
-    natural, unit_of_force = typical_magnitudes(axis, reach), axis.axis.coordinate.force_unit
-    for j, p in enumerate(axis.axis.parameters):
+    natural, unit_of_force = typical_magnitudes(axis, reach), axis.coordinate.force_unit
+    for j, p in enumerate(axis.declared_parameters):
         if axis.nonlinear[j]:
             continue  # its column is a slope about a point
         if norms[j] == 0:
@@ -205,9 +205,9 @@ def typical_magnitudes(
     The force, the travel and the times that the motion gives, to the powers of the unit; infinite
     where it has others (an ampere; a length on a rotary axis), or stands beside a recorded signal.
     """
-    named = axis.axis.parameters if parameters is None else parameters
+    named = axis.declared_parameters if parameters is None else parameters
     sizes = np.array([_natural(axis, p.unit, reach) for p in named])
-    if axis.axis.signals and [p.name for p in named] == list(axis.names):
+    if axis.signals and [p.name for p in named] == list(axis.names):
         sizes[columns_by_signal(axis)["recorded"]] = np.inf
     return sizes
 
@@ -217,7 +217,7 @@ def detection_limits(axis: GeneratedAxis, reach: SignalRanges) -> Array:
     natural = typical_magnitudes(axis, reach)
     with np.errstate(divide="ignore"):
         by_force = _MAX_CANCELLED_FORCE * reach.force / reach.columns
-    sizes = [_farthest(p, float(n)) for p, n in zip(axis.axis.parameters, natural, strict=True)]
+    sizes = [_farthest(p, float(n)) for p, n in zip(axis.declared_parameters, natural, strict=True)]
     return np.minimum(by_force, sizes)
 
 
@@ -232,7 +232,7 @@ def _farthest(parameter: Parameter, natural: float) -> float:
 def _natural(axis: GeneratedAxis, unit: str, reach: SignalRanges) -> float:
     mass, length, time, current, warmth = map(float, parse_unit(unit).exponents)
     travel = reach.travel[1] - reach.travel[0]
-    rotary = axis.axis.coordinate.unit == "rad"  # no unit itself: of its powers none can be seen
+    rotary = axis.coordinate.unit == "rad"  # no unit itself: of its powers none can be seen
     lengths, times = length - (2 if rotary else 1) * mass, time + 2 * mass
     if current or warmth or (rotary and lengths):
         return np.inf

@@ -102,12 +102,12 @@ class Problem(Uncached):
         check_time_known(self.axis)
         if self.joint_form is None and self.axis.unidentifiable:
             raise EstimationError(
-                f"axis {self.axis.axis.name!r} cannot be identified: "
+                f"axis {self.axis.name!r} cannot be identified: "
                 f"{'; '.join(self.axis.unidentifiable)}. Declare the combination as one parameter."
             )
 
     def __repr__(self) -> str:
-        return f"{self.axis.axis.name} from {', '.join(map(repr, self.data))}"
+        return f"{self.axis.name} from {', '.join(map(repr, self.data))}"
 
     @cached_property
     def neighbours(self) -> RowTimes:

@@ -7,7 +7,7 @@ import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.estimation.choices import INSTRUMENT_STARTS, ROW_LOSSES, is_output_error
-from axisid.estimation.diagnostics import DiagnosticInputs
+from axisid.estimation.diagnostics.control_law import RecordLaws
 from axisid.estimation.estimates import COVARIANCES, Estimate
 from axisid.estimation.estimation_problem import Problem, check_has_rows
 from axisid.estimation.methods import METHODS, Bootstrap, estimate_by
@@ -19,6 +19,7 @@ from axisid.estimation.unknowns import KnownValue
 from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Levels
 from axisid.modeling.declaration import Axis
 from axisid.support.errors import EstimationError, ModelError, UsageError, check_among, listed
+from axisid.support.one_thread import in_one_thread
 
 from .bounded_identification import axis_at_bounds, bounded_identification
 from .drive_delay_estimation import identify_with_drive_time
@@ -26,6 +27,7 @@ from .joint_records import joint_records
 from .result import Identification
 
 
+@in_one_thread
 def identify(
     axis: Axis | GeneratedAxis,
     record: Record | Sequence[Record],
@@ -183,11 +185,12 @@ def identify_problem(
     estimates, skipped, failed = dict[str, Estimate](), dict[str, str](), dict[str, str]()
     lost: EstimationError | None = None
     chosen = [*METHODS] if requested is None else requested
+    laws = RecordLaws(tuple((data.axis, data.record) for data in problem.data))
     twins = Bootstrap(
         problem=problem,
         count=bootstrap,
         methods=chosen,
-        has_laws=lambda: DiagnosticInputs(problem=problem, estimates={}).laws_hold,
+        has_laws=lambda: laws.hold,
         loss=loss,
     )
     for method in dict.fromkeys(chosen):
@@ -222,6 +225,7 @@ def identify_problem(
         requested=as_given,
         set_aside=set_aside or {},
         levels=levels,
+        compared_laws=laws,
     )
 
 

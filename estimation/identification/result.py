@@ -9,6 +9,7 @@ import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.diagnostics import Diagnosis, DiagnosticInputs, diagnose
+from axisid.estimation.diagnostics.control_law import RecordLaws
 from axisid.estimation.estimates import (
     Estimate,
     PhysicalByMethod,
@@ -244,9 +245,12 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
         From when on a check tells something of the model.
     further : tuple of Check
         What else the verdict lists: whether it holds on second records, see `Validation.check`.
+    compared_laws : RecordLaws or None
+        The control law compared with each record, if that was made with the estimates.
     """
 
     further: tuple[Check, ...] = ()
+    compared_laws: RecordLaws | None = None
 
     @property
     def axis(self) -> GeneratedAxis:
@@ -271,7 +275,10 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
         parameters are those of all records. One record is its own part.
         """
         parts = self.case.parts if self.case.has_parts else ()
-        whole = (replace(self, problem=p.problem, estimates=p.estimates) for p in parts)
+        whole = (
+            replace(self, problem=p.problem, estimates=p.estimates, compared_laws=None)
+            for p in parts
+        )
         return tuple(whole) or (self,)
 
     def part(self, number: int) -> "Identification":
@@ -322,7 +329,7 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
 
     def __repr__(self) -> str:
         return (
-            f"identification of {self.axis.axis.name} from {' and '.join(self.record_names)}: "
+            f"identification of {self.axis.name} from {' and '.join(self.record_names)}: "
             f"{', '.join(self.estimates)}"
         )
 
@@ -351,7 +358,12 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
     @cached_property
     def case(self) -> DiagnosticInputs:
         """What is judged of it, and what was measured to tell."""
-        return DiagnosticInputs(problem=self.problem, estimates=self.estimates, levels=self.levels)
+        return DiagnosticInputs(
+            problem=self.problem,
+            estimates=self.estimates,
+            levels=self.levels,
+            compared_laws=self.compared_laws,
+        )
 
     @cached_property
     def diagnosis(self) -> Diagnosis:

@@ -88,13 +88,13 @@ class LawReplay:
         """
         control = np.asarray(record.control) - as_logged(axis, ticks.added_at_samples(law.delay))
         # Behind a lag nothing tells where the command was at its limit.
-        hidden = axis.axis.response is not None and axis.axis.drive.logged == "current"
+        hidden = axis.response is not None and axis.drive.logged == "current"
         near = np.abs(control) >= (1 - _NEAR_LIMIT) * limit_in_log(axis)
-        limit = np.where(near & (not hidden), axis.axis.drive.limit, np.inf)
+        limit = np.where(near & (not hidden), axis.drive.limit, np.inf)
         sample = np.searchsorted(
             ticks.held, np.arange(len(ticks)) + control_delay_in_log(axis, law)
         )
-        functions = law_functions(law, axis.axis.signal_symbols)
+        functions = law_functions(law, axis.signal_symbols)
         start = functions["law_start"](ticks.reference[0], ticks.position[0])
         return cls(
             law=law,
@@ -119,9 +119,9 @@ class LawReplay:
             law=law,
             ticks=ticks,
             control=np.zeros(len(ticks.held)),
-            limit=np.full(len(ticks.held), axis.axis.drive.limit),
-            limits=np.full(len(ticks), axis.axis.drive.limit),
-            functions=law_functions(law, axis.axis.signal_symbols),
+            limit=np.full(len(ticks.held), axis.drive.limit),
+            limits=np.full(len(ticks), axis.drive.limit),
+            functions=law_functions(law, axis.signal_symbols),
             logged=lambda output, **_: output,
             gains=np.array([*law.gains.values()], dtype=float),
             start=start[: len(law.memory)],

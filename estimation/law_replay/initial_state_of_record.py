@@ -296,7 +296,7 @@ def with_drive_memory(
     start : LoopStart
         With what the law remembers; None of it for that of an axis at rest.
     """
-    response, first = axis.axis.response, span[0]
+    response, first = axis.response, span[0]
     if response is None:
         return start
     signals, memory = recorded_signals(axis, record.provenance.source, record.signals), start.memory
@@ -307,15 +307,15 @@ def with_drive_memory(
         if record.control is None:
             return replace(start, memory=memory)
         memory = memory[: -len(response.remembered)]
-    late = response.late if axis.axis.drive.logged == "applied" else 0
+    late = response.late if axis.drive.logged == "applied" else 0
     # The newest first; those that act before the record are taken for the first that does in it,
     # as is the force that is there.
     ahead = np.maximum(late - 1 - np.arange(len(response.forces)), 0)
     ahead[len(ahead) - response.keeps_force :] = 0
     rows = np.minimum(first + ahead, span[1] - 1)
-    controls, path = np.asarray(record.control)[rows], axis.axis.drive.path
+    controls, path = np.asarray(record.control)[rows], axis.drive.path
     last = float(np.asarray(record.control)[first])
-    if axis.axis.drive.logs_what_acts:
+    if axis.drive.logs_what_acts:
         last = path.command(last)
     else:
         controls = np.array([path.end(float(each)) for each in controls])

@@ -31,7 +31,7 @@ LIMIT = "drive's limit"  # beside the terms of a law that may be other than decl
 @lru_cache(maxsize=64)  # of an axis it is asked for each segment of its records
 def with_limit(axis: GeneratedAxis, limit: float, *, native: bool) -> GeneratedAxis:
     """The axis whose drive has another limit, compiled or not."""
-    return build(replace(axis.axis, drive=replace(axis.axis.drive, limit=limit)), native=native)
+    return build(replace(axis.axis, drive=replace(axis.drive, limit=limit)), native=native)
 
 
 @cached_while_alive

@@ -33,6 +33,7 @@ from axisid.estimation.thresholds import NO_RELATION
 from axisid.estimation.unknowns import perturbed_joint_forms
 from axisid.support.arrays import Array, Deferred, relative_error_percent
 from axisid.support.errors import DataError, EstimationError, ModelError
+from axisid.support.one_thread import in_one_thread
 
 from .least_squares import loss_remarks
 from .method import Fit, Method
@@ -172,6 +173,7 @@ def _remarks(problem: Problem, fit: Fit, loss: str) -> Iterator[str]:
     yield from (p.out_of_bounds(value) for p, value in values if not p.allows(value))
 
 
+@in_one_thread
 def _inference(
     problem: Problem,
     fit: Fit,
@@ -288,7 +290,7 @@ def _noise(problem: Problem, correction: BootstrapCorrection) -> str:
     chains = correction.twins.chains
     if all(each.is_silent for each in chains):
         return ", of a loop that shows no noise"
-    axis = problem.axis.axis
+    axis = problem.axis
     noise = [each.told(axis.coordinate.unit, axis.drive.unit) for each in chains]
     if len(noise) > 1:
         noise = [f"record {number}: {each}" for number, each in enumerate(noise, 1)]
@@ -305,7 +307,7 @@ def gain_relative_sd(problem: Problem) -> float:
     """Of the gain that scaled the force; 0 for a measured force, and where it is estimated."""
     measured = all(data.record.force is not None for data in problem.data)
     estimated = problem.joint_form is not None and problem.joint_form.gain is not None
-    return 0.0 if measured or estimated else problem.axis.axis.drive.relative_sd
+    return 0.0 if measured or estimated else problem.axis.drive.relative_sd
 
 
 def _own_rows(values: Array, weights: Array) -> Array:

@@ -121,7 +121,7 @@ def check_loss(loss: str, form: Form) -> None:
     if loss in LOSS_FUNCTIONS and not form.is_linear:
         raise ModelError(
             f"the {loss} loss is of models that are linear in their parameters, and axis "
-            f'{form.axis.axis.name!r} is not; use loss="{SQUARES_LOSS}", or fit the control '
+            f'{form.axis.name!r} is not; use loss="{SQUARES_LOSS}", or fit the control '
             "with a loss.",
             code="method",
         )

@@ -57,7 +57,7 @@ def _mean_until_next(axis: GeneratedAxis, record: Record) -> Array | None:
         None where the law is evaluated at the samples or seldomer, where the reference is not held
         between them, so that the control is no sawtooth, or where the law cannot be run.
     """
-    law = axis.axis.control
+    law = axis.control
     if law is None or record.reference is None or record.control is None:
         return None
     pieces = []

@@ -69,7 +69,7 @@ class Hypothesis:
 def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
     """All that is looked for: terms of the motion, what is held or changes in time, signals."""
     data = scores.data
-    axis, drive = data.axis.axis, data.axis.axis.drive
+    axis, drive = data.axis, data.axis.drive
     commanded = data.record.force is None and drive.is_gain and not drive.logs_what_acts
     is_turning = axis.coordinate.unit == "rad"
     most = scores.twins - 1 if scores.twins else len(scores.along.place)
@@ -210,7 +210,7 @@ def _of_signals(scores: RecordScores) -> list[Hypothesis]:
     return [
         hypothesis
         for name, values in record.signals.items()
-        if name in {signal.name for signal in scores.data.axis.axis.signals}
+        if name in {signal.name for signal in scores.data.axis.signals}
         for hypothesis in (
             Hypothesis(
                 kind="late signal",

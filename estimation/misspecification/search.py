@@ -382,15 +382,15 @@ def misspecification_text(lack: Misspecification, axis: GeneratedAxis, record: R
     part = share if lack.share <= 1 else "this is more than the force"
     by = f"{size:+.3g} +- {deviation:.1g} {unit}".rstrip()
     if lack.is_term:
-        term, drive = TERMS[kind], axis.axis.drive
+        term, drive = TERMS[kind], axis.drive
         what, advice = term.opposite if term.opposite and size < 0 else (term.what, term.declare)
-        if kind == "stribeck" and axis.axis.has_stribeck:
+        if kind == "stribeck" and axis.has_stribeck:
             advice = "another velocity or exponent of stribeck"
         words = {
-            "q": axis.axis.coordinate.name,
-            "unit": axis.axis.coordinate.unit,
+            "q": axis.coordinate.name,
+            "unit": axis.coordinate.unit,
             "drive": drive.unit,
-            "force": axis.axis.coordinate.force_unit,
+            "force": axis.coordinate.force_unit,
             "at": lack.at,
             "rigid": lack.at / 3,  # of an antiresonance
             "band": drive.deadband + size / abs(drive.gain) if kind == "dead band" else 0.0,

@@ -38,6 +38,7 @@ from axisid.support.errors import (
     quoted,
     refuse,
 )
+from axisid.support.one_thread import in_one_thread
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
 
@@ -178,6 +179,7 @@ class Comparison(HasRecords, Checked, Presentable, Exact):
         return found[name]
 
 
+@in_one_thread
 def compare(
     axes: Mapping[str, Axis | GeneratedAxis] | Sequence[Axis | GeneratedAxis],
     record: Record | Sequence[Record],

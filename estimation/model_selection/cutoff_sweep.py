@@ -54,6 +54,7 @@ from axisid.support.errors import (
     is_real,
     quoted,
 )
+from axisid.support.one_thread import in_one_thread
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
 
@@ -132,7 +133,7 @@ def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
         left = f"{strays.sum()} of {len(strays)} cut-offs are left out, where it is twice the least"
         predicted = (
             f" (half a second ahead they predict the position to {motion[chosen]:.2g} "
-            f"{result.axis.axis.coordinate.unit}{f'; {left}' * bool(strays.any())})"
+            f"{result.axis.coordinate.unit}{f'; {left}' * bool(strays.any())})"
         )
     return cutoff, f"{_WHERE}{predicted}, since {why}{_further(chosen, len(judged))}"
 
@@ -293,6 +294,7 @@ class Sweep(Checked, Presentable, Exact):
         return tuple(result.estimates.get(method) for result in self.results)
 
 
+@in_one_thread
 def sweep(
     axis: Axis | GeneratedAxis,
     record: Record | Sequence[Record],

@@ -53,6 +53,7 @@ from axisid.support.errors import (
     check_among,
     quoted,
 )
+from axisid.support.one_thread import in_one_thread
 
 from .validation_result import (
     MAX_VALIDATION_ERROR,
@@ -65,6 +66,7 @@ from .validation_result import (
 
 
 @np.errstate(all="ignore")
+@in_one_thread
 def validate(
     result: Identification | Any, record: Record, *, like: int | None = None
 ) -> Validation:
@@ -116,12 +118,12 @@ def validate(
     )
     return Validation(
         record=record,
-        unit=result.axis.axis.coordinate.unit,
+        unit=result.axis.coordinate.unit,
         methods=methods,
         known_share=_known_share(
             [of_one.record for of_one in whole.of_records] or [whole.record], record
         ),
-        time_base=law_clock(result.axis.axis.control, record).doubt or None,
+        time_base=law_clock(result.axis.control, record).doubt or None,
         law=law,
         levels=levels,
     )
@@ -357,10 +359,10 @@ def validate_fit(
     followed = result.outputs[0] if output is None else str(output)
     check_among(("output of the fit", followed, result.outputs))
     axis = result.axes[0]
-    if others := [*(record.signals.keys() - {signal.name for signal in axis.axis.signals})]:
+    if others := [*(record.signals.keys() - {signal.name for signal in axis.signals})]:
         raise UsageError(
             f"{record.provenance.source} has the signal {others[0]!r}, which the fit's axis "
-            f"{axis.axis.name!r} does not declare: it is of another axis. Read the record for "
+            f"{axis.name!r} does not declare: it is of another axis. Read the record for "
             "this one, or fit that one.",
             code="validation",
         )

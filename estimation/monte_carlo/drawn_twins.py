@@ -221,7 +221,7 @@ def drawn_twin(plan: TwinPlan, noise: Chain, seed: int, run: int) -> Record:
         loop = replace(loop, control=loop.control - disturbance)
     record = own.record(
         loop,
-        f"twin {run + 1} of {plan.axis.axis.name}, seed {seed}",
+        f"twin {run + 1} of {plan.axis.name}, seed {seed}",
         None if noise.velocity is None else loop.velocity,
         None if noise.acceleration is None else own.acceleration(loop),
     )
@@ -233,7 +233,7 @@ def _at_rest(plan: TwinPlan, position: Array) -> str:
     if np.ptp(position) or not np.ptp(plan.reference):
         return ""
     return (
-        f"axis {plan.axis.axis.name!r} does not move with {plan.axis.describe(plan.truth)}: its "
+        f"axis {plan.axis.name!r} does not move with {plan.axis.describe(plan.truth)}: its "
         "friction holds whatever the drive gives. Give true values with which it moves."
     )
 
@@ -246,9 +246,9 @@ def are_lanes(plan: MonteCarloPlan) -> bool:
         and (settings["start"], settings["loss"]) == (INSTRUMENT_STARTS[0], ROW_LOSSES[0])
         and plan.axis.names == tuple(p.name for p in plan.axis.declared.parameters)
         and made.clocks is None
-        and not (made.signals or made.axis.axis.signals)
-        and made.axis.axis.response is None
-        and not made.axis.axis.drive.logs_what_acts
+        and not (made.signals or made.axis.signals)
+        and made.axis.response is None
+        and not made.axis.drive.logs_what_acts
         # Twins differ by the noise of their position, and of their recorded control, alone.
         and replace(plan.noise, position=0.0, control=()) == Chain()
         and is_served(plan.axis, made.period, plan.methods[0])

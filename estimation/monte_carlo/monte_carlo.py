@@ -40,6 +40,7 @@ from axisid.support.errors import (
     refuse,
 )
 from axisid.support.jobs import Failure, pace, run_jobs
+from axisid.support.one_thread import in_one_thread
 from axisid.support.progress import Progress
 
 from .drawn_twins import noise_of, twin_of
@@ -102,6 +103,7 @@ _MOST_REASONS = 3  # that are told where nothing came of any run
 Keep: TypeAlias = Callable[[MonteCarlo], None]
 
 
+@in_one_thread
 def monte_carlo(
     axis: Axis | GeneratedAxis,
     runs: int = 1000,

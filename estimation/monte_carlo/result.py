@@ -46,7 +46,7 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
 
     def __repr__(self) -> str:
         return (
-            f"Monte-Carlo study of {self.plan.axis.axis.name}: {len(self)} twins by "
+            f"Monte-Carlo study of {self.plan.axis.name}: {len(self)} twins by "
             f"{', '.join(self.plan.methods)}"
         )
 

@@ -90,7 +90,7 @@ def write_runs(result: MonteCarlo, path: str | Path) -> Path:
     units = {name: unit for name, unit, _ in _estimand_columns(result)}
     plan, columns = result.plan, run_columns(result)
     settings = {
-        "axis": plan.axis.axis.name,
+        "axis": plan.axis.name,
         "signature": plan.axis.signature,
         "twin": plan.twin.axis.name,
         "twin_signature": plan.twin.signature,

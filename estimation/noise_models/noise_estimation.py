@@ -82,12 +82,12 @@ def measured_noise(
         velocity_step=velocity_step,
         velocity=0.0 if velocity_step else _white(data.record, quiet.record, "velocity"),
         acceleration=_white(data.record, quiet.record, "acceleration"),
-        control_step=0.0 if data.axis.axis.drive.quantisation else control_step(data.record),
+        control_step=0.0 if data.axis.drive.quantisation else control_step(data.record),
         is_measured_by_law=is_measured_by_law(data),
     )
     position, jitter = _position_noise(data, quiet, physical, chain)
     chain = replace(chain, position=position, jitter=jitter)
-    if data.axis.axis.states:  # friction that remembers has no rows
+    if data.axis.states:  # friction that remembers has no rows
         return chain
     # Near turns of either the equation has errors that are no noise of a given colour.
     moving = data.turning_as(quiet.record.position, also=True)

@@ -163,7 +163,7 @@ def noise_free_record(data: FilteredRecord, loops: Sequence[Simulation]) -> Filt
     A column that was recorded is made of the loops as its sensor would see them.
     """
     record = data.record
-    jumps = data.axis.axis.jumps
+    jumps = data.axis.jumps
     sensed = jumps and data.prefilter.hold != "zoh"  # else it is what is held from the sample on
     simulated: dict[str, Callable[[Simulation], Array]] = {
         "position": lambda s: s.position,

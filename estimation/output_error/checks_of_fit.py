@@ -48,6 +48,7 @@ from axisid.estimation.thresholds import (
 from axisid.estimation.unknowns import GAIN
 from axisid.estimation.verdict_checks import Check, NotUsed, joined, made, status_of
 from axisid.support.errors import Missing
+from axisid.support.one_thread import in_one_thread
 
 from .result import OutputFit
 
@@ -74,6 +75,7 @@ _REMEDIES = {
 }
 
 
+@in_one_thread
 def judged(of: OutputFit) -> tuple[Check, ...]:
     """The checks, in the order in which they are told."""
     checks = (made(name, partial(check, of)) for name, check in _CHECKS.items())
@@ -360,8 +362,7 @@ def joined_check(name: str, of: OutputFit) -> Check | None:
 def steps_check(of: OutputFit) -> Check | None:
     """Check each recorded position for sudden steps."""
     checks = [
-        sudden_steps_check(each.axis, record)
-        for each, record in zip(of.axes, of.records, strict=True)
+        sudden_steps_check(each, record) for each, record in zip(of.axes, of.records, strict=True)
     ]
     return joined(checks, record_labels(of.records))
 

@@ -33,6 +33,7 @@ from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, UsageError, check_among, is_whole, quoted, refuse
+from axisid.support.one_thread import in_one_thread
 from axisid.support.progress import Progress
 
 from .checks_of_fit import judged
@@ -60,6 +61,7 @@ _SHARE_OF_DEVIATION = 0.05
 _TIME_STEP = 0.05  # periods, by which a time of the drive is longer for the slope by it
 
 
+@in_one_thread
 def fit(
     axis: Axis | GeneratedAxis,
     record: Record | Sequence[Record],

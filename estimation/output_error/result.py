@@ -320,7 +320,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         fit's parameters tell it, whatever output these are of.
         """
         axis, loops = self.axes[number], self.loops[number]
-        if axis.axis.states:
+        if axis.states:
             return Missing("friction that remembers has no rows in which that could be looked for")
         data = filtered_record(axis, self.records[number], Prefilter())
         model, searched = self.form.of_model, set(self.searched) - self.prior.keys()
@@ -360,7 +360,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     @cached_property
     def estimated_gains(self) -> EstimatedGains:
         """Gains of the law that were searched, and are not at a bound."""
-        law = self.axis.axis.control
+        law = self.axis.control
         names = () if law is None else tuple(name for name in law.gains if name in self.searched)
         places = [self.names.index(name) for name in names]
         dof = min((degrees_of_freedom_of(self.parameters[name]) for name in names), default=np.inf)

@@ -38,7 +38,7 @@ def measured_output(output: str, axis: GeneratedAxis, record: Record) -> tuple[s
     DataError
         The record has no such column.
     """
-    q, drive = axis.axis.coordinate, axis.axis.drive
+    q, drive = axis.coordinate, axis.drive
     name, unit, values = {
         CONTROL: (CONTROL, drive.unit, record.control),
         FORCE: (FORCE, q.force_unit, record.force),
@@ -121,7 +121,7 @@ class ClosedLoopResiduals(OutputResiduals):
             if each.axis.states and steps >= most_substeps(len(each.inputs.reference)):
                 raise EstimationError(
                     f"with {each.axis.describe(theta)} the friction of axis "
-                    f"{each.axis.axis.name!r} is so stiff that a sample takes {steps} "
+                    f"{each.axis.name!r} is so stiff that a sample takes {steps} "
                     "steps, the most there are; start from nominal values of the right order, or "
                     "bound the stiffness.",
                     code="simulation",

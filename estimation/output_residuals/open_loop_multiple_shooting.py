@@ -162,7 +162,7 @@ class MultipleShootingResiduals(OutputResiduals):
         records: Sequence[Record],
         horizon: float,
     ) -> None:
-        if remembers := [axis.axis.name for axis in axes if axis.states]:
+        if remembers := [axis.name for axis in axes if axis.states]:
             raise UsageError(
                 f"what the friction of axis {remembers[0]!r} remembers where a window begins is in "
                 "no record; follow the control or the position, whose loops begin as the record "
@@ -361,7 +361,7 @@ def _windows(
 
 
 def _control(axis: GeneratedAxis, record: Record) -> Array:
-    drive = axis.axis.drive
+    drive = axis.drive
     if record.control is not None:
         starts = [start for start, _ in record.spans]
         return acting_control(axis, np.asarray(record.control), starts, record.period)

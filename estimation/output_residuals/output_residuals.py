@@ -316,7 +316,7 @@ def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
     mapping of str to (n,) array
         Empty of a continuous law, and where a loop cannot be simulated.
     """
-    law, inputs = stretch.axis.axis.control, stretch.inputs
+    law, inputs = stretch.axis.control, stretch.inputs
     if law is None or law.continuous:
         return {}
     wanted = ("position", "velocity", "control")
@@ -345,7 +345,7 @@ def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
         return {}
     more, less = np.split(out, 2, axis=1)
     slopes = (more - less) / (2 * _ADDED_SHARE)
-    axis, limit = stretch.axis, stretch.axis.axis.drive.limit
+    axis, limit = stretch.axis, stretch.axis.drive.limit
     if np.any(np.abs(control) >= (1 - LIMIT_TOLERANCE.value) * limit):
         wider = with_limit(axis, (1 + _ADDED_SHARE) * limit, native=axis.native.enabled)
         other = replace(stretch, axis=wider)

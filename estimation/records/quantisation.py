@@ -45,7 +45,7 @@ def sensor_steps(axis: GeneratedAxis, record: Record) -> tuple[float, float]:
 
     0 where nothing is known of them, or where noise averages the velocity's.
     """
-    law, velocity = axis.axis.control, record.velocity
+    law, velocity = axis.control, record.velocity
     if law is None or law.continuous:
         return 0.0, 0.0
     if velocity is None:

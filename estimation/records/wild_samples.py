@@ -110,24 +110,30 @@ def without_wild_samples(
     return replace(columns.repaired(changed, repair), masks={**columns.masks, **masks})
 
 
-def wild_steps(position: Array) -> Places:
+def wild_steps(position: Array, spans: Sequence[Span]) -> Places:
     """Return the steps of a position that leave the course of its steps, as no motion's do.
 
     Parameters
     ----------
     position : (N,) array
-        Sampled evenly, without gaps.
+        Sampled evenly within each piece.
+    spans : sequence of (int, int)
+        First sample and the one after the last of each piece without gaps. All pieces tell how the
+        steps change; each step is compared with its neighbours of the same piece.
 
     Returns
     -------
     (K,) array of int
         The sample before each such step. At most a tenth of all steps.
     """
-    if len(position) <= _FEWEST:
-        return np.zeros(0, dtype=np.intp)
-    steps = Samples(values=np.diff(position))
+    places = np.concatenate([np.arange(start, stop - 1) for start, stop in spans])
+    if not len(places):
+        return places
+    piece = np.repeat(np.arange(len(spans)), [stop - start - 1 for start, stop in spans])
+    # Pieces are far apart on this clock, so that none continues another.
+    steps = Samples(values=position[places + 1] - position[places], clock=places + 1e3 * piece)
     course = _Course.of(steps, 0.0, 0.0, has_ends=False, delay=0)
-    return course.out_of_course(int(_MOST_PART * len(position)))
+    return places[course.out_of_course(int(_MOST_PART * len(position)))]
 
 
 def _most_wild(size: int) -> int:

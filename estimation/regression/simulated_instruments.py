@@ -65,7 +65,7 @@ _WITHOUT = (
 
 def lacking_loop(axis: GeneratedAxis, record: Record) -> AxisidError | None:
     """Why there is no closed loop to simulate: the axis has no law, or the record no reference."""
-    if axis.axis.control is None:
+    if axis.control is None:
         return lacking_law(axis)
     return (
         None
@@ -80,7 +80,7 @@ def lacking_loop(axis: GeneratedAxis, record: Record) -> AxisidError | None:
 
 def lacking_law(axis: GeneratedAxis) -> ModelError:
     """The error of an axis whose records' loop cannot be simulated, with what does without."""
-    error = no_control_law(axis.axis.name)
+    error = no_control_law(axis.name)
     return ModelError(f"{error}{_WITHOUT}", code=error.code)
 
 
@@ -97,7 +97,7 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
     LoopDataError
         The record has no reference, or another period than the law, which nobody confirms.
     """
-    law, reference = axis.axis.control, record.commanded
+    law, reference = axis.control, record.commanded
     if law is None or reference is None:
         raise lacking_loop(axis, record) or lacking_law(axis)
     clock = law_clock(law, record)
@@ -107,13 +107,13 @@ def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
         (
             clock.ratio is None,
             f"the record was resampled every {record.period:.6g} s, the control law of axis "
-            f"{axis.axis.name!r} runs every {law.period:.6g} s; resample at that, or leave it out",
+            f"{axis.name!r} runs every {law.period:.6g} s; resample at that, or leave it out",
         ),
         (
-            clock.ratio != 1 and not (axis.axis.response is None and axis.axis.drive.path.is_plain),
+            clock.ratio != 1 and not (axis.response is None and axis.drive.path.is_plain),
             f"the record is sampled every {record.period:.6g} s, the control law of axis "
-            f"{axis.axis.name!r} runs every {law.period:.6g} s, and its drive has a "
-            f"{' and '.join(axis.axis.of_law_samples)}: such a loop is simulated at the law's "
+            f"{axis.name!r} runs every {law.period:.6g} s, and its drive has a "
+            f"{' and '.join(axis.of_law_samples)}: such a loop is simulated at the law's "
             "samples alone; record at the law's period, or ask for least squares",
         ),
         code="loop-period",
@@ -283,7 +283,7 @@ def loop_carries_noise(data: FilteredRecord) -> bool:
     It follows by a velocity that is in no record: that of the filter has the noise of the position,
     which the law's own had not.
     """
-    law, record = data.axis.axis.control, data.record
+    law, record = data.axis.control, data.record
     takes_velocity = law is not None and law.takes_velocity
     return takes_velocity and record.reference is None and record.velocity is None
 
@@ -311,9 +311,9 @@ def _answer_to_noise(data: FilteredRecord) -> Array:
     DataError
         The record is of another period than the law, or its law is continuous.
     """
-    law = data.axis.axis.control
+    law = data.axis.control
     if law is None:
-        raise no_control_law(data.axis.axis.name)
+        raise no_control_law(data.axis.name)
     refuse(
         DataError,
         (
@@ -359,7 +359,7 @@ def _share(control: Array, answer: Array) -> float:
 
 
 def _control(data: FilteredRecord) -> Array:
-    record, drive = data.record, data.axis.axis.drive
+    record, drive = data.record, data.axis.drive
     is_late = drive.logged == "current"
     if is_late or hides_command(data.axis):
         passed = ["lag"] if is_late else drive.path.declared

@@ -76,7 +76,7 @@ def acting_control(
     period : float
         Of the record, s.
     """
-    drive = axis.axis.drive
+    drive = axis.drive
     if drive.path.is_plain or drive.logs_what_acts:  # what acts is what was recorded
         return control
     pieces = np.split(control, list(starts)[1:])
@@ -155,7 +155,7 @@ class DriveReplay:
 
     def acting(self, forces: Array) -> Array:
         """What acts of what the recorded control would make at once, (N,)."""
-        drive = self.axis.axis.drive
+        drive = self.axis.drive
         if not (drive.lag or drive.delay) or drive.logged == "current":
             return forces
         pieces, response = np.split(forces, list(self.starts)[1:]), drive.response(self.period)
@@ -179,10 +179,10 @@ class DriveReplay:
         of_axis = self.axis.force_by_gain if by_gain else partial(drive_force, self.axis)
         make = partial(of_axis, recorded=recorded)
         position, velocity, acceleration = motion
-        if not self.axis.axis.drives_by_motion:
+        if not self.axis.drives_by_motion:
             return self.acting(make(control, position, velocity))
         # The hold takes the force earlier, and what of it is the motion's belongs to the sample.
-        lagging = self.axis.axis.drive.lag > 0
+        lagging = self.axis.drive.lag > 0
         ahead = self.period * (self.held / 2 if lagging else self.delay)
         position = position + ahead * (velocity + ahead / 2 * acceleration)
         velocity = velocity + ahead * acceleration
@@ -214,7 +214,7 @@ def as_logged(axis: GeneratedAxis, values: Array) -> Array:
     values : (N,) or (N, k) array
         Sample by sample, of one stretch.
     """
-    drive, response = axis.axis.drive, axis.axis.response
+    drive, response = axis.drive, axis.response
     if response is None or not drive.logs_what_acts:
         return values
     if drive.logged == "current":
@@ -229,9 +229,9 @@ def commands_as_logged(axis: GeneratedAxis, commands: Array, *, steps: bool = Tr
 
     Without `steps` they are not rounded to those of the drive, which have no slope.
     """
-    law = axis.axis.control
+    law = axis.control
     if law is not None and hides_command(axis):
-        limit, path = axis.axis.drive.limit, axis.axis.drive.path
+        limit, path = axis.drive.limit, axis.drive.path
         path = path if steps else replace(path, quantisation=0.0)
         commands = through_path(path, np.clip(commands, -limit, limit), law.period)
     return as_logged(axis, commands)
@@ -239,16 +239,16 @@ def commands_as_logged(axis: GeneratedAxis, commands: Array, *, steps: bool = Tr
 
 def hides_command(axis: GeneratedAxis) -> bool:
     """Whether different commands may be one in the log: it has what the drive makes of them."""
-    return axis.axis.drive.logs_what_acts and not axis.axis.drive.path.is_plain
+    return axis.drive.logs_what_acts and not axis.drive.path.is_plain
 
 
 def limit_in_log(axis: GeneratedAxis) -> float:
     """What the record has of a command at the drive's limit, but for what a rate leaves of it."""
-    drive = axis.axis.drive
+    drive = axis.drive
     return drive.path.end(drive.limit) if drive.logs_what_acts else drive.limit
 
 
 def control_delay_in_log(axis: GeneratedAxis, law: ControlLaw) -> int:
     """Samples by which the control of a law is later in the log of an axis than it gives it."""
-    response, applied = axis.axis.response, axis.axis.drive.logged == "applied"
+    response, applied = axis.response, axis.drive.logged == "applied"
     return law.delay + (response.late if response is not None and applied else 0)

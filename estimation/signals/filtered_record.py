@@ -79,9 +79,9 @@ class FilteredRecord(Exact, Uncached):
             position that was not recorded.
         """
         check_position(axis, record)
-        prefilter, law = Prefilter.given(prefilter).at_rate_of(record.period), axis.axis.control
+        prefilter, law = Prefilter.given(prefilter).at_rate_of(record.period), axis.control
         # What is there after a lag is measured, as a force is.
-        measured = record.force is not None or axis.axis.drive.logged == "current"
+        measured = record.force is not None or axis.drive.logged == "current"
         is_held = not measured and not (law is not None and law.continuous)
         hold = prefilter.hold or ("zoh" if is_held else "raw")
         settings = replace(prefilter, hold=hold, reversals="keep")
@@ -157,7 +157,7 @@ class FilteredRecord(Exact, Uncached):
             return 0.0
         if self.between is not None:
             return 0.5
-        return law_clock(self.axis.axis.control, self.record).hold_delay
+        return law_clock(self.axis.control, self.record).hold_delay
 
     @cached_property
     def sampling(self) -> Sampling:
@@ -222,7 +222,7 @@ class FilteredRecord(Exact, Uncached):
         control = self.acting_control
         if self.record.force is not None or control is None:
             return np.zeros(len(self))
-        if self.axis.axis.drive.is_gain:
+        if self.axis.drive.is_gain:
             return self.signals.force
         return self.beside(
             self.drive.force(control, self.motion, self.recorded, by_gain=True)
@@ -264,7 +264,7 @@ class FilteredRecord(Exact, Uncached):
     @property
     def drive(self) -> DriveReplay:
         """The drive along the record's motion, as the hold pairs the two."""
-        ratio = law_clock(self.axis.axis.control, self.record).ratio or 1.0
+        ratio = law_clock(self.axis.control, self.record).ratio or 1.0
         return DriveReplay(
             axis=self.axis,
             starts=self._starts,
@@ -286,7 +286,7 @@ class FilteredRecord(Exact, Uncached):
             direction=np.sign(velocity),
             recorded=tuple(
                 hold_mean(values, starts) if signal.is_held else values
-                for signal, values in zip(self.axis.axis.signals, self.recorded, strict=True)
+                for signal, values in zip(self.axis.signals, self.recorded, strict=True)
             ),
         )
 
@@ -342,7 +342,7 @@ def check_position(axis: GeneratedAxis, record: Record) -> None:
     if needing:
         raise DataError(
             f"{record.provenance.source} has no position, on which {' and '.join(needing)} of "
-            f"axis {axis.axis.name!r} depend{'s' * (len(needing) == 1)}; the integral of a "
+            f"axis {axis.name!r} depend{'s' * (len(needing) == 1)}; the integral of a "
             "measured velocity drifts. Name it with columns position=NAME.",
             code="missing-column",
         )

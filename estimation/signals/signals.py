@@ -89,10 +89,10 @@ def recorded_signals(
     DataError
         The record lacks one.
     """
-    names = [signal.name for signal in axis.axis.signals]
+    names = [signal.name for signal in axis.signals]
     if missing := [name for name in names if name not in columns]:
         raise DataError(
-            f"{source} has no column for {', '.join(missing)}, which axis {axis.axis.name!r} has "
+            f"{source} has no column for {', '.join(missing)}, which axis {axis.name!r} has "
             "as recorded signals; name it with columns "
             f"{','.join(f'{name}=NAME' for name in missing)}.",
             code="missing-column",
@@ -224,7 +224,7 @@ def searches_friction(axis: GeneratedAxis) -> bool:
 def columns_by_signal(axis: GeneratedAxis) -> dict[str, NDArray[np.bool_]]:
     """Which columns of the inverse model, (p,), depend on which signal, or on recorded ones."""
     depends = dict.fromkeys((*_SIGNALS, "recorded"), np.zeros(len(axis.parameters), dtype=bool))
-    names = (*_SIGNALS, *("recorded" for _ in axis.axis.signals))
+    names = (*_SIGNALS, *("recorded" for _ in axis.signals))
     for place, name in enumerate(names):
         rows, _ = axis.functions["idm_regressor"].jac_sparsity(0, place).get_triplet()
         depends[name] = depends[name] | np.isin(np.arange(len(axis.parameters)), rows)

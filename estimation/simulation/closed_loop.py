@@ -173,11 +173,11 @@ def simulate_loop(
         As in `simulate`.
     """
     clocks, logged = inputs.clocks, inputs.log or inputs
-    if clocks is not None and axis.axis.response is not None:
+    if clocks is not None and axis.response is not None:
         raise UsageError(
             f"the period is {clocks.log_period:g} s, the control law of axis "
-            f"{axis.axis.name!r} is evaluated every {clocks.law_period:g} s, and its "
-            f"drive has a {' and '.join(axis.axis.of_law_samples)}: between the "
+            f"{axis.name!r} is evaluated every {clocks.law_period:g} s, and its "
+            f"drive has a {' and '.join(axis.of_law_samples)}: between the "
             "law's samples such a loop is not known. Give the law's period.",
             code="loop-period",
         )
@@ -496,7 +496,7 @@ def _first_steps(
     has_mass, friction_holds, rates = at_rest(
         axis, parameters, inputs.start.position, inputs.first_signals
     )
-    low, high = np.array([(p.lower, p.upper) for p in axis.axis.parameters]).T
+    low, high = np.array([(p.lower, p.upper) for p in axis.declared_parameters]).T
     inside = ((low <= parameters) & (parameters <= high)).all(axis=1)
     remembers = [not states_refusal(axis, own) for own in parameters]
     well = inside & has_mass & friction_holds & remembers

@@ -157,7 +157,7 @@ def _probed(
     directions = np.tile(s, 3)
     sets = parameters if parameters.ndim == 1 else np.tile(parameters, (3, 1))
     with np.errstate(all="ignore"):
-        if force is not None and not (law_of(axis).continuous or axis.axis.drives_by_motion):
+        if force is not None and not (law_of(axis).continuous or axis.drives_by_motion):
             tiled = (np.tile(values, 3) for values in signals)
             arguments = (positions, speeds, np.tile(force, 3), directions, *tiled, sets)
             accelerations = axis.evaluate("direct_dynamics", *arguments)[0]
@@ -197,7 +197,7 @@ def _held(axis: GeneratedAxis, position: Array, signals: Sequence[Array]) -> Arr
     size = _held_values(axis)
     held = np.zeros((len(position), size))
     held[:, size - 2 * len(signals) :: 2] = np.transpose(signals)
-    law = axis.axis.control
+    law = axis.control
     if law is not None and law.continuous:
         held[:, 0] = position
     return held
@@ -273,7 +273,7 @@ def widened_distance(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs)
     """
     place, signals = float(inputs.start.position), [*map(float, inputs.first_signals)]
     noise = 0.0 if inputs.noise is None else float(np.ptp(inputs.noise))
-    drive, controls = axis.axis.drive, _controls(axis, place, *signals)
+    drive, controls = axis.drive, _controls(axis, place, *signals)
     # Up to so much of a command is lost.
     added = drive.deadband + drive.quantisation / 2
     added += 0.0 if inputs.injected is None else float(np.abs(inputs.injected).max())

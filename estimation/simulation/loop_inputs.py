@@ -178,7 +178,7 @@ def at_log_samples(
         return out
     if axis.states:
         raise UsageError(
-            f"the log of axis {axis.axis.name!r} is sampled between the evaluations of its law, "
+            f"the log of axis {axis.name!r} is sampled between the evaluations of its law, "
             "where what its friction remembers is not known; give the law's period, or whole "
             "multiples of it.",
             code="loop-period",
@@ -221,7 +221,7 @@ def lines(axis: GeneratedAxis, signals: Sequence[Array], period: float) -> Array
         return None
     here = np.stack(np.broadcast_arrays(*(s.reshape(len(s), -1) for s in signals)), axis=1)
     following = np.concatenate([here[1:], here[-1:]])
-    is_held = [declared.is_held for declared in axis.axis.signals]
+    is_held = [declared.is_held for declared in axis.signals]
     following[:, is_held] = here[:, is_held]
     pairs = np.stack([here, (following - here) / period], axis=2)
     stacked = pairs.reshape(len(here), -1, here.shape[2])
@@ -231,7 +231,7 @@ def lines(axis: GeneratedAxis, signals: Sequence[Array], period: float) -> Array
 
 def law_of(axis: GeneratedAxis) -> ControlLaw:
     """The control law of an axis that is known to have one."""
-    law = axis.axis.control
+    law = axis.control
     assert law is not None  # noqa: S101  # whoever asks has refused an axis without one
     return law
 
@@ -282,7 +282,7 @@ class LoopInputs:
         """What a log has at its samples, where the law is evaluated; itself without clocks."""
         if clocks is None:
             return self
-        start, read = self.start, axis.axis.sampled_signals
+        start, read = self.start, axis.sampled_signals
         return replace(
             self,
             reference=clocks.reference(self.reference),
@@ -298,7 +298,7 @@ class LoopInputs:
                 else clocks.held(values)
                 if declared.name in read
                 else clocks.mean_held(values)
-                for declared, values in zip(axis.axis.signals, self.signals, strict=True)
+                for declared, values in zip(axis.signals, self.signals, strict=True)
             ),
             clocks=clocks,
             log=self,

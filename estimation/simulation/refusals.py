@@ -61,8 +61,8 @@ def checked_loop(
     UsageError, ModelError
         As in `simulate` and `simulate_batch`.
     """
-    if axis.axis.control is None:
-        raise no_control_law(axis.axis.name)
+    if axis.control is None:
+        raise no_control_law(axis.name)
     given = in_order(axis, parameters)
     theta, ref = contiguous(given, "the parameters"), contiguous(reference, "the reference")
     lanes, samples = theta.shape[:many], len(ref) if ref.ndim else 0
@@ -74,7 +74,7 @@ def checked_loop(
     ):
         wanted = "(B, p) and (N,) or (N, B)" if many else "(p,) and (N,)"
         raise UsageError(
-            f"axis {axis.axis.name!r} has {len(axis.parameters)} parameters "
+            f"axis {axis.name!r} has {len(axis.parameters)} parameters "
             f"({', '.join(axis.names)}); those that are given have the shape {theta.shape}, the "
             f"reference {ref.shape}. Give {wanted}, the reference finite.",
             code="simulation-input",
@@ -90,7 +90,7 @@ def checked_loop(
     check_whole("the substeps", substeps, MOST_SUBSTEPS)
     begin = ref[0] if start is None else checked_array(start, "the start", lanes)
     if memory is not None:
-        response = axis.axis.response
+        response = axis.response
         drive = () if response is None else response.remembered
         names = [*(each.name for each in law.memory), *law.delay_line, *drive]
         what = f"the memory ({', '.join(names) or 'the law remembers nothing'})"
@@ -168,12 +168,12 @@ def checked_signals(
             "{'pressure': values}.",
             code="simulation-input",
         )
-    names = [signal.name for signal in axis.axis.signals]
+    names = [signal.name for signal in axis.signals]
     if {*given} != {*names}:
         missing = ", ".join(name for name in names if name not in given)
         unknown = ", ".join(str(name) for name in given if name not in names)
         raise UsageError(
-            f"axis {axis.axis.name!r} has the recorded signals {', '.join(names) or 'none'}; "
+            f"axis {axis.name!r} has the recorded signals {', '.join(names) or 'none'}; "
             f"{missing and f'not given: {missing}. '}{unknown and f'not declared: {unknown}. '}"
             "Give signals={'name': values} with one value for each sample of the reference.",
             code="simulation-input",
@@ -236,14 +236,14 @@ def in_order(
     """
     if not isinstance(parameters, Mapping):
         return parameters
-    names = tuple(p.name for p in axis.axis.parameters)
+    names = tuple(p.name for p in axis.declared_parameters)
     if {*parameters} != {*names}:
         unknown = [quoted(name) for name in parameters if name not in names]
         missing = [name for name in names if name not in parameters]
         faults = ((unknown, "is no parameter"), (missing, "is missing"))
         said = " and ".join(f"{first_of(each)} {what}" for each, what in faults if each)
         raise UsageError(
-            f"the parameters of axis {axis.axis.name!r} by name: {said}; give a value of each of "
+            f"the parameters of axis {axis.name!r} by name: {said}; give a value of each of "
             f"{', '.join(names)}.",
             code="simulation-input",
         )
@@ -282,7 +282,7 @@ def too_stiff(
     alone = most == most_substeps(samples)
     whose = "so many samples may take" if alone else "other simulations of its search leave to it"
     return EstimationError(
-        f"axis {axis.axis.name!r} is too stiff to simulate with {axis.describe(parameters)}: "
+        f"axis {axis.name!r} is too stiff to simulate with {axis.describe(parameters)}: "
         f"{_why(axis, parameters, at, period)} asks for more than {most} steps in a sample, the "
         f"most that {whose}. Check the nominal values and units, or leave so fast a motion out of "
         "the model.",
@@ -294,7 +294,7 @@ def _why(axis: GeneratedAxis, parameters: Array, at: Place, period: float) -> st
     """What asks for short steps: a term, and where; else whatever does."""
     term, rate = stiffest_term(axis.axis, parameters.tolist(), *at)
     if rate * period > 1:
-        q, (position, velocity) = axis.axis.coordinate, at[0]
+        q, (position, velocity) = axis.coordinate, at[0]
         return (
             f"the term {term} at {q.name} = {position:.4g} {q.unit} and {q.velocity} = "
             f"{velocity:.4g} {q.unit}/s"
@@ -312,7 +312,7 @@ def failure(
 ) -> str:
     """What happened, where, with which parameters, and what to do."""
     where = f"at sample {sample} ({sample * period:g} s) with {axis.describe(parameters)}"
-    what = f"the simulated closed loop of axis {axis.axis.name!r}"
+    what = f"the simulated closed loop of axis {axis.name!r}"
     if STATUSES[status] == "chatter":
         or_side = ", or the side of a kink or jump over the position," if axis.has_sides else ""
         return (
@@ -341,7 +341,7 @@ def states_refusal(axis: GeneratedAxis, parameters: Array) -> str:
             named = "" if part.value.is_Number else f", {part.value},"
             return (
                 f"{part.what}{named} is {value:.6g} {part.unit}, with which axis "
-                f"{axis.axis.name!r} is not simulated; it must be {part.least}. Correct the "
+                f"{axis.name!r} is not simulated; it must be {part.least}. Correct the "
                 "nominal value, or give a fit a bound."
             )
     return ""
@@ -420,17 +420,17 @@ def checked_rate(
     has_mass, friction_holds, rate = _rest(axis, parameters.tobytes(), position, recorded)
     if not has_mass:
         raise _no_inertia(axis, parameters, position, recorded)
-    for p, value in zip(axis.axis.parameters, parameters, strict=True):
+    for p, value in zip(axis.declared_parameters, parameters, strict=True):
         if bounded and not p.allows(value):
             side, bound = ("above", p.upper) if value > p.upper else ("below", p.lower)
             raise UsageError(
                 f"{p.name} = {value:.6g} {p.unit} is {side} its declared bound of {bound:g} "
-                f"{p.unit}, so axis {axis.axis.name!r} is not simulated with it: friction beyond "
+                f"{p.unit}, so axis {axis.name!r} is not simulated with it: friction beyond "
                 "its bounds drives the axis. Give a value within them, or declare others."
             )
     if bounded and not friction_holds:
         raise EstimationError(
-            f"the friction of axis {axis.axis.name!r} drives it with {axis.describe(parameters)}: "
+            f"the friction of axis {axis.name!r} drives it with {axis.describe(parameters)}: "
             "it would accelerate the axis in the direction of its motion. Check the signs of the "
             "friction."
         )
@@ -441,7 +441,7 @@ def _no_inertia(
     axis: GeneratedAxis, parameters: Array, position: float, recorded: Sequence[float]
 ) -> EstimationError:
     """The error of a parameter set that no motion starts with: it has no inertia, or no force."""
-    q, given = axis.axis.coordinate, axis.describe(parameters)
+    q, given = axis.coordinate, axis.describe(parameters)
     forces = forces_at_rest(axis.axis, parameters.tolist(), float(position), recorded)
     # What is no number is the largest.
     term, force = max(forces, key=lambda pair: (math.isnan(pair[1]), abs(pair[1])))
@@ -470,7 +470,7 @@ def _no_inertia(
             "record.",
         ),
     )
-    return EstimationError(f"axis {axis.axis.name!r} {why}", code="simulation")
+    return EstimationError(f"axis {axis.name!r} {why}", code="simulation")
 
 
 @lru_cache(maxsize=64)

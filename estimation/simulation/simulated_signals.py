@@ -80,14 +80,14 @@ def signals_about(
     if law_of(axis).continuous:
         return simulation.signals, simulation.signals
     after, (mean, before) = simulation.signals, forces_about(axis, simulation)
-    if not axis.axis.holds_force:
+    if not axis.holds_force:
         after = _under(axis, parameters, after, mean)
     earlier = replace(
         simulation.signals,
         direction=simulation.direction_before,
         recorded=tuple(
             _one_later(values) if declared.is_held else values
-            for declared, values in zip(axis.axis.signals, simulation.recorded, strict=True)
+            for declared, values in zip(axis.signals, simulation.recorded, strict=True)
         ),
     )
     force = before if simulation.held is None else simulation.held
@@ -107,10 +107,10 @@ def forces_about(axis: GeneratedAxis, simulation: Simulation) -> tuple[Array, Ar
     Where it follows the motion, that of the mean control along the motion at the sample; before
     a sample that of the mean since the sample before, but under the motion of its own.
     """
-    response, s = axis.axis.response, simulation
+    response, s = axis.response, simulation
     if response is None:
         return s.force, _one_later(s.force)
-    acting = through_path(axis.axis.drive.path, s.control, response.period)
+    acting = through_path(axis.drive.path, s.control, response.period)
     if response.holds_control:
         control = lagged_force(acting, response).mean
         sides = ((control, s.direction), (_one_later(control), s.direction_before))
@@ -125,12 +125,12 @@ def forces_about(axis: GeneratedAxis, simulation: Simulation) -> tuple[Array, Ar
         position, velocity = position + half * velocity, velocity + half * s.acceleration
     force = drive_force(axis, acting, position, velocity, s.recorded)
     mean = lagged_force(force, response, start=float(s.force[0])).mean
-    return mean, _one_later(s.force if axis.axis.holds_force else mean)
+    return mean, _one_later(s.force if axis.holds_force else mean)
 
 
 def logged_control(axis: GeneratedAxis, simulation: Simulation) -> Array:
     """The control of a simulation where the axis's records have it, (N,)."""
-    if axis.axis.drive.logged == "current":
+    if axis.drive.logged == "current":
         motion = (simulation.force, simulation.position, simulation.velocity)
         return axis.evaluate("drive_control", *motion, *simulation.recorded)[0][:, 0]
     return commands_as_logged(axis, simulation.control)
@@ -161,7 +161,7 @@ def loop_start(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> Lo
     needed = force(place, speed, 0.0, np.sign(speed), *recorded, parameters)
     wanted = float(control(needed, place, speed, *recorded))
     state = axis.functions["control_start"](*read[:2], *recorded).full().ravel()
-    response, path = axis.axis.response, axis.axis.drive.path
+    response, path = axis.response, axis.drive.path
     count = len(state) - (0 if response is None else len(response.remembered))
     law = _balance(axis, state[:count], read, path.command(wanted))
     if response is None:

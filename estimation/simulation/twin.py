@@ -138,7 +138,7 @@ def twin_record(
     loop = plan.loop(lambda count: generator.normal(0.0, deviation, count))
     rng = np.random.default_rng([chosen, 1])  # the position's noise stays what it is without them
     noise = rng.normal(size=(2, len(loop.velocity)))
-    declared, counts = plan.axis.axis, experiment.resolution
+    declared, counts = plan.axis, experiment.resolution
     counted = f", counts of {counts:g} {declared.coordinate.unit}" if counts else ""
     return plan.record(
         loop,
@@ -287,7 +287,7 @@ class TwinPlan:
         acceleration: Array | None = None,
     ) -> Record:
         """What is logged of a loop, with what sensors have of velocity and acceleration, if any."""
-        names = (s.name for s in self.axis.axis.signals)
+        names = (s.name for s in self.axis.signals)
         return Record(
             time=self.period * np.arange(len(self.reference), dtype=np.float64),
             position=loop.measured_position,
@@ -304,7 +304,7 @@ class TwinPlan:
 
     def acceleration(self, loop: Simulation) -> Array:
         """What an ideal sensor has of the acceleration, (N,): about a jump the mean."""
-        axis = self.axis.axis
+        axis = self.axis
         if loop.held is not None or (axis.jumps and not axis.holds_force):
             before = signals_about(self.axis, self.truth, loop)[1].acceleration
             return (loop.acceleration + before) / 2
@@ -343,8 +343,8 @@ def _check_held(axis: GeneratedAxis, truth: Array, start: float) -> None:
     ModelError
         Even with all friction beside it the force at the limit is less than the load.
     """
-    drive, coordinate = axis.axis.drive, axis.axis.coordinate
-    if not math.isfinite(drive.limit) or axis.states or axis.axis.signals:
+    drive, coordinate = axis.drive, axis.coordinate
+    if not math.isfinite(drive.limit) or axis.states or axis.signals:
         return  # what a bristle or a signal holds is not known here
     load, given = axis.functions["inverse_dynamics"], axis.functions["drive_force"]
     needed = sorted(float(load(start, 0.0, 0.0, side, truth)) for side in (-1.0, 1.0))
@@ -353,7 +353,7 @@ def _check_held(axis: GeneratedAxis, truth: Array, start: float) -> None:
         off = needed[0] if needed[0] > force[1] else needed[1]
         unit = coordinate.force_unit
         raise ModelError(
-            f"the drive of axis {axis.axis.name!r} cannot hold its load: at its limit of "
+            f"the drive of axis {axis.name!r} cannot hold its load: at its limit of "
             f"{drive.limit:g} {drive.unit} it gives {force[0]:.4g} to {force[1]:.4g} "
             f"{unit}, and at rest at {start:g} {coordinate.unit} the load takes {off:.4g} "
             f"{unit} with {axis.describe(truth)}, so that the twin would fall. "

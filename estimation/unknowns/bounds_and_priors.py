@@ -229,7 +229,7 @@ def _take_declared(found: Unknowns, form: ExtendedForm) -> None:
     for p in known.values():
         if p.name not in found.names:
             raise ModelError(
-                f"{p.name} of axis {form.axis.axis.name!r} is fixed, and the fit searches "
+                f"{p.name} of axis {form.axis.name!r} is fixed, and the fit searches "
                 f"{', '.join(found.names)}, in which it is with others; leave the fixed value "
                 "out, and let identify make the others of it.",
                 code="fit",

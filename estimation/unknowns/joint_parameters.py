@@ -206,7 +206,7 @@ def joint_form_of(
         )
         for own, table, offset in zip(axes, tables, offsets, strict=True)
     )
-    drive = axis.axis.drive
+    drive = axis.drive
     tells = commanded and drive.is_gain and _tells_gain(members)
     return JointForm(
         axis,
@@ -270,7 +270,7 @@ def _check(axis: GeneratedAxis, records: int, known: KnownValues, local: tuple[s
         *(
             (
                 name not in (*declared, *gains),
-                f"there is no {name!r} to be known of each record; axis {axis.axis.name!r} "
+                f"there is no {name!r} to be known of each record; axis {axis.name!r} "
                 f"has {', '.join((*declared, *gains))}",
             )
             for name in known
@@ -288,7 +288,7 @@ def _check(axis: GeneratedAxis, records: int, known: KnownValues, local: tuple[s
             (
                 name not in declared,
                 f"there is no parameter {name!r} to be each record's own; axis "
-                f"{axis.axis.name!r} has {', '.join(declared)}",
+                f"{axis.name!r} has {', '.join(declared)}",
             )
             for name in local
         ),
@@ -315,11 +315,13 @@ def _axes(axis: GeneratedAxis, records: int, known: KnownValues) -> list[Generat
     law = axis.declared.control
     gains = {*law.gains} if law is not None else set[str]()
     bent = {
-        p.name for p, is_bent in zip(axis.axis.parameters, axis.nonlinear, strict=True) if is_bent
+        p.name
+        for p, is_bent in zip(axis.declared_parameters, axis.nonlinear, strict=True)
+        if is_bent
     }
     if unknown := sorted(bent - {*known}):
         raise ModelError(
-            f"{', '.join(unknown)} of axis {axis.axis.name!r} enters nonlinearly, and parameters "
+            f"{', '.join(unknown)} of axis {axis.name!r} enters nonlinearly, and parameters "
             "that are known of each record, or each record's own, are served where the others "
             "enter linearly; give its value for each record, or leave it out.",
             code="parameters",
@@ -425,7 +427,7 @@ def _tells_gain(members: Sequence[Member]) -> bool:
 
 def drive_gain_of(axis: GeneratedAxis) -> Parameter:
     """The drive gain as a parameter that is searched, from where it is declared."""
-    drive, q = axis.axis.drive, axis.axis.coordinate
+    drive, q = axis.drive, axis.coordinate
     over = drive.unit if drive.unit.isalpha() else f"({drive.unit})"
     unit = f"{q.force_unit}/{over}"
     return Parameter(GAIN, unit, nominal=drive.gain, description="force per control")

@@ -264,7 +264,7 @@ def inputs_at(axis: GeneratedAxis, record: Record, segment: int, inputs: LoopInp
 
 def by_declared_gain(axis: GeneratedAxis, physical: Array, gain: float) -> Array:
     """Parameters (p,) with which the declared gain moves an axis as these do with another gain."""
-    declared = float(axis.axis.drive.gain)
+    declared = float(axis.drive.gain)
     least = np.copysign(_NEXT_TO_0 * declared, declared)
     used = max(gain, least) if declared > 0 else min(gain, least)
     return np.where(axis.nonlinear, physical, physical * (declared / used))
@@ -272,7 +272,7 @@ def by_declared_gain(axis: GeneratedAxis, physical: Array, gain: float) -> Array
 
 def _check_gain(axis: GeneratedAxis, names: Sequence[str]) -> None:
     """Refuse to search for the drive's gain beside names where the force is no multiple of it."""
-    drive = axis.axis.drive
+    drive = axis.drive
     refuse(
         ModelError,
         (
@@ -295,7 +295,7 @@ def _check_gain(axis: GeneratedAxis, names: Sequence[str]) -> None:
             "inertia, which another gain would move; declare the number as a parameter, and say "
             "its value of the record; known NAME=VALUE",
         ),
-        before=f"the drive gain of axis {axis.axis.name!r} cannot be free: ",
+        before=f"the drive gain of axis {axis.name!r} cannot be free: ",
         code="free",
     )
 
@@ -304,7 +304,7 @@ def _is_multiple(axis: GeneratedAxis) -> bool:
     """Whether all of the force is made by what enters linearly."""
     random = np.random.default_rng(_SEED)
     motion = random.uniform(0.1, 1.0, (3, _MOTIONS))
-    recorded = random.uniform(0.1, 1.0, (len(axis.axis.signals), _MOTIONS))
+    recorded = random.uniform(0.1, 1.0, (len(axis.signals), _MOTIONS))
     direction = np.sign(random.uniform(-1.0, 1.0, _MOTIONS))
     motion[1] *= direction
     values = random.uniform(0.5, 1.5, len(axis.nominal)) * np.where(axis.nominal, axis.nominal, 1.0)

@@ -37,6 +37,7 @@ def hardening() -> tuple[GeneratedAxis, Record]:
     return build(axis), twin_record(build(replace(axis, force=axis.force + hard)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("by", ["identify", "fit"])
 def test_it_is_named_with_what_to_declare(
     hardening: tuple[GeneratedAxis, Record], by: str, monkeypatch: pytest.MonkeyPatch
@@ -55,6 +56,7 @@ def _raises(motion: Along, _: Array) -> Array:
     return motion.reduce(1 / np.zeros(0)[[0]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changed", "said"),
     [

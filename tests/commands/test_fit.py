@@ -113,6 +113,7 @@ def test_a_fit_is_no_result_of_identify(run: Run, log: Path, tmp_path: Path) -> 
         compare_results(file, file)
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_the_best_values_of_a_fit(
     run: Run, log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -167,6 +167,7 @@ def test_internal_faults_are_told_from_user_faults(
         main()
 
 
+@pytest.mark.slow
 def test_json_never_replaces_an_input_or_what_is_no_file(
     run: Run, refused: Refused, log: Callable[..., Path], tmp_path: Path
 ) -> None:
@@ -189,6 +190,7 @@ def test_json_never_replaces_an_input_or_what_is_no_file(
     assert stat.S_ISFIFO(pipe.stat().st_mode)
 
 
+@pytest.mark.slow
 def test_json_follows_links_and_keeps_modes(run: Run, tmp_path: Path) -> None:
     target, link = tmp_path / "target.json", tmp_path / "link.json"
     target.write_text('{"schema": "axisid.identification/1"}')
@@ -272,6 +274,7 @@ def test_result_is_read_from_standard_input(tmp_path: Path, run: Run, refused: R
     refused("compare-results", file, file, says="is larger than any result", code=3)
 
 
+@pytest.mark.slow
 def test_axis_file_that_prints_does_not_spoil_json(run: Run, tmp_path: Path) -> None:
     file = tmp_path / "chatty.py"
     file.write_text("from axisid import load_axis\nprint('hello')\naxis = load_axis('emps2015')\n")
@@ -281,6 +284,7 @@ def test_axis_file_that_prints_does_not_spoil_json(run: Run, tmp_path: Path) -> 
     assert err == "hello\n"
 
 
+@pytest.mark.slow
 def test_failed_method_exits_6_after_the_others_were_reported(
     run: Run,
     log: Callable[..., Path],
@@ -352,6 +356,7 @@ def test_no_word_of_arithmetic_stands_before_what_is_said(
     assert "encountered in" not in err
 
 
+@pytest.mark.slow
 def test_file_name_that_is_no_text_is_written_in_the_report(
     run: Run, log: Callable[..., Path], tmp_path: Path
 ) -> None:

@@ -99,6 +99,7 @@ def full(*_: Any) -> None:
     raise UsageError("no space is left.", code="output")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("short")
 def test_all_else_is_put_out_though_the_numbers_cannot_be_written(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -115,6 +116,7 @@ def test_all_else_is_put_out_though_the_numbers_cannot_be_written(
     assert json.loads(files["study.json"].read_text())["schema"] == "axisid.monte_carlo/1"
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("short")
 def test_ctrl_c_ends_with_a_sentence_and_keeps_what_is_done(
     refused: Refused, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -167,6 +169,7 @@ def test_studies_that_make_no_sense_are_refused(
 SHORT = ("--speed", "0.05", "--speed", "0.1", "--acceleration", "0.75", "--seconds", "0.3")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("here")
 def test_a_log_is_identified_as_the_command_says(run: Run) -> None:
     noise = ("--position-noise", "1e-8", "--velocity-noise", "1e-6", "--truth", "M=90")
@@ -198,6 +201,7 @@ def test_many_logs_are_a_fleet_and_its_results_a_trend(run: Run) -> None:
     assert "emps2015 0002, 2 results by IDM-LS" in out
 
 
+@pytest.mark.slow
 def test_only_logs_of_twins_are_written_over(run: Run, refused: Refused, tmp_path: Path) -> None:
     file = tmp_path / "log.csv"
     arguments = ("twin", "emps2015", *SHORT, "--output")

@@ -102,6 +102,7 @@ def test_toml_takes_the_place_of_a_declarations_parameters() -> None:
     assert figures["method"] == "idm-iv"
 
 
+@pytest.mark.slow
 def test_toml_leaves_out_a_bound_that_the_estimate_breaks(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:

@@ -124,12 +124,14 @@ _SUMS = "c*(p0 + p1 + p2)**8*q + d*(p3 + p4)**12*q**3"
 _LONG = (
     Fault(
         name="Max in Max, six deep",
+        is_slow=True,
         make=_python("show", "c * functools.reduce(larger, range(6), q.symbol)"),
         code=0,
         says=_PAGE,
     ),
     Fault(
         name="powers of sums of parameters",
+        is_slow=True,
         make=_newton("show", _SUMS, c=1.0, d=1.0, **{f"p{k}": 1.0 + k for k in range(5)}),
         code=0,
         says=_PAGE,
@@ -142,6 +144,7 @@ _LONG = (
     ),
     Fault(
         name="a power of many terms, whose loop diverges",
+        is_slow=True,
         make=_newton("identify", "c*(q + p + r + s)**20", c=1.0, p=1.0, r=1.0, s=1.0),
         code=6,
         says="diverges",
@@ -197,6 +200,7 @@ _NAMES = tuple(
 _NO_NUMBER = (
     Fault(
         name="an arc cosine of a nominal value beyond 1",
+        is_slow=True,
         make=_newton("identify", "c*max(9, acos(p))*q", c=1.0, p=2.0),
         code=6,
         says="no motion shows a change of p",
@@ -416,7 +420,14 @@ FAULTS += (
         )
         for load in ("0.5", "1", "2", "2*sign(dx)")
     ),
-    Fault(name="exported Python on arrays", make=_exported, code=0, says="", after=_takes_numpy),
+    Fault(
+        name="exported Python on arrays",
+        is_slow=True,
+        make=_exported,
+        code=0,
+        says="",
+        after=_takes_numpy,
+    ),
 )
 MISUSES: tuple[Misuse, ...] = (
     Misuse(

@@ -141,6 +141,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         name="a term that is left out on request",
+        is_slow=True,
         make=_asked(
             "identify",
             _SLOW,
@@ -163,6 +164,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         name="a force column that is the control times 1.1",
+        is_slow=True,
         make=_spoilt(lambda r: replace(r, force=1.1 * _GAIN * r.control)),
         code=0,
         says=r"FAIL law: the force column is 1\.1 \+- 0\.0001 times .* which "
@@ -170,6 +172,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         name="a force column with a constant error",
+        is_slow=True,
         make=_spoilt(lambda r: replace(r, force=_GAIN * r.control + 3.0)),
         code=0,
         says=r"FAIL law: the force column is \+3 \+- \S+ N beside what the "
@@ -177,6 +180,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         name="a control beyond the drive's limit",
+        is_slow=True,
         make=_spoilt(lambda r: replace(r, control=4 * r.control)),
         code=0,
         says=r"FAIL loop: the control is beyond the drive's limit of 10 V in "
@@ -184,6 +188,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         name="a control with a constant error",
+        is_slow=True,
         make=_spoilt(lambda r: replace(r, control=r.control + 0.1)),
         code=0,
         says=r"with a constant of 0\.1 V off the control.*FAIL model: a constant force, "
@@ -191,6 +196,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         name="a log that rests most of the time",
+        is_slow=True,
         make=lambda folder: _rests(folder, "--json", "result.json"),
         code=0,
         says="All checks|Use with care",
@@ -204,6 +210,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         name="rests that are kept",
+        is_slow=True,
         make=lambda folder: _rests(folder, "--reversals", "keep"),
         code=0,
         says=r"Do not use .*by no twins",
@@ -312,6 +319,7 @@ def _sags(folder: Path, _: str) -> None:
 FAULTS += (
     Fault(
         name="an axis that rests between its strokes",
+        is_slow=True,
         make=partial(_twin, moves=[*_STROKES[:4], _PAUSE, *_STROKES[4:]]),
         code=0,
         says="carriage",
@@ -319,6 +327,7 @@ FAULTS += (
     ),
     Fault(
         name="a force that jumps with the position",
+        is_slow=True,
         make=partial(
             _twin,
             resistance='"F0*sign(x - 0.04)"',

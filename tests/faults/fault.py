@@ -26,6 +26,8 @@ class Fault:
         Looks at the folder and at standard output when the command has run.
     environment : mapping of str to str
         Variables of the command, with ``{folder}`` for the folder.
+    is_slow : bool
+        Whether it takes about a second or more.
     """
 
     name: str
@@ -34,6 +36,7 @@ class Fault:
     says: str
     after: Callable[[Path, str], None] | None = None
     environment: Mapping[str, str] = field(default_factory=dict)
+    is_slow: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

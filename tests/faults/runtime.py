@@ -91,6 +91,7 @@ _OWN = {"AXISID_CACHE": "{folder}/cache", "TMPDIR": "{folder}"}
 FAULTS: tuple[Fault, ...] = (
     Fault(
         name="half a library from a compiler that says all is well",
+        is_slow=True,
         make=_compiler(f"head -c 5000 {shlex.quote(sys.executable)} > $target"),
         environment={**_OWN, "CC": "{folder}/cc"},
         code=0,
@@ -98,6 +99,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         name="no library from a compiler that says all is well",
+        is_slow=True,
         make=_compiler("true"),
         environment={**_OWN, "CC": "{folder}/cc"},
         code=0,
@@ -105,6 +107,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         name="pipes in the cache of libraries",
+        is_slow=True,
         make=_pipes,
         environment=_OWN,
         code=0,
@@ -112,6 +115,7 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         name="right code of a fast loop",
+        is_slow=True,
         make=_published,
         code=0,
         says=r"^(?!.*computes wrong values).*IDM-IV",

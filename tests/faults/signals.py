@@ -143,6 +143,7 @@ _TIME_BASE = (
     ),
     Fault(
         name="time times 2, resampled at the law's rate",
+        is_slow=True,
         make=_wrong_time(2.0, "--resample", "1000"),
         code=0,
         says="FAIL law: the record is sampled every 0.002 s",
@@ -264,6 +265,7 @@ _VALUES = (
     ),
     Fault(
         name="a control that the recorder cut off",
+        is_slow=True,
         make=lambda folder: _log(folder, _clipped, axis="emps"),
         code=0,
         says="FAIL law",

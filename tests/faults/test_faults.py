@@ -34,6 +34,10 @@ FAULTS: list[Fault] = [fault for page in _PAGES for fault in page.FAULTS]
 MISUSES: list[Misuse] = [misuse for page in _PAGES for misuse in getattr(page, "MISUSES", ())]
 
 
+def _parameter(fault: Fault) -> object:
+    return pytest.param(fault, id=fault.name, marks=pytest.mark.slow if fault.is_slow else ())
+
+
 @pytest.fixture(autouse=True)
 def _in_time() -> Iterator[None]:
     """End what hangs, as a failure."""
@@ -41,7 +45,7 @@ def _in_time() -> Iterator[None]:
         yield
 
 
-@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
+@pytest.mark.parametrize("fault", [_parameter(fault) for fault in FAULTS])
 def test_fault_ends_in_a_sentence_and_an_exit_code(
     fault: Fault, run: Run, here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -69,6 +69,7 @@ def test_each_log_has_its_result_or_its_reason(made: Fleet) -> None:
     assert made["axis00000"].parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_result_is_that_of_identify_to_the_last_digit(made: Fleet, logs: Path) -> None:
     file = Path(made.folder, "axis00001.json")
     record = read_record(logs / "axis00001.npz", load_axis(AXIS))
@@ -77,6 +78,7 @@ def test_a_result_is_that_of_identify_to_the_last_digit(made: Fleet, logs: Path)
     assert load_result(file)["idm-iv"].parameters["M"].value == alone["idm-iv"].physical[0]
 
 
+@pytest.mark.slow
 def test_what_was_done_with_the_same_log_axis_and_options_is_left_alone(
     made: Fleet, logs: Path
 ) -> None:
@@ -162,6 +164,7 @@ def test_wrong_options_are_refused(logs: Path, how: dict[str, Any], said: str) -
         fleet(logs, AXIS, logs / "refused", **how)
 
 
+@pytest.mark.slow
 def test_a_result_that_cannot_be_written_is_told_and_done_again_as_the_fleet_resumes(
     logs: Path, tmp_path: Path
 ) -> None:

@@ -176,6 +176,7 @@ def test_logs_without_an_axis_are_refused_at_once(tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_column_that_no_log_has_is_refused_once_and_nothing_is_written(tmp_path: Path) -> None:
     logs, out = write_logs(tmp_path, 2, cycles=1), tmp_path / "out"
     reading = {"columns": {"position": "nosuch"}}

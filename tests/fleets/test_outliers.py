@@ -57,6 +57,7 @@ def repeated(machines: int, logs: int, seed: int, apart: Array | None = None) ->
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "fleet_of",
     [partial(rows_of, 20), partial(rows_of, 60), partial(repeated, 20, 4)],

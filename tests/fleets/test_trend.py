@@ -111,6 +111,7 @@ def test_a_drift_is_told_with_its_slope_and_limits_about_its_line(
     assert {row["drift"] != "" for row in rows if row["parameter"] == "Fv"} == {True}
 
 
+@pytest.mark.slow
 def test_a_condition_orders_the_results(folder: Path, made: Trend) -> None:
     few = [folder / "r03.json", folder / "r04.json"]
     assert [point.name for point in trend(few, by="run").series[0].points] == ["r04", "r03"]
@@ -153,6 +154,7 @@ def test_values_in_several_units_are_refused_by_the_names_of_their_results(
         trend(tmp_path)
 
 
+@pytest.mark.slow
 def test_other_things_are_refused(folder: Path, tmp_path: Path, made: Trend) -> None:
     for code, given, says in (
         ("trend", tmp_path, "there is no result in"),
@@ -173,6 +175,7 @@ def fitted() -> dict[str, Any]:
     return fit(axis, twin_record(axis), fixed={"Fv": 236.9}).to_dict()
 
 
+@pytest.mark.slow
 def test_fits_have_a_trend_of_what_they_fitted(fitted: dict[str, Any], tmp_path: Path) -> None:
     rng = np.random.default_rng(3)
     for i in range(12):
@@ -202,6 +205,7 @@ def test_a_date_stands_at_the_same_place_in_every_zone(monkeypatch: pytest.Monke
     assert place == 1.0
 
 
+@pytest.mark.slow
 def test_results_whose_verdict_fails_hide_no_drift_and_set_no_limits(
     folder: Path, tmp_path: Path
 ) -> None:

@@ -48,6 +48,7 @@ def _right(rng: np.random.Generator) -> tuple[str, float]:
     return text, size
 
 
+@pytest.mark.slow
 def test_scalings_of_any_text_are_read_or_refused() -> None:
     def check(text: str) -> None:
         if not is_scaling(text):

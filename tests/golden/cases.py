@@ -31,6 +31,8 @@ class Case:
     rounding : float
         By how much more than others its figures may move: twins that hunt over an encoder's steps
         answer to the last digit of the record.
+    is_quick : bool
+        Whether ``make test`` has it; the others are marked slow.
     """
 
     name: str
@@ -39,6 +41,7 @@ class Case:
     runs: Mapping[str, str] = field(default_factory=dict)
     made: Callable[[Mapping[str, Path]], Identification] | None = None
     rounding: float = 1.0
+    is_quick: bool = False
 
 
 def _recipe(places: Mapping[str, Path]) -> Identification:
@@ -56,7 +59,11 @@ def _otherwise(_: Mapping[str, Path]) -> Identification:
 
 CASES: tuple[Case, ...] = (
     *(
-        Case(name=f"identify-{name}", command=f"identify {name}")
+        Case(
+            name=f"identify-{name}",
+            command=f"identify {name}",
+            is_quick=name == "emps2015",
+        )
         for name in ("emps2015", "pendulum", "vertical_screw", "valve", "crank", "servo_joint")
     ),
     Case(
@@ -71,7 +78,7 @@ CASES: tuple[Case, ...] = (
     ),
     Case(name="fit-control", command="fit pendulum"),
     Case(name="fit-position", command="fit belt_axis --output position"),
-    Case(name="fit-both", command="fit emps2015 --output control,position"),
+    Case(name="fit-both", command="fit emps2015 --output control,position", is_quick=True),
     Case(name="fit-open-loop", command="fit balanced_slide --output open-loop"),
     Case(name="sweep", command="sweep linear_motor --points 2"),
     Case(name="compare", command="compare --ladder emps2015"),
@@ -79,7 +86,7 @@ CASES: tuple[Case, ...] = (
         name="study",
         command="study emps --runs 3 --checks 1 --method idm-ls --method fit:control",
     ),
-    Case(name="emps-recipe", before=EMPS, made=_recipe),
+    Case(name="emps-recipe", before=EMPS, made=_recipe, is_quick=True),
     Case(
         name="emps-halves",
         before=EMPS,

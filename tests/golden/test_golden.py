@@ -14,7 +14,11 @@ from tests.golden.cases import CASES, DFKI, EMPS, Case
 from tests.golden.results import FOLDER, moves, result_of
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def _parameter(case: Case) -> object:
+    return pytest.param(case, id=case.name, marks=() if case.is_quick else pytest.mark.slow)
+
+
+@pytest.mark.parametrize("case", [_parameter(case) for case in CASES])
 def test_result_is_the_golden_one(
     case: Case,
     tmp_path: Path,

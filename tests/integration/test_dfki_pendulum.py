@@ -257,6 +257,7 @@ def test_what_should_complain_complains(
     assert any("outside its bounds" in remark for remark in weak["idm-ls"].remarks)
 
 
+@pytest.mark.slow
 def test_instruments_hold_the_documented_masses_and_not_the_published(
     study: ModuleType, swept: dict[float, Identification]
 ) -> None:

@@ -22,6 +22,7 @@ EXAMPLES = sorted(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", EXAMPLES, ids=lambda file: file.stem)
 def test_example_axes_are_identified_from_their_twins(run: Run, file: Path) -> None:
     axis = load_axis(file)
@@ -32,11 +33,13 @@ def test_example_axes_are_identified_from_their_twins(run: Run, file: Path) -> N
         assert values == pytest.approx(dict(axis.experiment.truth), rel=0.03)
 
 
+@pytest.mark.slow
 def test_belt_example_is_also_a_program(capsys: pytest.CaptureFixture[str]) -> None:
     runpy.run_path(str(ROOT / "examples" / "belt_drive.py"), run_name="__main__")
     assert "belt drive with a return spring" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("here")
 def test_code_of_the_readme_and_the_pages_runs_as_printed(
     capsys: pytest.CaptureFixture[str],

@@ -35,6 +35,7 @@ def misses(result: Identification, record: Record, method: str = "idm-iv") -> li
     ]
 
 
+@pytest.mark.slow
 def test_instruments_hold_the_truth_whatever_the_noise(emps: GeneratedAxis) -> None:
     missed = []
     for seed in range(8):
@@ -65,6 +66,7 @@ def test_an_accelerometer_serves(emps: GeneratedAxis) -> None:
     assert statuses["measured acceleration"] == statuses["measured velocity"] == "pass"
 
 
+@pytest.mark.slow
 def test_the_noise_of_a_velocity_is_taken_off_where_there_is_no_reference(
     emps: GeneratedAxis,
 ) -> None:

@@ -196,6 +196,7 @@ EQUAL = (
 ).split(",")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_copy_is_equal(objects: dict[str, Any], kind: str) -> None:
     original = objects[kind]
@@ -205,6 +206,7 @@ def test_copy_is_equal(objects: dict[str, Any], kind: str) -> None:
             assert original == copied != 3
 
 
+@pytest.mark.slow
 def test_one_bit_apart_is_not_equal(objects: dict[str, Any]) -> None:
     record, found = objects["record"], objects["identification"]
     moved = record.position.copy()
@@ -274,6 +276,7 @@ def test_generated_axis_is_built_once_in_a_process(objects: dict[str, Any]) -> N
     assert copy.deepcopy(axis) is axis
 
 
+@pytest.mark.slow
 def test_virtual_machine_stays_the_virtual_machine(elsewhere: Pool) -> None:
     axis = sent(build(load_axis("emps2015"), native=False))
     with warnings.catch_warnings():

@@ -5,10 +5,13 @@ import runpy
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from axisid import Prefilter, Record, build, compare, friction_ladder, load_axis
 from tests.command_line import Run
 
 
+@pytest.mark.slow
 def test_the_readme_shows_what_its_command_prints(
     run: Run, root: Path, emps_file: Path, tmp_path: Path
 ) -> None:
@@ -19,6 +22,7 @@ def test_the_readme_shows_what_its_command_prints(
     assert text == written["with_result"](text, out), "run: python docs/readme_figures.py FILE"
 
 
+@pytest.mark.slow
 def test_the_ladder_on_the_page_is_what_is_printed(root: Path, emps_record: Record) -> None:
     page = (root / "docs" / "identifying.md").read_text(encoding="utf-8")
     (block,) = re.findall(r"(?s)```console\n(candidate .*?)```", page)

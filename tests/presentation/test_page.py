@@ -88,6 +88,7 @@ def test_the_policy_lets_only_the_pages_own_script_and_style_run(page: Page) -> 
     assert not any(name.startswith("on") for _, a in page.elements for name in a)
 
 
+@pytest.mark.slow
 def test_the_page_says_everything(page: Page, result: Identification) -> None:
     text = page.text
     assert [p["name"] for p in page.data["plots"]] == FIGURES
@@ -117,6 +118,7 @@ def test_the_page_says_everything(page: Page, result: Identification) -> None:
         assert part in text, part
 
 
+@pytest.mark.slow
 def test_a_twin_is_called_simulated_and_a_measurement_is_not(
     page: Page, result: Identification
 ) -> None:
@@ -161,6 +163,7 @@ def hostile(result: Identification) -> Identification:
     return replace(result, problem=problem, skipped={"ddm-ls": HOSTILE})
 
 
+@pytest.mark.slow
 def test_names_from_files_stay_text(page: Page, result: Identification) -> None:
     text = report_html(hostile(result), command=f"axisid identify '{HOSTILE}'")
     spoiled = Page(text)

@@ -84,6 +84,7 @@ def test_every_figure_is_drawn_and_nothing_is_asked_of_the_network(page: Browser
     assert page.complaints == []
 
 
+@pytest.mark.slow
 def test_the_wheel_a_box_and_keys_zoom_and_both_panels_follow(fresh: Browser) -> None:
     whole = seen(fresh)
     x, y, w, h = middle(fresh)
@@ -158,6 +159,7 @@ def test_the_page_follows_the_colour_scheme_and_the_button(
     fresh.evaluate("delete document.documentElement.dataset.theme")
 
 
+@pytest.mark.slow
 def test_a_narrow_window_needs_no_sideways_scrolling(fresh: Browser) -> None:
     fresh.emulate(380, 800, "light")
     fresh.evaluate("new Promise(r => requestAnimationFrame(() => requestAnimationFrame(r)))")

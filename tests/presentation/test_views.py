@@ -111,6 +111,7 @@ def test_every_figure_is_drawn_anew_or_on_axes_that_are_given(
         result.plot(what, ax="here")
 
 
+@pytest.mark.slow
 def test_figures_have_names_and_methods(
     result: Identification, others: dict[str, Presentable]
 ) -> None:

@@ -53,6 +53,7 @@ def test_machines_and_days_that_are_added_change_none(short: GeneratedAxis) -> N
     assert not is_same(more.record(1, 0), more.record(1, 1))
 
 
+@pytest.mark.slow
 def test_machines_that_are_alike_are_the_runs_of_a_study(short: GeneratedAxis) -> None:
     plan = monte_carlo(short, 2, ["idm-ls"], seed=7).plan
     machines = TwinMachines(axis=short, count=2, seed=7)

@@ -24,3 +24,4 @@ from .law_agreement import (
     law_check as law_check,
 )
 from .noise_gain import NOISE_GAIN as NOISE_GAIN, noise_gain_check as noise_gain_check
+from .record_laws import RecordLaws as RecordLaws

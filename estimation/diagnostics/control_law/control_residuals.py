@@ -79,7 +79,7 @@ def compared_with_law(
     limited[:settle] = True
     ticks, memory = noisy_ticks(axis, record)
     made = law_along(axis, ticks, memory) + as_logged(axis, ticks.added_at_samples(law.delay))
-    limited |= at_limit(control, made, axis.axis.drive.limit)
+    limited |= at_limit(control, made, axis.drive.limit)
     if not law.takes_velocity:
         return control, made, ~limited, limited
     if np.all(np.isfinite(made)):

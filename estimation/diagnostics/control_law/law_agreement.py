@@ -140,7 +140,7 @@ def first_failing(laws: Sequence[LawAgreement | Missing]) -> LawAgreement | Miss
 
 def law_agreement(axis: GeneratedAxis, record: Record) -> LawAgreement | Missing:
     """Check an axis's control law against a record; or say why it cannot be checked."""
-    if (law := axis.axis.control) is None:
+    if (law := axis.control) is None:
         return NotUsed(str(lacking_law(axis)))
     if (incomparable := _incomparable(axis, law, record)) is not None:
         return incomparable
@@ -262,7 +262,7 @@ def _fault(
     besides = relative_error_percent(about_mean, by_gains.control)
     by_constant = CONSTANT in by_gains.lean and besides < MAX_LAW_RESIDUAL.value
     if by_constant if large else not by_gains.off:
-        return declared, replace(check, meaning=lean_text(axis.axis.drive.unit, by_gains.lean))
+        return declared, replace(check, meaning=lean_text(axis.drive.unit, by_gains.lean))
     start = (
         f"the recorded control is not the declared law's ({off_text(declared)}): "
         if large
@@ -354,7 +354,7 @@ def _incomparable(
         (
             record.added_control is not None and hides_command(axis),
             "what was added to the control is in the record only as the drive passes on both: "
-            f"its {' and '.join(axis.axis.drive.path.declared)}",
+            f"its {' and '.join(axis.drive.path.declared)}",
         ),
         (
             record.integrated,
@@ -407,7 +407,7 @@ def found_law_agreement(
         Of the law with the values of those gains that the recorded control asks for; it fails where
         they are not the ones that were found. Where that law is not the control's, of the axis's.
     """
-    law, first, names = axis.axis.control, law_agreement(axis, record), found.names
+    law, first, names = axis.control, law_agreement(axis, record), found.names
     if law is None or not names or isinstance(first, Missing) or first.residual_percent is None:
         return first
     record = record.longest()

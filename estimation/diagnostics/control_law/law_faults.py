@@ -162,7 +162,7 @@ def _moved_zero(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterato
     if (zero := position_zero(axis, law, record)) is None:
         return
     away, control = zero
-    unit, drive = axis.axis.coordinate.unit, axis.axis.drive
+    unit, drive = axis.coordinate.unit, axis.drive
     name = record.provenance.columns.get("position", "NAME")
     back = f"columns position={name}:UNIT{-away:+.3g}{unit}"
     constant = f"{control or 0.0:.3g} {drive.unit}"
@@ -192,7 +192,7 @@ def _moved_zero(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterato
 
 
 def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
-    drive, control = axis.axis.drive, np.asarray(record.control)
+    drive, control = axis.drive, np.asarray(record.control)
     largest = float(np.abs(control).max())
     if drive.logs_what_acts or largest >= drive.limit:
         return

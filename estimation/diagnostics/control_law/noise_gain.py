@@ -31,7 +31,7 @@ def noise_gain_check(axis: GeneratedAxis, record: Record) -> Check | None:
     None with a reference, by which the law itself is compared, and where the noise of the position
     does not dominate the control at high frequencies.
     """
-    law, control = axis.axis.control, record.control
+    law, control = axis.control, record.control
     if law is None or control is None or record.reference is not None or record.integrated:
         return None
     if law.takes_velocity or law_clock(law, record).ratio != 1.0:

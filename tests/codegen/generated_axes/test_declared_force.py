@@ -139,6 +139,7 @@ def targets(axis: Axis, values: np.ndarray) -> Targets:
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*AWKWARD, *FAR])
 def test_every_target_has_the_declared_force_where_terms_cancel(name: str) -> None:
     axis, place = {**AWKWARD, **FAR}[name]

@@ -25,6 +25,7 @@ def axis_of(name: str) -> GeneratedAxis:
     return build(load_axis(name))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted({*LIBRARY} - NOT_LINEAR_DIRECTLY))
 @given(data=st.data())
 def test_parameter_maps_are_inverse_to_each_other_and_so_are_their_jacobians(

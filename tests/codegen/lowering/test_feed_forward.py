@@ -143,6 +143,7 @@ def check(axis: Axis, functions: Functions, values: np.ndarray, dead_zone: float
     assert math.isinf(drive.limit) or reached >= 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*TRIED, "awkward"])
 @pytest.mark.parametrize("dead_zone", [0.0, 0.25])
 @pytest.mark.parametrize("language", ["c", "python", "st"])

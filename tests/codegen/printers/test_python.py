@@ -79,6 +79,7 @@ def points() -> list[tuple[float, float]]:
     return [*GRID, *((x, 0.7) for x in POWERS)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("index", range(len(CHOSEN)), ids=lambda i: str(CHOSEN[i]))
 def test_python_has_the_values_of_c_for_every_size_of_number(
     compiled: list[Array], index: int

@@ -88,6 +88,7 @@ def in_process(**environment: str) -> "subprocess.Popen[str]":
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("optimise", "text"), [("-O0", file_of), ("-O2", text_of)])
 @pytest.mark.parametrize("name", DECLARED)
 def test_generated_c_compiles_without_a_warning(

@@ -46,6 +46,7 @@ def test_every_output_is_written_anew_by_its_command_alone(
     refused(*commands["sweep"][:-1], "identify", says="this command did not write it")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", TARGETS)
 def test_exports_are_written_anew(run: Run, here: Path, target: str) -> None:
     done(run, "identify", "emps2015", *QUICK, "--json", "result.json")
@@ -60,6 +61,7 @@ def test_exports_are_written_anew(run: Run, here: Path, target: str) -> None:
     assert is_earlier(here / "exported", "export")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["pdf", "svg", "png"])
 def test_a_figure_of_every_form_is_known(here: Path, form: str) -> None:
     axis = load_axis("emps2015")

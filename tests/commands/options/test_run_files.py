@@ -58,6 +58,7 @@ def test_it_stands_in_the_place_of_a_log(run: Run, log: Path, command: tuple[str
     assert own == other
 
 
+@pytest.mark.slow
 def test_options_go_before_it_and_a_second_record_is_as_its_own_says(run: Run, log: Path) -> None:
     first = run_file(log, "first.toml", **{**SAID, "windows": "0.2..1.2"})
     second = run_file(log, "second.toml", **{**SAID, "windows": "1.5..2.5"})
@@ -125,6 +126,7 @@ def test_new_keeps_what_is_there_and_stays_beside_the_log(run: Run, log: Path) -
         assert said in err
 
 
+@pytest.mark.slow
 def test_a_fleet_takes_it_from_folders_manifests_and_python(log: Path) -> None:
     logs = log.parent / "logs"
     for name in ("a", "b"):

@@ -202,6 +202,7 @@ def test_a_reference_or_position_at_another_time_is_named(role: str, samples: in
     assert f"add {-samples} to shift.{role}" in check.sentence
 
 
+@pytest.mark.slow
 def test_a_delay_beyond_the_range_has_a_cure(emps2015: GeneratedAxis, quiet: Record) -> None:
     early = 6
     check = checked(emps2015, replace(quiet, control=np.roll(quiet.control, -early)))

@@ -40,6 +40,7 @@ from tests.refusals import refuses
 from tests.verdicts import checks_of, meaning_of, statuses
 
 
+@pytest.mark.slow
 def test_one_file_and_one_row_add_a_diagnostic(
     emps2015: GeneratedAxis, twin: Record, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -112,6 +113,7 @@ def test_log_that_does_not_tell_all_costs_no_estimate(
     assert isinstance(result.diagnosis.records[1].alignment, Missing)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("by_record", [False, True])
 def test_check_that_faults_is_told_and_the_estimates_stand(
     emps2015: GeneratedAxis, twin: Record, monkeypatch: pytest.MonkeyPatch, by_record: bool

@@ -25,6 +25,7 @@ def iv(emps2015: GeneratedAxis, twin: Record) -> Estimate:
     return identify(emps2015, twin, methods="idm-iv")["idm-iv"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("deviations", "status"), [(1.0, "pass"), (4.0, "fail")])
 def test_a_value_that_is_fixed_may_be_off_by_what_the_record_leaves_open(
     emps2015: GeneratedAxis, twin: Record, iv: Estimate, deviations: float, status: str
@@ -92,6 +93,7 @@ def test_no_axis_of_the_library_is_remarked(name: str) -> None:
     assert nominal_check(rows) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [1.0, 10.0])
 def test_position_in_another_unit_is_remarked_without_a_reference(
     emps2015: GeneratedAxis, twin: Record, factor: float

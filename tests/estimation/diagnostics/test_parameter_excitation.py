@@ -51,6 +51,7 @@ def precision(result: Identification) -> Check:
     return checks_of(result)["precision"]
 
 
+@pytest.mark.slow
 def test_rich_motion_lacks_nothing_and_its_figures_are_those_of_the_columns() -> None:
     """Shares of the force, and the diagonal of the inverse of the columns' cosines."""
     result = moved(*ALL)
@@ -64,6 +65,7 @@ def test_rich_motion_lacks_nothing_and_its_figures_are_those_of_the_columns() ->
     assert [each.inflation for each in shown] == pytest.approx(expected.tolist(), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_mass_that_is_none_beside_a_known_one_is_no_lack_of_acceleration() -> None:
     added = Parameter("m_add", "kg", nominal=1.0)
     truth = {**TRUTH, "m_add": 0.0}
@@ -116,6 +118,7 @@ def test_what_a_motion_lacks_is_told_of_the_parameter_that_it_hides(
     assert vague is None or f"{vague} is not identified" in precision(result).meaning
 
 
+@pytest.mark.slow
 def test_axis_that_stays_in_place_does_not_show_a_far_spring() -> None:
     """1 m from its rest a spring of 50 N/m is a constant of 50 N."""
     reference = 1.0 + trajectory(
@@ -132,6 +135,7 @@ def test_axis_that_stays_in_place_does_not_show_a_far_spring() -> None:
     assert shown.lacking == ("the axis hardly leaves its place",)
 
 
+@pytest.mark.slow
 def test_a_weight_that_the_model_lacks_is_blamed_for_the_loop_and_hides_each_parameter() -> None:
     truth = {**TRUTH, "f": 60.0, "k": 0.0}
     weighed = replace(STAGE, experiment=Experiment(moves=ALL, truth=truth, position_noise=1e-7))

@@ -153,6 +153,7 @@ def _asked(
     return pooling_test_of(J, records, extended, levels)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("windows", [1, 40])
 def test_records_of_one_machine_are_told_apart_as_often_as_claimed(
     rng: np.random.Generator, windows: int

@@ -20,6 +20,7 @@ def scaled(record: Record, scale: float) -> Record:
     return replace(record, control=scale * np.asarray(record.control))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scale", "status"), [(1.0, "pass"), (1.0099, "fail"), (0.9901, "fail"), (1.00001, "pass")]
 )
@@ -32,6 +33,7 @@ def test_a_scale_within_one_percent_fails_by_what_it_moves(
     assert (belief(result.verdict) == "not believed") == (status == "fail")
 
 
+@pytest.mark.slow
 def test_a_known_mass_is_part_of_what_the_scale_moves() -> None:
     declared = load_axis("emps2015")
     known = Constant(98.0, "kg").symbol
@@ -48,6 +50,7 @@ def test_a_known_mass_is_part_of_what_the_scale_moves() -> None:
     assert law.figure == pytest.approx((moved.value - right.value) / right.deviation, rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_measured_force_has_nothing_of_the_scale_of_the_control(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:

@@ -34,6 +34,7 @@ def by_hc3(added: None, emps2015: GeneratedAxis, twin: Record) -> Identification
     return identify(emps2015, twin, methods=["idm-ls", "ddm-ls"], covariance=NAME)
 
 
+@pytest.mark.slow
 def test_one_class_and_one_row_add_a_covariance(by_hc3: Identification) -> None:
     estimate = by_hc3["idm-ls"]
     fitted = sm.OLS(estimate.y, estimate.X).fit(cov_type="HC3")
@@ -47,6 +48,7 @@ def test_one_class_and_one_row_add_a_covariance(by_hc3: Identification) -> None:
     assert "HC3" in by_hc3.summary(full=True)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("added")
 def test_a_file_of_a_covariance_that_is_not_there_is_refused(
     by_hc3: Identification, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -94,6 +96,7 @@ def test_two_solvers_of_one_system_differ_by_nothing(result: Identification) -> 
     assert significant_differences(found) == {}
 
 
+@pytest.mark.slow
 def test_it_is_of_the_same_rows(emps2015: GeneratedAxis, twin: Record) -> None:
     long, short = (
         identify(emps2015, record, methods="idm-iv")["idm-iv"]

@@ -191,6 +191,7 @@ def test_draws_need_no_control_law(emps2015: GeneratedAxis, twin: Record) -> Non
     assert found["ddm-ls"].propagate("M", draws=50).lost == 0
 
 
+@pytest.mark.slow
 def test_draws_without_inertia_are_counted_and_left_out(result: Identification) -> None:
     hopeless = widened(result["ddm-iv"], 1600.0)
     drawn = hopeless.propagate("M", draws=4000)

@@ -166,6 +166,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say(pendulum: GeneratedAxis) 
     assert np.all((held >= 0.90) & (held <= 0.985)), held
 
 
+@pytest.mark.slow
 def test_without_a_known_value_only_what_is_told_apart_is_given(
     pendulum: GeneratedAxis, record: Record
 ) -> None:
@@ -176,6 +177,7 @@ def test_without_a_known_value_only_what_is_told_apart_is_given(
     assert not found.shows_more
 
 
+@pytest.mark.slow
 def test_two_known_values_are_held_against_the_record(
     pendulum: GeneratedAxis, record: Record
 ) -> None:
@@ -281,6 +283,7 @@ def sine_record() -> Record:
     return Record(time=t, position=position, control=control)
 
 
+@pytest.mark.slow
 def test_another_name_than_a_methods_is_told_with_those_that_there_are() -> None:
     result = identify(geared(Jm=(1e-4, 5e-6)), sine_record(), Prefilter(hold="raw"), "idm-ls")
     assert result.physical["IDM-LS"] is result.physical["idm-ls"]
@@ -291,6 +294,7 @@ def test_another_name_than_a_methods_is_told_with_those_that_there_are() -> None
         plain.physical["idm-ls"]
 
 
+@pytest.mark.slow
 def test_start_of_zero_and_wild_nominal_values_find_the_same(
     pendulum: GeneratedAxis, record: Record
 ) -> None:

@@ -59,6 +59,7 @@ def valve() -> Identification:
 KEPT = Prefilter(reversals="keep")  # where the filter moves estimates most
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("hold", ["zoh", "raw"])
 def test_on_a_noise_free_twin_it_is_the_whole_error(
@@ -231,6 +232,7 @@ def leaves_out(error: EstimationError) -> list[str]:
     return re.findall(r"leave-out (\w+)", str(error))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [1e-3, 3e-3, 5e-3])
 @pytest.mark.parametrize("method", ["idm-ls", "ddm-ls", "idm-iv", "ddm-iv"])
 def test_friction_at_speeds_that_no_row_has_is_named(speed: float, method: str) -> None:

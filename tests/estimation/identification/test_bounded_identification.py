@@ -103,6 +103,7 @@ def test_intervals_hold_the_truth_where_chance_takes_a_parameter_to_its_bound() 
     assert misses <= 1
 
 
+@pytest.mark.slow
 def test_what_leaves_no_axis_is_refused_with_what_is_beyond() -> None:
     record = _record()
     flipped = replace(record, control=None, force=-35.15 * np.asarray(record.control))

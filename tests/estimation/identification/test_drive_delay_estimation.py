@@ -55,6 +55,7 @@ def test_lag_or_delay_is_found_and_is_in_every_deviation(
             assert abs(value.value - truth) < 3 * value.deviation
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changed", "late", "count"),
     [({"control": None}, 0, 1), ({}, 1, 1), ({}, 0, 2)],

@@ -44,6 +44,7 @@ def test_simulated_left_side_is_that_of_the_simulated_loop(
     )
 
 
+@pytest.mark.slow
 def test_force_column_is_taken_instead_of_the_control(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:

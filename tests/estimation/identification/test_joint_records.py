@@ -132,12 +132,14 @@ def test_a_known_payload_tells_the_drive_gain_beside_a_value_in_each_record(
     assert statuses(loaded)["drive gain"] == "note"
 
 
+@pytest.mark.slow
 def test_a_gain_of_the_other_sign_is_a_known_value_of_another_record() -> None:
     records, known = [stage_record(1), stage_record(2, m_add=20.0)], {"m_add": [20.0, 0.0]}
     result = identify(generated(), records, methods="idm-ls", known=known, bootstrap=0)
     assert "in the order of the records" in meaning_of(result, "drive gain")
 
 
+@pytest.mark.slow
 def test_a_deviation_of_what_is_known_is_in_those_of_the_parameters() -> None:
     """And the declared gain can be believed, in which they are not then."""
     records = [stage_record(1), stage_record(2, m_add=20.0)]
@@ -185,6 +187,7 @@ def test_the_gains_of_the_law_may_differ(plain) -> None:  # type: ignore[no-unty
     assert right["idm-iv"].parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.002)
 
 
+@pytest.mark.slow
 def test_records_may_differ_in_period_and_length(plain) -> None:  # type: ignore[no-untyped-def]
     whole = stage_record(1)
     columns = whole.channels().items()
@@ -238,6 +241,7 @@ def test_reversals_are_left_out_of_all_records_where_all_together_show_enough(
     assert left_out(short, short) == [False, False]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("by", [identify, fit, partial(fit, output="open-loop")])
 def test_a_record_without_motion_costs_no_estimate(
     plain: GeneratedAxis,

@@ -190,6 +190,7 @@ def test_slopes_are_those_of_the_output() -> None:
     assert len(by_start) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["cascade_p_pi, clamped", "pid_ideal"])
 def test_gains_that_are_7_percent_off_are_found_again(name: str) -> None:
     along = _along(name)

@@ -182,6 +182,7 @@ def test_lanes_of_another_period_are_single_loops(ratio: float) -> None:
     agree(stage(cascade_p_pi(LOG / ratio)), *given, position_noise=noise)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("between", ["linear", "held"])
 def test_a_twin_s_set_point_runs_between_samples_as_its_law_declares(between: str) -> None:
     axis = twin_axis(4.0, between)

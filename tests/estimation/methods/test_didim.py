@@ -186,6 +186,7 @@ def test_several_records_are_one_regression() -> None:
     assert "fail" not in statuses(turned).values()
 
 
+@pytest.mark.slow
 def test_a_second_record_is_estimated_anew_by_its_own_loops_rows(
     emps2015: GeneratedAxis, alone: Identification
 ) -> None:
@@ -219,6 +220,7 @@ def shaken(name: str, amplitude: float, seed: int, *, noisy: bool) -> tuple[Gene
     return axis, record
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "amplitude", "seed", "noisy"),
     [

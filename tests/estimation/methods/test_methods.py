@@ -187,6 +187,7 @@ def test_shocks_lead_least_squares_and_the_loss_does_without(loss: str, method: 
     assert {c.name: c.status for c in found.verdict}["outliers"] != "fail"
 
 
+@pytest.mark.slow
 def test_what_counts_for_little_is_told_and_written() -> None:
     result = _identified("huber")
     written, light = result.to_dict()["estimates"][0], int(result.preferred.light_rows.sum())

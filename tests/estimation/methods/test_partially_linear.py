@@ -125,11 +125,13 @@ def test_instruments_solve_their_nonlinear_equations(
     assert np.abs(seen).max() < 1e-2
 
 
+@pytest.mark.slow
 def test_direct_model_is_refused_with_the_reason(result: Identification) -> None:
     for method in ("ddm-ls", "ddm-iv"):
         assert "not linear in v; use idm-ls or idm-iv" in result.skipped[method]
 
 
+@pytest.mark.slow
 def test_gain_scales_forces_and_not_velocities(result: Identification) -> None:
     parameters = result["idm-ls"].parameters
     assert parameters["s"].sd_gain == pytest.approx(0.01 * parameters["s"].value, rel=1e-6)

@@ -48,6 +48,7 @@ def repeated(result: Identification) -> Array:
     return np.asarray(np.sin(40 * position[rows]) * np.sign(velocity[rows]))
 
 
+@pytest.mark.slow
 def test_what_repeats_is_told_from_noise(result: Identification, rng: np.random.Generator) -> None:
     own = repeated(result)
     found = split(result, own + 0.3 * rng.normal(size=len(own)))

@@ -106,6 +106,7 @@ def test_a_term_that_is_missing_is_the_first_that_is_found(kind: str, has_loop: 
     assert kind != PLACED or first.at == pytest.approx(0.03, rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("known", "name", "kind"),
     [
@@ -192,6 +193,7 @@ def test_levels_are_shares(twin: Record, by: Callable[..., object], name: str, g
         by(AXIS, twin, **{name: given})
 
 
+@pytest.mark.slow
 def test_levels_are_those_of_the_checks_and_of_the_file(twin: Record, tmp_path: Path) -> None:
     asked = {"level": 0.05, "least_share": 0.02}
     result = identify(leave_out(AXIS, "Fc"), twin, methods=["idm-ls"], **asked)

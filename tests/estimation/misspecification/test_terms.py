@@ -163,9 +163,7 @@ def test_the_element_that_a_missing_term_names_is_declared(
     tmp_path: Path, term: Term, q: Coordinate
 ) -> None:
     declared = SimpleNamespace(coordinate=q, drive=Drive(gain=1.0), has_stribeck=False)
-    said = misspecification_text(
-        _lack(term), cast(GeneratedAxis, SimpleNamespace(axis=declared)), cast(Record, None)
-    )
+    said = misspecification_text(_lack(term), cast(GeneratedAxis, declared), cast(Record, None))
     assert "declare" in said
     (call,) = _CALL.findall(said)
     _declared(tmp_path, q, call, term.unit.format(force=q.force_unit, unit=q.unit))

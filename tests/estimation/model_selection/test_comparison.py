@@ -71,6 +71,7 @@ def test_directional_friction_is_found(ladder: dict[str, GeneratedAxis]) -> None
     assert last.wald_p < 1e-3
 
 
+@pytest.mark.slow
 def test_a_richer_model_that_says_no_more_is_named(symmetric: Comparison) -> None:
     (test,) = (t for t in symmetric.tests if (t.smaller, t.larger) == ("Coulomb", "offset"))
     assert test.wald_p > 0.05

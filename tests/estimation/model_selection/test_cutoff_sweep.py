@@ -36,6 +36,7 @@ def test_least_squares_drifts_and_instruments_hold(swept: Sweep) -> None:
     assert ls[-1] < 20
 
 
+@pytest.mark.slow
 def test_recommended_cutoff_is_one_where_the_judged_method_is_surest(swept: Sweep) -> None:
     """Of deviation, known bias and the farther neighbour, with those of both neighbours."""
     judged = [[*result.preferred.parameters.values()] for result in swept.results]
@@ -102,6 +103,7 @@ def test_two_cutoffs_do_not_show_where_noise_begins(
     assert [c.meaning for c in result.checks if c.status == "fail"] == [result.reason]
 
 
+@pytest.mark.slow
 def test_instruments_decide_where_noise_biases_least_squares_at_every_cutoff(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
@@ -201,6 +203,7 @@ def test_nothing_is_told_of_a_position_that_was_not_measured(
     assert "predict" not in found.reason
 
 
+@pytest.mark.slow
 def test_cutoffs_are_compared_by_what_all_of_them_identify(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:

@@ -52,6 +52,7 @@ def failing(validation: Validation) -> list[str]:
     return [check.name for check in validation.checks if check.status == "fail"]
 
 
+@pytest.mark.slow
 def test_position_figures_are_those_of_the_simulated_loop(emps2015: GeneratedAxis) -> None:
     result = identify(emps2015, twin_record(emps2015), methods=["idm-iv"])
     other = twin_record(emps2015, seed=7)
@@ -69,6 +70,7 @@ def test_position_figures_are_those_of_the_simulated_loop(emps2015: GeneratedAxi
     assert errors == pytest.approx(wanted, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_record_without_reference_has_an_equation_error_only(emps2015: GeneratedAxis) -> None:
     record = twin_record(emps2015)
     result = identify(emps2015, record, methods=["idm-ls"])
@@ -77,6 +79,7 @@ def test_record_without_reference_has_an_equation_error_only(emps2015: Generated
     assert "no reference column" in str(validation.reason)
 
 
+@pytest.mark.slow
 def test_samples_that_the_estimates_were_made_from_are_told(emps2015: GeneratedAxis) -> None:
     whole = twin_record(emps2015)
     first, second = whole.windowed((None, 5)), whole.windowed((3, None))
@@ -123,6 +126,7 @@ def test_short_records_are_not_blamed_for_slow_noise() -> None:
     assert least_mean_square(fast, RowTimes.consecutive(700)) > 0.7 * np.mean(fast**2)
 
 
+@pytest.mark.slow
 def test_what_the_filter_leaves_open_suits_the_second_record(emps2015: GeneratedAxis) -> None:
     """A measured force is taken as it is, though the estimates' own force was held by the drive."""
     first, second = twin_record(emps2015), twin_record(emps2015, seed=3)
@@ -137,6 +141,7 @@ def test_what_the_filter_leaves_open_suits_the_second_record(emps2015: Generated
     assert found == pytest.approx(as_raw, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_failed_validation_is_a_line_of_the_verdict_and_of_the_file(
     emps2015: GeneratedAxis, twin: Record, tmp_path: Path
 ) -> None:
@@ -166,6 +171,7 @@ def opened(emps2015: GeneratedAxis, twin: Record) -> OutputFit:
     return fit(emps2015, twin, "open-loop", start=TRUTH, horizon=1.0)
 
 
+@pytest.mark.slow
 def test_its_own_record_is_left_what_the_fit_left(opened: OutputFit, twin: Record) -> None:
     found = validate_fit(opened, twin)
     own = (opened.error, opened.error_percent)
@@ -177,6 +183,7 @@ def test_its_own_record_is_left_what_the_fit_left(opened: OutputFit, twin: Recor
     assert found.windows[-1].stop == len(found.errors)
 
 
+@pytest.mark.slow
 def test_the_noise_is_all_that_right_parameters_leave_of_a_twin(
     emps2015: GeneratedAxis, twin: Record, opened: OutputFit, other: Record
 ) -> None:
@@ -188,6 +195,7 @@ def test_the_noise_is_all_that_right_parameters_leave_of_a_twin(
     assert validate_fit(wrong, other).error > 5 * held.error
 
 
+@pytest.mark.slow
 def test_a_loop_is_simulated_along_the_whole_record(
     emps2015: GeneratedAxis, twin: Record, other: Record
 ) -> None:
@@ -200,6 +208,7 @@ def test_a_loop_is_simulated_along_the_whole_record(
         validate_fit(followed, other, horizon=1.0)
 
 
+@pytest.mark.slow
 def test_a_record_of_another_axis_is_told_by_what_it_shows(
     emps2015: GeneratedAxis, twin: Record, other: Record
 ) -> None:

@@ -89,6 +89,7 @@ def test_a_run_is_what_identify_makes_of_its_twin() -> None:
         assert np.abs((found[1].T - np.array(wanted).T) / sd).max() < 1e-5
 
 
+@pytest.mark.slow
 def test_twins_of_the_first_runs_tell_the_bias_and_scale_of_all() -> None:
     plain, made = study(6, "idm-ls", bootstrap=0), study(6, "idm-ls")
     bias, scale = made.values - made.corrected, made.deviations("hac") / plain.deviations("hac")
@@ -104,6 +105,7 @@ def test_twins_of_the_first_runs_tell_the_bias_and_scale_of_all() -> None:
     assert alone.filter_bias == pytest.approx(bias[0], abs=float(deviations.max()))
 
 
+@pytest.mark.slow
 def test_a_disturbance_acts_and_is_not_in_the_record() -> None:
     quiet, moved = (
         next(iter(twins(study(1, "idm-ls", noise=noise).plan, [0])))[1]
@@ -150,6 +152,7 @@ def test_bias_scatter_and_coverage_are_those_of_the_numbers() -> None:
     assert made.belief == "with care"
 
 
+@pytest.mark.slow
 def test_bias_of_few_runs_is_judged_by_students_law() -> None:
     for values, is_biased in (
         (100.2 + np.array([1.0, 1.3, 0.9, 1.2]), True),  # 12 standard errors
@@ -160,6 +163,7 @@ def test_bias_of_few_runs_is_judged_by_students_law() -> None:
         assert bool(numbers(values, half=2.0).biased) == is_biased
 
 
+@pytest.mark.slow
 def test_the_more_intervals_there_are_the_further_one_must_be_off() -> None:
     off = np.where(np.arange(100) < 10, 3.0, 0.0)  # 90 % hold
     alone, right = (numbers(100.2 + each, half=2.0) for each in (off, 0 * off))
@@ -180,6 +184,7 @@ def test_what_one_method_refuses_costs_the_others_nothing() -> None:
     assert "direct regressor" in reason
 
 
+@pytest.mark.slow
 def test_another_axis_may_be_simulated_than_is_identified(emps: GeneratedAxis) -> None:
     how: dict[str, Any] = {"twin": axis(), "truth": {"M": 150.0}, "moves": MOVES}
     made = monte_carlo(emps, 1, "idm-ls", prefilter=FILTER, **how)
@@ -192,6 +197,7 @@ def test_another_axis_may_be_simulated_than_is_identified(emps: GeneratedAxis) -
     assert offset.coverage == {}
 
 
+@pytest.mark.slow
 def test_a_known_value_that_all_runs_share_has_no_coverage_and_may_be_wrong() -> None:
     def known(**values: Any) -> MonteCarlo:
         fixed = build(fix(load_axis("emps2015"), **values))
@@ -262,6 +268,7 @@ def test_a_study_of_which_nothing_comes_says_why(
         study(2, methods, truth=truth)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("error", [KeyboardInterrupt, MemoryError])
 def test_what_is_done_is_kept_whatever_ends_a_study(
     monkeypatch: pytest.MonkeyPatch, error: type[BaseException]
@@ -342,6 +349,7 @@ def test_a_chain_has_what_options_give_and_the_rest_of_the_experiment() -> None:
     assert (figures["disturbance"], figures["correlation_time"]) == (5.0, 0.1)
 
 
+@pytest.mark.slow
 def test_a_study_takes_the_chain_of_a_record() -> None:
     (_, record), *_ = twins(study(1, "idm-ls").plan, [0])
     (chain,) = identify(axis(), record, FILTER, "idm-iv")["idm-iv"].inference.chains
@@ -350,6 +358,7 @@ def test_a_study_takes_the_chain_of_a_record() -> None:
     assert found.of("idm-iv", "M").runs == 2
 
 
+@pytest.mark.slow
 def test_npz_and_parquet_have_the_same_columns(tmp_path: Path) -> None:
     npz, parquet = tmp_path / "runs.npz", tmp_path / "runs.parquet"
     for file in (npz, parquet):
@@ -389,6 +398,7 @@ def test_a_run_is_what_fit_makes_of_its_twin() -> None:
     np.testing.assert_allclose(iid, np.sqrt(np.diag(alone.covariances["iid"])))
 
 
+@pytest.mark.slow
 def test_what_a_fit_refuses_is_a_failure_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
     def refused(*_: object, **__: object) -> None:
         raise EstimationError("no end.")

@@ -288,6 +288,7 @@ def test_noise_of_a_logged_control_is_told_from_forces_and_from_another_law(
         assert sizes[0] == pytest.approx(sizes[1], rel=0.3, abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_record_without_reference_has_no_noise_of_the_control() -> None:
     axis = build(load_axis("servo_joint"))
     result = identify(axis, replace(twin_record(axis), reference=None), methods="idm-ls")
@@ -357,6 +358,7 @@ def _rounded(record: Record, bits: int) -> Record:
     return replace(record, control=step * np.round(control / step))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bits", [6, 7, 14])
 def test_deviations_hold_what_a_control_of_few_steps_moves(
     emps2015: GeneratedAxis, quiet: Record, bits: int
@@ -368,6 +370,7 @@ def test_deviations_hold_what_a_control_of_few_steps_moves(
     assert chain.control_step > 0
 
 
+@pytest.mark.slow
 def test_noise_that_averages_the_steps_adds_nothing(emps2015: GeneratedAxis, twin: Record) -> None:
     fine, coarse = (
         [

@@ -55,6 +55,7 @@ def test_the_public_record_has_the_numbers_of_output_error(
     assert np.abs(position.law_moves["kp*kv"] / position.physical).max() > 0.3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("output", ["control", "position"])
 def test_no_check_of_an_exact_record_fails_from_rest_or_from_a_move(
     emps2015: GeneratedAxis, output: str
@@ -69,6 +70,7 @@ def test_no_check_of_an_exact_record_fails_from_rest_or_from_a_move(
         assert result.believed == (record is whole)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "start",
     ["nominal", "least-squares", "didim", {"M": 20.0}, {"M": 95.0, "Fv": 0.0, "Fc": 0.0}],
@@ -94,6 +96,7 @@ def test_vague_parameters_of_a_few_samples_fail_and_the_rows_are_told(
     assert "1 rows for 3 parameters are few" in rows.meaning
 
 
+@pytest.mark.slow
 def test_what_a_bound_holds_leaves_the_others_as_unsure_as_without_it(
     emps2015: GeneratedAxis, twin: Record, found: OutputFit
 ) -> None:
@@ -123,6 +126,7 @@ def test_intervals_beside_bounds_hold_the_truth_within_a_move(emps2015: Generate
     assert np.count_nonzero((ends[:, 0] <= TRUTH["M"]) & (TRUTH["M"] <= ends[:, 1])) >= 7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mean", [95.0, 100.2])
 def test_what_was_known_counts_beside_what_the_record_leaves_without_it(
     emps2015: GeneratedAxis, twin: Record, found: OutputFit, mean: float
@@ -140,11 +144,13 @@ def test_what_was_known_counts_beside_what_the_record_leaves_without_it(
     assert result.belief == ("not believed" if mean == 95.0 else "believed")
 
 
+@pytest.mark.slow
 def test_twins_do_not_make_what_was_known_surer(emps2015: GeneratedAxis, twin: Record) -> None:
     result = fit(emps2015, twin, prior={"M": (100.2, 1e-4)}, bootstrap=8)
     assert result["M"].deviation == pytest.approx(1e-4, rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("loss", ["huber", "soft-l1"])
 def test_robust_losses_withstand_what_is_no_part_of_the_loop(
     emps2015: GeneratedAxis, twin: Record, loss: str
@@ -202,6 +208,7 @@ def test_a_gain_of_a_law_with_an_integral_is_named_with_what_it_moves() -> None:
     assert np.abs(moved).max() > 10 * np.abs(moved + found.law_move).max()
 
 
+@pytest.mark.slow
 def test_a_limit_that_is_declared_a_little_wrong_is_named_with_what_it_moves(
     emps: GeneratedAxis,
 ) -> None:
@@ -268,6 +275,7 @@ def test_a_law_is_judged_by_what_each_explanation_of_the_control_moves(
     assert checks_of(fit(axis, changed, output))["control law"].status == status
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("output", ["control", "position"])
 def test_a_flipped_control_is_named_and_nothing_is_reckoned_from_it(output: str) -> None:
     """Of a cascade, whose loop swings by itself with what the flipped control leads to."""
@@ -280,6 +288,7 @@ def test_a_flipped_control_is_named_and_nothing_is_reckoned_from_it(output: str)
     assert output == "position" or told["simulation"].status == "fail"
 
 
+@pytest.mark.slow
 def test_a_record_twice_is_told_and_is_the_same_fit_with_smaller_deviations(
     emps2015: GeneratedAxis, twin: Record, found: OutputFit
 ) -> None:
@@ -347,6 +356,7 @@ def test_a_move_too_short_for_twins_is_no_surer_than_with_its_start_free(
     assert np.all(np.abs(free.physical[:3] - result.physical) < result.deviations)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("output", ["control", "position"])
 def test_a_record_that_is_cut_from_a_fast_move_is_believed(output: str) -> None:
     """Its law differences positions, of which those before the cut are in no log."""
@@ -381,6 +391,7 @@ def test_what_no_output_shows_is_named(twin: Record, found: OutputFit) -> None:
     assert result.derive("Fb/M").deviation == np.inf
 
 
+@pytest.mark.slow
 def test_what_the_model_lacks_is_noise_to_twins_and_makes_nothing_surer(
     emps2015: GeneratedAxis,
 ) -> None:
@@ -391,6 +402,7 @@ def test_what_the_model_lacks_is_noise_to_twins_and_makes_nothing_surer(
     assert np.all(result.deviations > 5 * quiet.deviations)
 
 
+@pytest.mark.slow
 def test_a_measured_force_is_followed(
     emps2015: GeneratedAxis, twin: Record, found: OutputFit
 ) -> None:
@@ -415,6 +427,7 @@ def test_several_starts_leave_what_is_0_and_signs_that_are_allowed() -> None:
     np.testing.assert_array_equal(again.physical, several.physical)
 
 
+@pytest.mark.slow
 def test_a_constant_force_that_the_model_lacks_is_named(
     emps2015: GeneratedAxis, twin: Record, found: OutputFit
 ) -> None:
@@ -428,6 +441,7 @@ def test_a_constant_force_that_the_model_lacks_is_named(
     assert told == ["fail", "pass"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("output", "how", "off"),
     [
@@ -463,6 +477,7 @@ def test_a_time_that_is_not_there_is_told_and_no_term_that_is_declared(
     assert not {"coulomb", "viscous", "constant", "inertia"} & {*kinds}
 
 
+@pytest.mark.slow
 def test_noise_that_is_most_of_an_output_is_no_lack(
     emps2015: GeneratedAxis, twin: Record, found: OutputFit
 ) -> None:
@@ -581,6 +596,7 @@ def test_a_drive_with_a_lag_and_with_steps_is_fitted(steps: dict[str, float]) ->
     assert all(np.all(np.isfinite(moves)) for moves in found.law_moves.values())
 
 
+@pytest.mark.slow
 def test_free_gains_are_found_with_the_parameters(emps2015: GeneratedAxis, twin: Record) -> None:
     law, experiment = emps2015.axis.control, emps2015.axis.experiment
     wrong = emps2015.with_gains({"kp": 1.05 * law.gains["kp"]})
@@ -590,6 +606,7 @@ def test_free_gains_are_found_with_the_parameters(emps2015: GeneratedAxis, twin:
     assert checks_of(found)["control law"].status == "pass"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [0, 1])
 def test_an_interrupted_fit_is_the_best_so_far_and_says_so(
     emps2015: GeneratedAxis, twin: Record, step: int
@@ -605,6 +622,7 @@ def test_an_interrupted_fit_is_the_best_so_far_and_says_so(
     assert np.all(np.abs(result.physical / [*TRUTH.values()] - 1) < 0.2)
 
 
+@pytest.mark.slow
 def test_a_fit_of_a_drives_lag_that_is_interrupted_keeps_its_values(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
@@ -617,6 +635,7 @@ def test_a_fit_of_a_drives_lag_that_is_interrupted_keeps_its_values(
     assert np.all(np.isfinite(result.physical))
 
 
+@pytest.mark.slow
 def test_a_fit_of_an_open_loop_does_not_advise_itself(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:

@@ -70,6 +70,7 @@ def test_short_moves_of_which_too_little_is_left_keep_their_samples() -> None:
     assert note(found).figure == 0
 
 
+@pytest.mark.slow
 def test_rests_are_kept_from_the_command_line(run: Run, tmp_path: Any) -> None:
     log, moves = tmp_path / "twin.csv", ("--speed", "0.05", "--dwell", "0.2")
     run("twin", "emps2015", "--output", log, "--acceleration", "0.75", *moves)

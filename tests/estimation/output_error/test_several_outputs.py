@@ -25,6 +25,7 @@ def both(emps2015: GeneratedAxis, twin: Record) -> OutputFit:
     return fit(emps2015, twin, BOTH)
 
 
+@pytest.mark.slow
 def test_each_output_counts_by_what_is_left_of_it(both: OutputFit) -> None:
     assert both.outputs == BOTH
     assert both.predictions.units == ("V", "m")
@@ -38,6 +39,7 @@ def test_each_output_counts_by_what_is_left_of_it(both: OutputFit) -> None:
     assert both.error == both.of_records[0].error
 
 
+@pytest.mark.slow
 def test_the_errors_of_a_record_have_a_column_for_each_output(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
@@ -52,6 +54,7 @@ def test_the_errors_of_a_record_have_a_column_for_each_output(
     np.testing.assert_allclose(panels[3].series[0].y, found.errors[1][:, 1])
 
 
+@pytest.mark.slow
 def test_an_output_alone_is_a_fit_of_it(emps2015: GeneratedAxis, twin: Record) -> None:
     alone, listed = fit(emps2015, twin), fit(emps2015, twin, ["control", "control"])
     np.testing.assert_array_equal(listed.physical, alone.physical)
@@ -64,6 +67,7 @@ def test_an_output_alone_is_a_fit_of_it(emps2015: GeneratedAxis, twin: Record) -
     assert np.all((ratio > 0.95) & (ratio < 1.2))
 
 
+@pytest.mark.slow
 def test_a_weight_that_is_given_is_the_one(
     emps2015: GeneratedAxis, twin: Record, both: OutputFit
 ) -> None:
@@ -76,6 +80,7 @@ def test_a_weight_that_is_given_is_the_one(
     )
 
 
+@pytest.mark.slow
 def test_a_record_is_held_against_one_of_the_outputs(emps2015: GeneratedAxis, twin: Record) -> None:
     both = fit(emps2015, twin, BOTH, rests="keep")
     for output, left in zip(BOTH, both.of_records, strict=True):
@@ -112,6 +117,7 @@ def test_a_payload_that_nobody_told_is_named_with_its_size(
     assert "another load" in check.meaning
 
 
+@pytest.mark.slow
 def test_of_two_records_one_is_told_beside_the_other_and_what_lets_them_differ(
     emps2015: GeneratedAxis,
 ) -> None:

@@ -104,6 +104,7 @@ def test_intervals_hold_where_the_control_that_shows_an_integral_is_noisy(time: 
     assert 0.005 < found["fcp"].deviation / found["fcp"].value < 0.1
 
 
+@pytest.mark.slow
 def test_a_drive_that_remembers_under_a_law_that_does_not_is_fitted(
     emps2015: GeneratedAxis,
 ) -> None:

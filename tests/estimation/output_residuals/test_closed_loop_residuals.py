@@ -70,6 +70,7 @@ def test_slopes_by_the_law_are_those_of_another_law(twin: Record) -> None:
     assert np.linalg.norm(slopes["kp*kv"] - slope) < 1e-3 * np.linalg.norm(slope)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("logged", ["command", "applied"])
 def test_the_steps_of_a_drive_are_not_simulated(logged: str) -> None:
     """They are a staircase of the parameters, on which no search moves."""
@@ -125,6 +126,7 @@ def test_a_parameter_whose_lane_fails_is_stepped_less() -> None:
 LATER, STEP = 2e-5, 5e-5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["lag", "delay"])
 @pytest.mark.parametrize("output", ["control", "open-loop"])
 def test_errors_are_a_straight_line_of_the_time(

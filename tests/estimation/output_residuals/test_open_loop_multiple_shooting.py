@@ -47,6 +47,7 @@ def test_what_a_first_position_or_velocity_makes_is_no_error(
     np.testing.assert_allclose(errors, others, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("horizon", [0.25, 1.0, 100.0])
 def test_the_fit_has_the_truth_without_a_law_or_a_reference(twin: Record, horizon: float) -> None:
     axis = replace(load_axis("emps2015"), control=None)
@@ -67,6 +68,7 @@ def test_a_force_column_serves_without_a_control(emps2015: GeneratedAxis, twin: 
     np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_parameters_may_have_the_names_of_gains(emps2015: GeneratedAxis, twin: Record) -> None:
     """No law is asked for, so that none brings names along."""
     q = Coordinate("q")
@@ -88,6 +90,7 @@ def test_parameters_may_have_the_names_of_gains(emps2015: GeneratedAxis, twin: R
     np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_window_has_twenty_samples_at_least(emps2015: GeneratedAxis, twin: Record) -> None:
     found = fit(emps2015, twin, "open-loop", horizon=1e-9, start="nominal", bootstrap=0)
     assert found.horizon == 20 * twin.period
@@ -104,6 +107,7 @@ def test_windows_that_begin_at_rest_stay_there(emps2015: GeneratedAxis, twin: Re
     assert np.abs(_errors(emps2015, still, THETA, horizon=0.1)).max() < 5e-6
 
 
+@pytest.mark.slow
 def test_windows_are_shorter_where_friction_drives_the_motion_away() -> None:
     """Falling friction lets errors grow a hundredfold in a quarter of a second."""
     axis = build(load_axis(SLOW_SCREW))

@@ -51,6 +51,7 @@ def profile(levels: Sequence[float], ramp: int, hold: int = 200) -> np.ndarray:
     return np.concatenate([*pieces, np.zeros(50)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [None, 0.0])
 def test_right_control_of_every_axis_is_left_alone(
     library_axis: GeneratedAxis, noise: float | None
@@ -64,6 +65,7 @@ def test_right_control_of_every_axis_is_left_alone(
             assert not masked(rounded(control, bits), position).any()
 
 
+@pytest.mark.slow
 def test_control_that_a_recorder_cut_off_is_found(library_axis: GeneratedAxis) -> None:
     record = twin_record(library_axis)
     whole = np.asarray(record.control)

@@ -399,6 +399,7 @@ def test_other_time_fails_without_a_reference_but_crystals_may_differ(
     assert "check the time column and its unit" in said
 
 
+@pytest.mark.slow
 def test_every_result_fails_by_another_time(emps2015: GeneratedAxis, twin: Record) -> None:
     result = identify(emps2015, timed(twin, 1.05), methods=["idm-ls"])
     assert checks_of(result)["control law"].status == "fail"

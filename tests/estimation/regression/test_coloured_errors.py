@@ -56,6 +56,7 @@ def test_the_covariance_of_columns_is_that_of_the_whole_matrix(rows: int) -> Non
     )
 
 
+@pytest.mark.slow
 def test_how_sure_a_variance_of_one_output_is_follows_from_its_errors() -> None:
     column = np.random.default_rng(0).normal(size=300)
     variances, claimed = [], []
@@ -103,6 +104,7 @@ def test_masked_samples_are_no_errors() -> None:
     np.testing.assert_allclose(found.variance, _NOISE, atol=0.1)
 
 
+@pytest.mark.slow
 def test_lags_are_as_long_in_time_for_several_outputs_as_for_one() -> None:
     """At 10 kHz, of errors that come back after 20 and after 38 ms."""
     noise = np.random.default_rng(3).standard_normal((30_000, 2))

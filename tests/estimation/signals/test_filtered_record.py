@@ -153,6 +153,7 @@ def test_a_product_with_the_motion_is_made_before_the_decimation_filter() -> Non
     assert rows[:, 1] == pytest.approx(data.reduce(values * data.motion[0] ** 2), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_the_drive_reads_the_signal_of_the_sample() -> None:
     axis = build(recorded_axis("supply"))
     record = twin_record(axis, signals=recorded_values("supply"))

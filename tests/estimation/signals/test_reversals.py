@@ -93,6 +93,7 @@ def test_default_leaves_them_out_where_there_is_friction_and_enough_is_left(
     assert (chosen.sampling.excluded_samples > 0) == (reversals == "leave-out")
 
 
+@pytest.mark.slow
 def test_rows_and_signals_stay_together_and_what_is_silent_enters_none(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:

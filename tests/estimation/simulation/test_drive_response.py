@@ -81,6 +81,7 @@ def test_a_command_passes_rate_limit_steps_and_dead_band_before_it_acts(
     assert np.max(np.abs(batch["position"][:, 32] - position)) < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("lag", "delay"), TIMINGS)
 def test_lanes_of_a_batch_are_the_single_simulations(lag: float, delay: float) -> None:
     sizes = np.linspace(0.2, 1.5, LANES)
@@ -97,6 +98,7 @@ def test_the_mean_force_is_what_changes_the_momentum() -> None:
     assert np.allclose(forces_about(made, loop)[0][:-1], change, rtol=0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_simulation_goes_on_from_what_the_drive_remembers() -> None:
     made = axis(8e-4, 1.35e-3, native=True)
     names = made.functions["closed_loop_step"].size1_in("state")

@@ -91,6 +91,7 @@ def by_events(
     return out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("velocity", [0.15, -0.05, 0.0])
 def test_a_loop_that_starts_in_motion_follows_an_independent_integrator(velocity: float) -> None:
     reference = 0.01 * np.sin(2 * np.pi * 4 * T * np.arange(200))
@@ -106,6 +107,7 @@ def test_a_loop_that_starts_in_motion_follows_an_independent_integrator(velocity
         assert loop.direction_before[0] == loop.direction[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", AXES)
 def test_lanes_start_each_in_its_own_way(name: str) -> None:
     axis, rng = build(AXES[name]), np.random.default_rng(3)
@@ -118,6 +120,7 @@ def test_lanes_start_each_in_its_own_way(name: str) -> None:
     agree(axis, *given, machine=build(AXES[name], native=False), **own)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("delay", [0, 2])
 @pytest.mark.parametrize("native", [True, False], ids=["native", "virtual machine"])
 def test_an_integral_in_balance_holds_the_load(delay: int, native: bool) -> None:
@@ -145,6 +148,7 @@ def test_a_law_between_two_counts_remembers_what_its_encoder_measured(native: bo
         assert np.diff(control[:5]) == pytest.approx(40.0 * 4e-5 * 4000.0 * T, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", [{"lag": 2e-3}, {"delay": 1.5e-3}, {"rate_limit": 1e3}])
 def test_a_drive_that_rounds_begins_with_the_force_of_a_command(path: dict[str, float]) -> None:
     drive = Drive(gain=35.15, limit=100.0, quantisation=0.5, **path)

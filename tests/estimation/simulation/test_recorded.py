@@ -71,6 +71,7 @@ def test_a_held_signal_jumps_at_its_sample_and_the_motion_with_it(native: bool) 
     assert loop.direction_before[jump] == pytest.approx(2.9 / 3.0, abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("native", [True, False])
 def test_a_reversal_after_a_jump_is_located_within_its_sample(native: bool) -> None:
     """M = 2, Fc = 3: pushed back with 9, it slows at 6 m/s^2 and comes back at 3 m/s^2."""
@@ -321,6 +322,7 @@ def test_steps_lanes_and_the_virtual_machine_agree(kind: str) -> None:
     agree(placed_axis(), *given, machine=placed_axis(native=False), start=start, signals=signals)
 
 
+@pytest.mark.slow
 def test_an_axis_rests_in_a_jump_while_it_stands_still_and_not_while_it_moves() -> None:
     push = np.where(TIMES < 0.2, 1.0, 0.0)
     assert np.all(moved(theta(jump=5.0), 0 * TIMES, push) == 0)

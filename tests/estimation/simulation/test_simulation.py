@@ -90,6 +90,7 @@ def test_position_is_within_a_nanometre_of_the_closed_form(motion: str, offset: 
     assert np.abs(loop.position - position).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_pendulum_with_coulomb_friction_is_within_1e_8_rad_of_another_integrator() -> None:
     axis, time = built("open_pendulum"), np.arange(800) * 5e-3
     J, mgl, fc = theta = np.array([0.0626, 1.0, 0.2])
@@ -115,6 +116,7 @@ def test_error_falls_with_the_fourth_power_of_the_step() -> None:
     assert errors[1] / errors[2] > 2**3.8
 
 
+@pytest.mark.slow
 def test_continuous_law_is_the_differential_equation() -> None:
     """The loop as one equation, friction crossings and breakaway located."""
     axis = built("continuous")

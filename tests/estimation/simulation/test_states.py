@@ -57,6 +57,7 @@ def _pieces(loop: Simulation) -> Iterator[tuple[int, Array]]:
         yield k, np.diff([q[k - 1], *there, q[k]])
 
 
+@pytest.mark.slow
 def test_a_stack_has_the_hysteresis_of_masing() -> None:
     loop, limits = _swept("stack"), LEVELS / STIFFNESS
     stretched, wanted = np.zeros(3), np.zeros(len(loop.position))
@@ -77,6 +78,7 @@ def test_a_stack_has_the_hysteresis_of_masing() -> None:
     )
 
 
+@pytest.mark.slow
 def test_dahls_friction_follows_its_exponential() -> None:
     loop, stiffness, level = _swept("dahl", s0=1e5), 1e5, 20.0
     force, wanted = 0.0, np.zeros(len(loop.position))
@@ -151,6 +153,7 @@ def _exact(axis: GeneratedAxis, reference: Array) -> Array:
     return np.array(found)[:, :2]
 
 
+@pytest.mark.slow
 def test_a_bristle_moves_as_an_independent_integrator_has_it() -> None:
     axis = virtual("bristle")
     reference = 1e-3 * np.sin(2 * np.pi * 5 * PERIOD * np.arange(120))

@@ -92,6 +92,7 @@ AXES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", AXES)
 @pytest.mark.parametrize("output", ["control", "position"])
 def test_a_loop_by_another_gain_is_that_of_the_drive_declared_so(name: str, output: str) -> None:
@@ -109,6 +110,7 @@ def test_a_loop_by_another_gain_is_that_of_the_drive_declared_so(name: str, outp
     np.testing.assert_allclose(found, alone(truth[None, :]).errors, atol=1e-9 * size)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("output", ["control", "position", "open-loop"])
 def test_a_gain_that_is_declared_wrong_is_found_where_a_parameter_is_held(
     emps2015: GeneratedAxis, twin: Record, output: str
@@ -122,6 +124,7 @@ def test_a_gain_that_is_declared_wrong_is_found_where_a_parameter_is_held(
     assert found.believed
 
 
+@pytest.mark.slow
 def test_what_the_drive_declares_of_its_gain_was_known_before(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
@@ -182,6 +185,7 @@ def _moving(axis: GeneratedAxis, seed: int) -> tuple[Record, Array]:
     return record, np.array([loop.position[BEGIN], loop.velocity[BEGIN]])
 
 
+@pytest.mark.slow
 def test_a_start_in_motion_is_found_with_the_parameters(emps2015: GeneratedAxis) -> None:
     record, begun = _moving(emps2015, 1)
     found = fit(emps2015, record, free="start")
@@ -231,6 +235,7 @@ def test_equal_values_with_equal_deviations_are_one_that_is_larger_in_all_of_its
     assert larger == [[0.02, 0.03 + 0.001, 0.03 + 0.001, 0.03], [0.02, 0.03, 0.03, 0.03 + 0.002]]
 
 
+@pytest.mark.slow
 def test_each_record_has_a_start_of_its_own(emps2015: GeneratedAxis, twin: Record) -> None:
     record, begun = _moving(emps2015, 2)
     found = fit(emps2015, [twin, record], free="start", bounds={"start_position": (0, 1)})

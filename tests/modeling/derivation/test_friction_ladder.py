@@ -78,6 +78,7 @@ def test_springs_gravity_and_what_depends_on_the_position_stay() -> None:
     assert str(pendulum["viscous"].parameters[-1].unit) == "N m/(rad/s)"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axis", AXES.values(), ids=AXES.keys())
 def test_every_rung_can_be_derived_with_fitting_units(axis: Axis) -> None:
     for rung in friction_ladder(axis, quadratic=True, stribeck=0.01).values():

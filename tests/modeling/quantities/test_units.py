@@ -54,6 +54,7 @@ test_other_texts_are_refused = refused(
 SYMBOLS = st.sampled_from(sorted(_SYMBOLS))
 
 
+@pytest.mark.slow
 @given(SYMBOLS, SYMBOLS)
 def test_products_and_quotients_are_consistent_with_text(left: str, right: str) -> None:
     a, b = parse_unit(left), parse_unit(right)
@@ -62,6 +63,7 @@ def test_products_and_quotients_are_consistent_with_text(left: str, right: str) 
     assert parse_unit(str(a / b)).same_dimension(a / b)
 
 
+@pytest.mark.slow
 @given(st.text(max_size=12))
 def test_any_text_is_read_or_refused(text: str) -> None:
     try:

@@ -79,6 +79,7 @@ def environments(text: str) -> list[str]:
     return [line for block in blocks for line in re.split(r" \\\\\n", block)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["latex", "markdown"])
 @pytest.mark.parametrize("axis", AXES, ids=name)
 def test_every_formula_typesets(axis: Axis, form: str) -> None:

@@ -161,6 +161,7 @@ def test_friction_that_is_no_curve_over_the_velocity_is_refused(
         result.plot("friction")
 
 
+@pytest.mark.slow
 def test_tracking_agrees_with_the_validation_of_the_same_record(
     result: Identification, twin: Record
 ) -> None:
@@ -173,6 +174,7 @@ def test_tracking_agrees_with_the_validation_of_the_same_record(
     assert f"{rms:.3g} m (rms)" in plot.caption
 
 
+@pytest.mark.slow
 def test_sweep_marks_what_is_used_and_what_is_recommended(swept: Sweep) -> None:
     plot = sweep_plot(swept, 60.0)
     assert plot.marks == ((swept.recommended, "recommended"), (60.0, "used"))

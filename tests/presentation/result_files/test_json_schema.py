@@ -64,6 +64,7 @@ def checker(schema: dict[str, Any]) -> Draft202012Validator:
     return Draft202012Validator(schema)
 
 
+@pytest.mark.slow
 def test_the_file_of_the_schema_is_one_and_what_the_classes_make(
     root: Path, schema: dict[str, Any]
 ) -> None:
@@ -173,6 +174,7 @@ def test_identification_that_lacks_what_can_be_lacking(
         assert (written["instruments"], written["law_check"]["passed"]) == (None, None)
 
 
+@pytest.mark.slow
 def test_direct_model_has_a_further_covariance_where_it_is_chosen(
     checker: Draft202012Validator, emps2015: GeneratedAxis, twin: Record
 ) -> None:
@@ -248,6 +250,7 @@ def test_every_door_refuses_what_no_result_can_be(
         DOORS[door](file)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("door", DOORS)
 def test_every_door_refuses_a_file_that_was_changed_after_it_was_written(
     emps2015: GeneratedAxis, twin: Record, tmp_path: Path, door: str

@@ -67,6 +67,7 @@ def test_settings_verdicts_and_methods_that_differ_are_told(files: tuple[Path, P
     assert set(result.checks) == {n for n in statuses[0] if statuses[0][n] != statuses[1].get(n)}
 
 
+@pytest.mark.slow
 def test_another_unit_is_not_compared_and_exact_estimates_have_no_deviations(
     files: tuple[Path, Path], tmp_path: Path
 ) -> None:

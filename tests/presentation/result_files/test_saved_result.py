@@ -140,6 +140,7 @@ def test_text_pages_and_data_are_those_of_the_live_result(pair: Pair) -> None:
         }
 
 
+@pytest.mark.slow
 def test_functions_of_the_parameters_are_those_of_the_live_estimate(pair: Pair) -> None:
     for method in pair.result:
         live, read = pair.result[method], pair.saved[method]
@@ -345,6 +346,7 @@ def result(emps2015: GeneratedAxis) -> Identification:
     return identify(emps2015, twin_record(emps2015), methods=["idm-ls"])
 
 
+@pytest.mark.slow
 def test_what_is_saved_is_loaded_and_saved_again_the_same(
     result: Identification, tmp_path: Path
 ) -> None:
@@ -359,6 +361,7 @@ def fitted(emps2015: GeneratedAxis, twin: Record) -> OutputFit:
     return fit(emps2015, twin, bootstrap=0)
 
 
+@pytest.mark.slow
 def test_a_fit_read_from_its_file_says_what_the_law_moves(
     fitted: OutputFit, tmp_path: Path
 ) -> None:
@@ -447,6 +450,7 @@ def pressurised() -> Identification:
     return identify(axis, twin_record(axis, signals=recorded_values("pressure")))
 
 
+@pytest.mark.slow
 def test_signals_are_on_the_page_of_an_axis_in_figures_and_in_frames(
     pressurised: Identification,
 ) -> None:

@@ -66,6 +66,7 @@ def test_a_result_is_read_as_it_was_written(loaded: Identification, file: Path) 
     assert "run 1 and run 2" in repr(saved)
 
 
+@pytest.mark.slow
 def test_what_needs_one_set_of_the_axis_parameters_is_refused_and_a_part_serves(
     loaded: Identification, file: Path
 ) -> None:

@@ -50,6 +50,7 @@ def test_means_have_the_digits_of_their_errors(mean: Mean, told: tuple[str, str]
     assert (cell.value, cell.deviation) == told
 
 
+@pytest.mark.slow
 def test_json_is_what_the_schema_says(root: Path) -> None:
     schema = json.loads((root / "docs" / "schema" / "results-1.json").read_text(encoding="utf-8"))
     document = json.loads(json.dumps(judged().to_dict(), allow_nan=False))

@@ -13,6 +13,7 @@ from axisid.presentation.text.record import local_notes
 from tests.command_line import Run
 
 
+@pytest.mark.slow
 def test_emps_fits_on_a_screen(run: Run, emps_file: Path, tmp_path: Path) -> None:
     file = tmp_path / "run.toml"
     file.write_text(f"log = {str(emps_file)!r}\nsample_period = 1e-3\n")
@@ -33,6 +34,7 @@ def test_values_are_the_centres_of_their_intervals_and_the_others_are_told_where
     assert value == pytest.approx(result.preferred.parameters["M"].corrected, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("switch", ["--all", "--full"])
 def test_every_method_stands_beside_the_others_where_that_is_asked_for(
     run: Run, switch: str
@@ -43,6 +45,7 @@ def test_every_method_stands_beside_the_others_where_that_is_asked_for(
     assert {"IDM-LS", "IDM-IV", "DIDIM", "DDM-LS", "DDM-IV"} <= {*long.split()}
 
 
+@pytest.mark.slow
 def test_least_squares_stands_beside_what_it_is_off_by(
     emps2015: GeneratedAxis, twin: Record
 ) -> None:
@@ -90,6 +93,7 @@ def test_every_parameter_has_a_row_with_what_was_asked_of_it(
     assert float(str(rows["Fc"][4]).split(" to ")[1]) == 20
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("output", ["control", "position"])
 def test_values_have_the_digits_of_their_deviations(
     emps2015: GeneratedAxis, twin: Record, output: str

@@ -46,6 +46,7 @@ def _checked(name: str, sd: float, record: Record, **off: float) -> LawAgreement
     return found_law_agreement(_axis(name).with_gains(gains), record, found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["emps2015", P_PI])
 @pytest.mark.parametrize(
     ("sd", "kp", "kv", "passed"),
@@ -60,6 +61,7 @@ def test_found_gains_may_be_off_by_what_they_are_unsure_of_or_does_not_matter(
     assert all(abs(factor - 1) < 1e-3 for factor in check.factors.values())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["emps2015", P_PI])
 def test_a_wrong_gain_that_is_held_is_named_and_a_delay_is_no_gains(name: str) -> None:
     check = _checked(name, 0.02, _record(name, kv=1.1), kp=1.0)
@@ -71,6 +73,7 @@ def test_a_wrong_gain_that_is_held_is_named_and_a_delay_is_no_gains(name: str) -
     assert "not in time with the declared law" in late.meaning
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["emps2015", P_PI])
 def test_a_flipped_control_is_named_whatever_gains_are_free(name: str) -> None:
     record = _record(name)
@@ -90,6 +93,7 @@ def test_the_distance_is_that_of_a_normal_of_one_dimension() -> None:
         assert found == pytest.approx(distance)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [100, 101])
 @pytest.mark.parametrize(("name", "free"), [("emps2015", ("kp", "kv")), (P_PI, ALL)])
 def test_right_fits_with_free_gains_are_believed(

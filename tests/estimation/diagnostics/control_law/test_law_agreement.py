@@ -36,6 +36,7 @@ from tests.estimation.law_replay.test_initial_state_of_record import carried
 from tests.estimation.simulation.test_initial_state import vertical
 
 
+@pytest.mark.slow
 def test_emps_law_reproduces_the_record_to_a_quarter_percent(
     emps: GeneratedAxis, emps_record: Record
 ) -> None:
@@ -45,6 +46,7 @@ def test_emps_law_reproduces_the_record_to_a_quarter_percent(
     assert check.factors == pytest.approx({"kp*kv": 1.0, "kv": 1.0}, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", CASCADES)
 def test_a_right_law_passes_where_the_reference_has_corners_and_steps(
     emps2015: GeneratedAxis, kind: str
@@ -61,6 +63,7 @@ def test_a_right_law_passes_where_the_reference_has_corners_and_steps(
     assert check.passed, check.meaning
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("acceleration", "share"), [(3.0, 0.03), (4.0, 0.1)])
 def test_a_drive_at_its_limit_hides_no_law_and_blames_none(
     emps2015: GeneratedAxis, acceleration: float, share: float
@@ -130,6 +133,7 @@ def test_faults_of_the_record_are_recognised(
     assert message in check.sentence
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", [0.0, 0.1])
 def test_a_law_that_is_wrong_about_a_reference_at_rest_is_told(
     place: float, emps2015: GeneratedAxis, rng: np.random.Generator
@@ -141,6 +145,7 @@ def test_a_law_that_is_wrong_about_a_reference_at_rest_is_told(
     assert not law_agreement(emps2015, moved).passed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("idle", [{"ki": 0.0}, {"a": 1e-9, "b": 1e-9}])
 def test_terms_that_do_nothing_or_cannot_be_told_apart_have_no_factor(
     emps: GeneratedAxis, emps_record: Record, idle: dict[str, float]
@@ -254,6 +259,7 @@ def test_a_limit_that_the_drive_does_not_declare_is_named_with_its_size() -> Non
         assert told is None or float(told[1]) == pytest.approx(most, rel=2e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "gain", "off"),
     [
@@ -404,6 +410,7 @@ def test_a_right_law_passes(name: str) -> None:
         assert _checked(name, {}, 3.2).passed, "where its drive saturates"
 
 
+@pytest.mark.slow
 def test_a_gain_that_is_off_is_told_of_a_law_with_one_memory() -> None:
     def axis(kv: float) -> GeneratedAxis:
         law = cascade_p_pi(
@@ -438,6 +445,7 @@ def test_a_gain_that_is_wrong_alone_is_named_with_its_value(
     assert check.fitted_residual_percent < 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("times", "said"),
     [
@@ -475,6 +483,7 @@ def _seven_digits(record: Record) -> Record:
     return replace(record, position=np.round(record.position, 7), reference=reference)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "written"),
     [(P_PI, _seven_digits), ("pid", lambda r: replace(r, control=r.control + 0.1))],

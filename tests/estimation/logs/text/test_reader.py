@@ -106,6 +106,7 @@ def test_time_stamps_count_seconds_from_the_first(tmp_path: Path) -> None:
 CELLS = st.sampled_from(["1", "0,5", "1.5", "2,345", "x", "", " ", '"', "[mm]", "-", "nan", "#"])
 
 
+@pytest.mark.slow
 @example(rows=[["1"] * 4, ["1"], ["1"] * 4, ["1"] * 4], separator=",")
 @given(rows=st.lists(st.lists(CELLS, max_size=4), max_size=8), separator=st.sampled_from(",;\t| "))
 def test_anything_like_a_table_is_read_or_refused(rows: list[list[str]], separator: str) -> None:

@@ -27,6 +27,7 @@ def is_same(read: Record, written: Record, within: float = 0.0) -> bool:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ENDINGS)
 @pytest.mark.parametrize("name", ["emps", "valve"])  # with names of its own, a recorded signal
 def test_a_record_is_read_back_to_the_last_bit(name: str, ending: str, tmp_path: Path) -> None:

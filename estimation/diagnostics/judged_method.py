@@ -1,0 +1,58 @@
+"""Choice of the method whose estimate is reported and judged."""
+
+from collections.abc import Callable, Mapping
+
+from axisid.estimation.estimates import Estimate
+from axisid.estimation.regression import DirectForm
+from axisid.support.errors import Missing
+
+from .agreement_of_estimates import less_precise
+from .hausman import HausmanTest, significant_differences
+
+Differences = Mapping[str, HausmanTest] | Missing
+
+
+def judged_method(
+    estimates: Mapping[str, Estimate],
+    laws_hold: Callable[[], bool],
+    iv_less_didim: Callable[[], Differences],
+    level: float,
+) -> str:
+    """Return the method to judge: instruments, output error, or least squares.
+
+    Output error (DIDIM) rests on the declared control law. It is judged where every record follows
+    its law, except where instruments differ from it significantly and are the more precise. Else
+    instruments are judged where there are any. The inverse model comes before the direct one.
+
+    Parameters
+    ----------
+    estimates : mapping of str to Estimate
+        By method.
+    laws_hold : callable
+        Whether every record's control is the declared law's; asked only where it matters.
+    iv_less_didim : callable
+        Differences of IDM-IV and DIDIM, or the reason why there are none; asked only where needed.
+    level : float
+        Significance level of these differences.
+    """
+    first, by_law = _best(estimates, by_law=False), _best(estimates, by_law=True)
+    if by_law == first or not laws_hold():
+        return first
+    apart = iv_less_didim()
+    if isinstance(apart, Missing):
+        return by_law
+    moved = significant_differences(apart, level)
+    if less_precise(moved, estimates[first], estimates[by_law]):
+        return first
+    return by_law
+
+
+def _best(estimates: Mapping[str, Estimate], *, by_law: bool) -> str:
+    """Return the method that is preferred where output error is preferred or not."""
+
+    def order(method: str) -> tuple[bool, bool, bool]:
+        estimate = estimates[method]
+        is_direct = isinstance(estimate.form, DirectForm)
+        return estimate.Z is None, estimate.by_output_error != by_law, is_direct
+
+    return min(estimates, key=order)
