@@ -50,6 +50,7 @@ FLOORS = (
     ("estimation.output_error",),
     ("estimation.model_selection", "estimation.model_validation"),
     ("estimation.monte_carlo",),
+    ("presentation.sentences",),
     ("presentation.documents",),
     ("presentation.result_files",),
     ("presentation.plots",),

@@ -12,6 +12,7 @@ from axisid.estimation.choices import ROW_LOSSES, is_output_error
 from axisid.estimation.noise_models import Chain
 from axisid.estimation.regression import (
     Covariance,
+    CovarianceNote,
     DrawSummary,
     Form,
     LossWeights,
@@ -29,7 +30,7 @@ from axisid.estimation.thresholds import LIGHT_ROW
 from axisid.modeling.parsing import FunctionLike, parameter_function
 from axisid.support.arrays import Array, Deferred, Exact
 from axisid.support.errors import Missing, UsageError, is_among, is_whole, quoted, refuse
-from axisid.support.presentable import Presentable
+from axisid.support.presentable import Presentable, view_of
 
 from .estimated_values import NamedValues, SamplingDistribution, Value
 
@@ -75,8 +76,8 @@ class Inference(Exact):
     covariances : dict of str to (p, p) array
         Of the physical parameters, by name: ``iid``, ``robust`` and ``hac``; by the delta method
         for a direct model. ``hac`` as twins scatter, where there are any.
-    covariance_names : dict of str to str
-        What each covariance is, with lags and corrections, for the notes of a table.
+    covariance_notes : dict of str to CovarianceNote
+        What each covariance is, with lags, corrections and replicas.
     ddm_covariances : dict of str to (m, m) array
         Of a direct model's own parameters; empty for an inverse model.
     freedom, ddm_freedom : dict of str to array
@@ -101,7 +102,7 @@ class Inference(Exact):
     """
 
     covariances: Mapping[str, Array]
-    covariance_names: Mapping[str, str]
+    covariance_notes: Mapping[str, CovarianceNote]
     ddm_covariances: Mapping[str, Array]
     freedom: Mapping[str, Array]
     ddm_freedom: Mapping[str, Array]
@@ -281,9 +282,14 @@ class Estimate(EstimateFacts, Presentable, Exact):
         return self.inference.covariances
 
     @property
+    def covariance_notes(self) -> Mapping[str, CovarianceNote]:
+        """What each covariance is, with lags, corrections and replicas."""
+        return self.inference.covariance_notes
+
+    @property
     def covariance_names(self) -> Mapping[str, str]:
-        """What each covariance is, for notes."""
-        return self.inference.covariance_names
+        """What each covariance is, as text."""
+        return {name: view_of("covariance_name", n) for name, n in self.covariance_notes.items()}
 
     @property
     def ddm_covariances(self) -> Mapping[str, Array]:

@@ -85,7 +85,7 @@ def _with_free_covariances(estimate: Estimate, free: Estimate) -> Estimate:
         return estimate
     return estimate.with_inference(
         covariances={n: each[np.ix_(at, at)] for n, each in free.covariances.items()},
-        covariance_names=free.covariance_names,
+        covariance_notes=free.covariance_notes,
         ddm_covariances={
             n: each[np.ix_(of_ddm, of_ddm)] for n, each in free.ddm_covariances.items()
         },

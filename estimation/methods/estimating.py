@@ -22,6 +22,7 @@ from axisid.estimation.noise_models import Chain, noise_free_record
 from axisid.estimation.regression import (
     Covariance,
     CovarianceEstimate,
+    CovarianceNote,
     DirectForm,
     Form,
     InverseForm,
@@ -217,16 +218,16 @@ def _inference(
         own = {name: each.matrix for name, each in applied.items()}
         mapped = {name: delta_method(each, jacobian) for name, each in own.items()}
         freedom = {name: each.freedom for name, each in applied.items()}
-        names = {name: each.description for name, each in applied.items()}
+        notes = {name: each.note for name, each in applied.items()}
         chains: tuple[Chain, ...] = ()
         bias = left = off = None
         if isinstance(told, str):
-            names[_PIVOT] += told
+            notes[_PIVOT] = replace(notes[_PIVOT], no_replicas=told)
         else:
             by_known = delta_method(known, jacobian)
             own[_PIVOT] = _scaled(own[_PIVOT], known, *told.theta_scaled)
             mapped[_PIVOT] = _scaled(mapped[_PIVOT], by_known, *told.scaled)
-            names[_PIVOT] += _noise(problem, told)
+            notes[_PIVOT] = _with_replicas(notes[_PIVOT], problem, told)
             left = _own_rows(told.residuals, problem.row_weights)
             if told.count > 1:
                 freedom[_PIVOT] = np.full(len(solution.theta), told.freedom)
@@ -235,7 +236,7 @@ def _inference(
         direct = isinstance(form, DirectForm)
         return Inference(
             covariances=mapped,
-            covariance_names=names,
+            covariance_notes=notes,
             ddm_covariances=own if direct else {},
             freedom={name: least_freedom(each, jacobian) for name, each in freedom.items()},
             ddm_freedom=freedom if direct else {},
@@ -272,29 +273,29 @@ def _jacobian_by_gain(form: Form, problem: Problem, fit: Fit) -> tuple[Array, Ar
 def _by_twins(
     fit: Fit, form: Form, pivot: Covariance, bootstrap: Bootstrap | None
 ) -> BootstrapCorrection | str:
-    """What twins tell; or, as a part of a note, that none do."""
+    """Return what replicas tell; or why there are none, empty where none were asked for."""
     if bootstrap is None:
         return ""
     twins = bootstrap.twins
     if isinstance(twins, str):
-        return f", by no twins: {twins.rstrip('.')}"
+        return twins.rstrip(".")
     with suppress(EstimationError):  # the solution of a twin may have no covariance
         correction = bootstrap_correction(twins, form, fit.solver, fit.solution, pivot)
         if correction is not None:
             return correction
-    return f", by no twins: {TOO_FEW}"
+    return TOO_FEW
 
 
-def _noise(problem: Problem, correction: BootstrapCorrection) -> str:
-    """The noise of twins, as a part of a note."""
+def _with_replicas(
+    note: CovarianceNote, problem: Problem, correction: BootstrapCorrection
+) -> CovarianceNote:
+    """Return a note with the simulated replicas that scale the covariance, and their noise."""
     chains = correction.twins.chains
     if all(each.is_silent for each in chains):
-        return ", of a loop that shows no noise"
+        return replace(note, is_silent=True)
     axis = problem.axis
-    noise = [each.told(axis.coordinate.unit, axis.drive.unit) for each in chains]
-    if len(noise) > 1:
-        noise = [f"record {number}: {each}" for number, each in enumerate(noise, 1)]
-    return f", as {correction.count} twins with {'; '.join(noise)} scatter"
+    noise = tuple(each.told(axis.coordinate.unit, axis.drive.unit) for each in chains)
+    return replace(note, replicas=correction.count, noise=noise)
 
 
 def _scaled(covariance: Array, known: Array, scale: Array, correlation: Array) -> Array:

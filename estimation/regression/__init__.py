@@ -23,6 +23,7 @@ from .covariance import (
     hotelling_p_value as hotelling_p_value,
     wald as wald,
 )
+from .covariance_note import CovarianceNote as CovarianceNote
 from .inverse_and_direct import (
     DirectForm as DirectForm,
     Equations as Equations,

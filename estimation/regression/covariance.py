@@ -24,6 +24,7 @@ from axisid.support.arrays import Array
 from axisid.support.errors import UsageError
 
 from .coloured_errors import widened
+from .covariance_note import CovarianceNote, LagRule
 from .linear import CovarianceEstimate, Solution
 
 
@@ -43,7 +44,7 @@ class Covariance(ABC):
 
 
 def applied_covariance(
-    matrix: Array, shape: tuple[int, ...], description: str, *, is_corrected: bool = False
+    matrix: Array, shape: tuple[int, ...], note: CovarianceNote, *, is_corrected: bool = False
 ) -> CovarianceEstimate:
     """A matrix with n - k degrees of freedom, of so many rows and parameters (n, k).
 
@@ -51,10 +52,8 @@ def applied_covariance(
     """
     n, k = shape
     if is_corrected:
-        matrix, description = n / (n - k) * matrix, f"{description}, times n/(n - k)"
-    return CovarianceEstimate(
-        matrix=matrix, freedom=np.full(k, float(n - k)), description=description
-    )
+        matrix, note = n / (n - k) * matrix, replace(note, is_corrected=True)
+    return CovarianceEstimate(matrix=matrix, freedom=np.full(k, float(n - k)), note=note)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,8 +71,8 @@ class PublishedCovariance(Covariance):
         """See `Covariance.applied`."""
         e, factor = solution.counted, solution.inverse_factor
         matrix = float(e @ e) / (len(e) - 1) * (factor @ factor.T)
-        description = f"i.i.d., residual variance with n - 1 = {len(e) - 1}"
-        return applied_covariance(matrix, solution.influence.shape, description)
+        note = CovarianceNote(kind="published", degrees=len(e) - 1)
+        return applied_covariance(matrix, solution.influence.shape, note)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +86,7 @@ class Classical(Covariance):
         e, A = solution.counted, solution.influence
         n, k = A.shape
         matrix = float(e @ e) / (n - k) * (A.T @ A)
-        return applied_covariance(matrix, A.shape, "i.i.d., residual variance with n - k")
+        return applied_covariance(matrix, A.shape, CovarianceNote(kind="classical"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,8 +96,8 @@ class Robust(Covariance):
     def applied(self, solution: Solution) -> CovarianceEstimate:
         """See `Covariance.applied`."""
         scores = _scores(solution)
-        said = "heteroscedasticity-robust"
-        return applied_covariance(scores.T @ scores, scores.shape, said, is_corrected=True)
+        note = CovarianceNote(kind="robust")
+        return applied_covariance(scores.T @ scores, scores.shape, note, is_corrected=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,20 +142,17 @@ class Hac(Covariance):
         other, variances = covariance_of_ar1(solution), np.diag(applied.matrix)
         least = np.diag(other.matrix)
         wider = (variances > 0) & (least > variances)
-        said = "; of few independent scores no less than of residuals that are an AR(1)"
         return replace(
             applied,
             matrix=widened(applied.matrix, least),
             freedom=np.where(wider, other.freedom, applied.freedom),
-            description=applied.description + said * bool(wider.any()),
+            note=replace(applied.note, is_at_least_ar1=bool(wider.any())),
         )
 
     def of_scores(self, scores: Array, neighbours: RowTimes) -> CovarianceEstimate:
         """Of scores, (n, k), of an estimate; never widened."""
         kernel = self.long_run(scores, neighbours)
-        applied = applied_covariance(
-            kernel.matrix, scores.shape, kernel.description, is_corrected=True
-        )
+        applied = applied_covariance(kernel.matrix, scores.shape, kernel.note, is_corrected=True)
         return replace(applied, freedom=np.minimum(kernel.freedom, applied.freedom))
 
     def long_run(self, scores: Array, neighbours: RowTimes) -> CovarianceEstimate:
@@ -176,16 +172,18 @@ class Hac(Covariance):
         kernel = 1 + 2 * float(np.sum(weights**2))
         whitens = self.lags is None
         coloured = 2 * (1 + colour) / (1 - colour) if whitens else 0.0
-        capped = lags == most_lags(rows)
-        rule = f"plug-in rule{', capped' * capped}" if whitens else "as given"
-        whitening = "scores prewhitened by AR(1), " * whitens
+        rule: LagRule = "plug-in"
+        if not whitens:
+            rule = "given"
+        elif lags == most_lags(rows):
+            rule = "plug-in, capped"
         ahead = white[1:]
         both = weights[:, None, None] * (ahead + ahead.transpose(0, 2, 1))
         summed = np.concatenate([white[:1], both]).sum(axis=0)
         return CovarianceEstimate(
             matrix=np.asarray(summed * np.outer(gain, gain), dtype=float),
             freedom=np.asarray(rows / (kernel + coloured) * np.ones_like(colour), dtype=float),
-            description=f"HAC, {whitening}Bartlett kernel, {lags} lags ({rule})",
+            note=CovarianceNote(kind="hac", lags=lags, lag_rule=rule, is_prewhitened=whitens),
         )
 
     def whitened(self, scores: Array, neighbours: RowTimes) -> tuple[Array, Array]:
@@ -263,7 +261,6 @@ def _scores(solution: Solution) -> Array:
 # a hundred rows, beyond which a short record cannot tell it from a drift
 _MAX_RESIDUAL_AUTOREGRESSION = 0.99
 
-_NAME = "AR(1) of the residuals"
 _RESOLVED = 1e-3  # of the autoregression, far finer than a short record shows it
 _FORGOTTEN = 0.05  # of a residual, after which rows are as far apart as any
 
@@ -292,7 +289,8 @@ def covariance_of_ar1(solution: Solution) -> CovarianceEstimate:
 
     e, influence, order = solution.counted, solution.influence, solution.neighbours
     n, k = influence.shape
-    nothing = applied_covariance(np.zeros((k, k)), (n, k), _NAME)
+    note = CovarianceNote(kind="ar1")
+    nothing = applied_covariance(np.zeros((k, k)), (n, k), note)
     if not e @ e > 0:
         return nothing
     size = np.linalg.norm(influence, axis=0)  # columns may be of sizes far apart
@@ -343,7 +341,7 @@ def covariance_of_ar1(solution: Solution) -> CovarianceEstimate:
         freedom=np.clip(
             2 / ((2 + slopes**2 * (1 - rho**2)) / n), MIN_DEGREES_OF_FREEDOM.value, n - k
         ),
-        description=_NAME,
+        note=note,
     )
 
 

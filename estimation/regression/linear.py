@@ -16,12 +16,16 @@ from axisid.estimation.signals import RowTimes
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, refuse
 
+from .covariance_note import CovarianceNote
+
 # of unit columns, smallest by largest: measured, filtering leaves rounding of up to 1e-12 in
 # columns that are dependent
 _MIN_SINGULAR_VALUE_RATIO = 1e-11
 # of the largest in a change that the fit does not notice; far above rounding, and below any trade
 # that matters
 _MIN_TRADE_WEIGHT = 1e-6
+
+_UNNAMED = CovarianceNote(kind="other")
 
 Wide = NDArray[np.longdouble]
 
@@ -129,13 +133,13 @@ class CovarianceEstimate:
     matrix : (k, k) array
     freedom : (k,) array
         Degrees of freedom of the chi-squared with each variance's relative error.
-    description : str
-        Name with lags and small-sample correction.
+    note : CovarianceNote
+        What it is, with lags and small-sample correction.
     """
 
     matrix: Array
     freedom: Array
-    description: str = ""
+    note: CovarianceNote = _UNNAMED
 
 
 def checked_columns(

@@ -240,7 +240,7 @@ def _feed_forward(fitted: FittedAxis, method: str, dead_zone: float) -> FeedForw
         f"Feed-forward of the axis {axis.name}" + (f": {axis.title}." if axis.title else "."),
         f"Parameters by {method.upper()} from {fitted.source}{origin}.",
         f"Generated code {fitted.signature}.",
-        f"Standard deviations and 95 % intervals: {label}. Values are less the bias of filter and "
+        f"Standard deviations and 95 % intervals: {label}. Values are minus the bias of filter and "
         "noise, where twins of the record tell it.",
         "Give it the motion of the reference, whose velocity at rest is 0.",
     )

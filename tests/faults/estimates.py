@@ -213,7 +213,7 @@ FAULTS: tuple[Fault, ...] = (
         is_slow=True,
         make=lambda folder: _rests(folder, "--reversals", "keep"),
         code=0,
-        says=r"Do not use .*by no twins",
+        says=r"Do not use .*without simulated replicas",
     ),
 )
 MISUSES: tuple[Misuse, ...] = (

@@ -18,6 +18,7 @@ from axisid.estimation.model_validation import FitValidation, Validation
 from axisid.estimation.monte_carlo import MonteCarlo, run_columns
 from axisid.estimation.output_error import OutputFit
 from axisid.estimation.records import Record
+from axisid.estimation.regression import CovarianceNote
 from axisid.modeling.declaration import Axis
 from axisid.modeling.derivation import derive
 from axisid.presentation.documents import Document, axis_document, blocks_html, plain_text
@@ -57,6 +58,7 @@ from axisid.presentation.result_files import (
     written_sweep,
     written_validation,
 )
+from axisid.presentation.sentences import covariance_text
 from axisid.presentation.text import (
     comparison_document,
     fit_validation_document,
@@ -108,6 +110,11 @@ def as_text(result: Shown, **how: Any) -> str:
     if isinstance(result, (Estimate, SavedEstimate)):
         return repr(result)
     return plain_text(as_blocks(result, **how))
+
+
+def covariance_name(note: CovarianceNote) -> str:
+    """What a covariance is, as text."""
+    return covariance_text(note)
 
 
 def as_html(result: Shown) -> str:

@@ -55,7 +55,7 @@ def test_what_another_delay_leaves_of_the_force_is_no_noise(delay: float) -> Non
     late = build(replace(axis, drive=replace(axis.drive, delay=delay)))
     estimate = identify(late, twin_record(build(axis)), methods="idm-ls")["idm-ls"]
     assert not estimate.inference.chains
-    assert "does not follow" in estimate.covariance_names["hac"]
+    assert "does not follow" in estimate.covariance_notes["hac"].no_replicas
 
 
 def test_jitter_of_the_log_alone_is_taken_off_least_squares(

@@ -341,7 +341,7 @@ def test_noise_of_the_position_that_is_not_white_has_no_chain(
     shaken = replace(twin, position=twin.position + 1e-4 * (-1.0) ** np.arange(len(twin)))
     result = identify(emps2015, shaken, methods="didim")
     assert result["didim"].inference.chains == ()
-    assert "not white" in result["didim"].covariance_names["hac"]
+    assert "not white" in result["didim"].covariance_notes["hac"].no_replicas
     for name, value in result["didim"].parameters.items():
         assert abs(value.corrected - twin.provenance.truth[name]) < 3 * value.deviation
 

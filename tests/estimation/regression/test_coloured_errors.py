@@ -202,7 +202,7 @@ def test_its_degrees_of_freedom_are_those_of_the_delta_method(
 def test_errors_that_have_nothing_slow_leave_the_kernel_alone(rng: np.random.Generator) -> None:
     solution = fit(np.diff(rng.normal(size=151)))
     assert not covariance_of_ar1(solution).matrix.any()
-    assert "few independent" not in Hac().applied(solution).description
+    assert not Hac().applied(solution).note.is_at_least_ar1
 
 
 @pytest.mark.slow
@@ -240,10 +240,7 @@ def test_few_scores_make_no_deviation_smaller_and_leave_correlations(
     least = np.diag(found.matrix)
     # Long records, and lags that are given, have the kernel alone.
     long = Hac().applied(fit(errors(rng, 3000, 0.5)))
-    told = [
-        "few independent" in each.description
-        for each in (wide, plain, Hac(5).applied(solution), long)
-    ]
+    told = [each.note.is_at_least_ar1 for each in (wide, plain, Hac(5).applied(solution), long)]
     assert told == [True, False, False, False]
     expected = np.maximum(np.diag(plain.matrix), least)
     assert np.diag(wide.matrix) == pytest.approx(expected, rel=1e-12)

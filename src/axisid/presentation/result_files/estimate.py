@@ -22,9 +22,16 @@ from axisid.estimation.estimates import (
     Value,
 )
 from axisid.estimation.noise_models import Chain
-from axisid.estimation.regression import Drawn, DrawSummary, ResidualTests, correlation
+from axisid.estimation.regression import (
+    CovarianceNote,
+    Drawn,
+    DrawSummary,
+    ResidualTests,
+    correlation,
+)
 from axisid.estimation.unknowns import JointForm
 from axisid.modeling.parsing import FunctionLike
+from axisid.presentation.sentences import covariance_text
 from axisid.support.arrays import Array, Exact, MaybeInfinite
 from axisid.support.errors import UsageError, is_among, is_whole, quoted
 from axisid.support.presentable import Presentable
@@ -129,6 +136,10 @@ class WrittenEstimate(JsonObject, frozen=True, kw_only=True):
         Mapping[str, str],
         about("What each covariance is, with lags and corrections."),
     ]
+    covariance_notes: Annotated[
+        Mapping[str, CovarianceNote] | UnsetType,
+        about("The same as data; files of earlier versions have the text alone."),
+    ] = UNSET
     chains: Annotated[
         tuple[Chain, ...] | UnsetType,
         about("The noise of each record, SI, as its twins have it; left out without twins."),
@@ -228,6 +239,9 @@ def written_estimate(
             )
         }
         or None,
+        covariance_names={
+            name: covariance_text(note) for name, note in estimate.covariance_notes.items()
+        },
         covariance=estimate.covariances["iid"],
         covariance_robust=estimate.covariances["robust"],
         covariance_hac=estimate.covariances["hac"],
@@ -257,6 +271,14 @@ def written_estimate(
         if direct
         else None,
     )
+
+
+def _covariance_notes(written: WrittenEstimate) -> Mapping[str, CovarianceNote]:
+    """Return what each covariance is, as a file has it."""
+    if isinstance(written.covariance_notes, UnsetType):
+        texts = written.covariance_names.items()
+        return {name: CovarianceNote(kind="other", label=text) for name, text in texts}
+    return written.covariance_notes
 
 
 def _slopes(names: Iterable[str], slopes: Array | None) -> dict[str, float] | None:
@@ -332,7 +354,7 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
     ddm_parameters: NamedValues
     covariances: Mapping[str, Array]
     distribution: SamplingDistribution
-    covariance_names: Mapping[str, str]
+    covariance_notes: Mapping[str, CovarianceNote]
     correlation: Array
     curvatures: Array
     residual_tests: ResidualTests
@@ -374,6 +396,7 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
                 for name, v in direct.items()
             ),
             covariances=covariances,
+            covariance_notes=_covariance_notes(written),
             distribution=SamplingDistribution(
                 quantities=quantities,
                 theta=physical,
@@ -401,6 +424,11 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
             ),
             started=written.started or "",
         )
+
+    @property
+    def covariance_names(self) -> Mapping[str, str]:
+        """What each covariance is, as text."""
+        return {name: covariance_text(note) for name, note in self.covariance_notes.items()}
 
     def part(self, joint: JointForm, place: int) -> "SavedEstimate":
         """The same in the parameters of the axis that one of several records has."""

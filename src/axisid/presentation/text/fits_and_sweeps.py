@@ -220,7 +220,7 @@ def sweep_document(sweep: Sweep) -> Document:
                 )
                 for result, estimate in zip(sweep.results, judged, strict=True)
             ),
-            title="Values less the bias of filter and noise, where that is known",
+            title="Values minus the bias of filter and noise, where that is known",
         ),
         paragraph(
             *(f"{cutoff:g} Hz gave no estimate: {why}" for cutoff, why in sweep.failures.items()),

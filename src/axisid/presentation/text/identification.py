@@ -1,6 +1,5 @@
 """An identification as a document: heading, tables, verdict and numbered notes."""
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
@@ -30,6 +29,11 @@ from axisid.presentation.documents import (
     text_table,
 )
 from axisid.presentation.result_files import SavedEstimate, SavedIdentification
+from axisid.presentation.sentences import (
+    covariance_in_short,
+    covariance_text,
+    shared_covariance_text,
+)
 from axisid.support.errors import is_nothing, or_dash, range_text
 from axisid.support.mappings import grouped
 
@@ -69,10 +73,7 @@ def saved_document(
         *_notes(estimates),
         *shared_remarks(estimates),
         *physical_notes(result.physical),
-        *(
-            [f"Verdict: of {document.judged.upper()}, where a check is of one estimate."]
-            * (len(estimates) > 1)
-        ),
+        *([f"Checks apply to the {document.judged.upper()} estimate."] * (len(estimates) > 1)),
         *moves_notes(document),
         *several_notes(result),
         f"{rows_of(result)}{signals_text(result.signals)} Generated code {result.signature[:12]}.",
@@ -109,7 +110,9 @@ def _screen(result: SavedIdentification) -> Document:
         else missing_notes(missing, result.verdict)
     )
     verdict = verdict_block(result.verdict)
-    more = f"notes on {', '.join(dict.fromkeys(noted))} and " * bool(noted)
+    more = "All methods"
+    if noted:
+        more = f"Notes on {', '.join(dict.fromkeys(noted))} and all methods"
     return (
         _heading(result),
         judged_table(result),
@@ -119,29 +122,23 @@ def _screen(result: SavedIdentification) -> Document:
             sentences=(
                 *(Sentence(text=each) for each in shared_remarks([result.preferred])),
                 *(Sentence(text=each) for each in without),
-                Sentence(
-                    text=f"{_rows_in_short(result)} See {more}every method with "
-                    "--all, summary(every=True)."
-                ),
+                Sentence(text=f"{_rows_in_short(result)} {more}: --all, summary(every=True)."),
             )
         ),
     )
 
 
 def _rows_in_short(result: SavedIdentification) -> str:
-    """Of what rows an estimate is, what its deviations are, and why there are no twins."""
-    judged, sampling = result.preferred, result.sampling
-    name = judged.covariance_names[judged.chosen]
-    without = re.search(r", by no twins(: [^;]*)?", name)
-    twins = re.search(r", as \d+ twins", name)
-    noise = f"{twins[0]} of the record scatter" if twins else without[0] if without else ""
-    gain = judged.gain_relative_sd
-    return (
-        f"{judged.document.rows} rows, low-passed at {sampling.filter.settings.cutoff:g} Hz; sd "
-        f"{name.partition(',')[0]}{noise}."
-        + f" The gain's own {100 * gain:.3g} % is in no sd."
-        * bool(gain)
-    )
+    """Return the rows of the judged estimate, its filter, and what its standard errors are."""
+    judged, settings = result.preferred, result.sampling.filter.settings
+    filtered = f"a {settings.cutoff:g} Hz low-pass"
+    if settings.decimate > 1:
+        filtered += f" and decimation by {settings.decimate}"
+    covariance = covariance_in_short(judged.covariance_notes[judged.chosen])
+    text = f"{judged.document.rows} rows after {filtered}. Standard errors: {covariance}."
+    if gain := judged.gain_relative_sd:
+        text += f" They exclude the uncertainty of the drive gain, {100 * gain:.3g} %."
+    return text
 
 
 def judged_table(result: SavedIdentification) -> TableBlock:
@@ -207,7 +204,7 @@ def _model_remark(
         return []
     if values:
         return [f"{values[0]} with missing terms"]
-    return [f"{range_text(*band.interval, ' to ')} over moves"]
+    return [f"model error: {range_text(*band.interval, ' to ')}"]
 
 
 def rows_of(result: SavedIdentification) -> str:
@@ -383,74 +380,46 @@ def draws_table(estimates: Mapping[str, SavedEstimate], draws: int) -> TableBloc
 
 
 def _notes(estimates: Sequence[SavedEstimate]) -> list[str]:
+    """Return the notes of a table of estimates."""
     chosen, last = estimates[0].chosen, estimates[-1]
-    name = covariance_name({e.method: e.covariance_names[chosen] for e in estimates})
-    allowed = (
-        "are autocorrelated"
-        if COVARIANCES[chosen].allows_autocorrelation
-        else "are autocorrelated, which HAC allows for"
-    )
-    return [
-        f"sd and 95 % intervals: {name}. Residuals of filtered data {allowed}.",
-        f"i.i.d. sd, as in the published tables: {estimates[0].covariance_names['iid']}.",
-        *(
-            [
-                f"The drive gain is declared to {100 * last.gain_relative_sd:.3g} %; that moves "
-                "all parameters together and is in no sd of the table: "
-                + ", ".join(f"{n} +- {v.sd_gain:.3g} {v.unit}" for n, v in last.parameters.items())
-                + f" ({last.method})."
-            ]
-            if last.gain_relative_sd
-            else []
-        ),
-        *(
-            [
-                f"{CORRECTED}: the value above less what filter and noise move it by, which the "
-                "twins of [1] tell. It is the centre of the 95 % interval, and what physical "
-                "parameters are made of."
-            ]
-            if any(v.is_shifted for e in estimates for v in e.parameters.values())
-            else []
-        ),
-        *(
-            ["sd of physical parameters from a direct model: delta method."]
-            if any(estimate.is_direct for estimate in estimates)
-            else []
-        ),
-        "y is the force (IDM) or the acceleration (DDM). Equation error ||y - X theta||/||y||: no "
-        "quality measure of an IV estimate on noisy data. Simulation error "
-        "||y - y_simulated||/||y||: the closed loop simulated with the estimate.",
-        *(
-            [
-                "DIDIM: least squares of the measured force by the rows of the loop simulated with "
-                "the estimate, both behind the same filter, so that X is of no measured motion; "
-                "its equation error is its simulation error. It rests on the declared control law."
-            ]
-            if any(estimate.by_output_error for estimate in estimates)
-            else []
-        ),
-        *(
-            [
-                "IDM-IV and DDM-IV solve the same equations with the same instruments; their "
-                "agreement is a self-test, not a second opinion."
-            ]
-            if {"idm-iv", "ddm-iv"} <= {e.method for e in estimates}
-            else []
-        ),
+    name = shared_covariance_text({e.method: e.covariance_notes[chosen] for e in estimates})
+    published = covariance_text(estimates[0].covariance_notes["iid"])
+    allowed = "" if COVARIANCES[chosen].allows_autocorrelation else ", which HAC allows for"
+    notes = [
+        f"sd and 95 % intervals: {name}. Residuals of filtered data are autocorrelated{allowed}.",
+        f"i.i.d. sd, as in the published tables: {published}.",
     ]
-
-
-def covariance_name(names: Mapping[str, str]) -> str:
-    """One name for those of every method: with the lags of all, and whose deviations are wider."""
-    heads, tails = zip(*(name.partition("; ")[::2] for name in names.values()), strict=True)
-    lags = dict.fromkeys(found for head in heads for found in re.findall(r"(\d+) lags", head))
-    head = re.sub(r"\d+ lags", f"{', '.join(lags)} lags", heads[0])
-    if len(set(tails)) == 1:
-        return f"{head}; {tails[0]}" if tails[0] else head
-    of_each = grouped((tail, name.upper()) for name, tail in zip(names, tails, strict=True))
-    return "; ".join(
-        [head, *(f"{tail} ({', '.join(own)})" for tail, own in of_each.items() if tail)]
+    if last.gain_relative_sd:
+        by_gain = ", ".join(f"{n} +- {v.sd_gain:.3g} {v.unit}" for n, v in last.parameters.items())
+        notes.append(
+            f"The drive gain is known to {100 * last.gain_relative_sd:.3g} %. Its error scales all "
+            f"parameters together and is not part of any sd: {by_gain} ({last.method})."
+        )
+    if any(v.is_shifted for e in estimates for v in e.parameters.values()):
+        notes.append(
+            f"{CORRECTED}: the value above minus the bias of filter and noise, which the replicas "
+            "of [1] show. It is the centre of the 95 % interval, and physical parameters are "
+            "calculated from it."
+        )
+    if any(estimate.is_direct for estimate in estimates):
+        notes.append("sd of physical parameters from a direct model: delta method.")
+    notes.append(
+        "y is the force (IDM) or the acceleration (DDM). Equation error ||y - X theta||/||y||: it "
+        "does not measure the quality of an IV estimate on noisy data. Simulation error "
+        "||y - y_simulated||/||y||: of the closed loop simulated with the estimate."
     )
+    if any(estimate.by_output_error for estimate in estimates):
+        notes.append(
+            "DIDIM: least squares of the measured force on the regressor of the simulated closed "
+            "loop, both filtered alike. Its equation error is its simulation error. It relies on "
+            "the declared control law."
+        )
+    if {"idm-iv", "ddm-iv"} <= {e.method for e in estimates}:
+        notes.append(
+            "IDM-IV and DDM-IV solve the same equations with the same instruments. Their agreement "
+            "is a self-test, not an independent check."
+        )
+    return notes
 
 
 def shared_remarks(estimates: Iterable[SavedEstimate]) -> list[str]:

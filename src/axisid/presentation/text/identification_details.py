@@ -35,7 +35,7 @@ from axisid.support.mappings import grouped
 _SMALL, _VAGUE = 0.01, 1e4  # percent of the value, of a deviation
 
 _STARTS = {"least-squares": "LS", "nominal": "nominal"}
-_OVER_MOVES = "sd over moves"
+_MODEL_ERROR = "sd by model error"
 
 
 def saved_estimate_document(estimate: SavedEstimate) -> Document:
@@ -107,7 +107,7 @@ def band_row(
         else "-"
         for value, band in zip(values, bands, strict=True)
     )
-    return [(f"  {_OVER_MOVES}", "", *cells, "")]
+    return [(f"  {_MODEL_ERROR}", "", *cells, "")]
 
 
 def moves_notes(document: WrittenIdentification) -> list[str]:
@@ -123,19 +123,19 @@ def moves_notes(document: WrittenIdentification) -> list[str]:
     )
     own = f" 95 % of {judged}: {listed}." if listed else ""
     notes.append(
-        f"{_OVER_MOVES}: how far a parameter scatters where a part of the motion is left out "
-        "(jackknife), as the model's own error makes it, which is alike in moves that are alike; "
-        f"the sd beside it supposes that what is left averages out over time, as noise does.{own}"
+        f"{_MODEL_ERROR}: standard deviation of a parameter over parts of the motion (jackknife). "
+        "It contains the model's error, which repeats with the motion. The sd above it assumes "
+        f"that the residual averages out over time, as noise does.{own}"
     )
     return notes
 
 
 def _repeats(found: LackOfFit) -> str:
-    every = "" if found.period is None else f"Every {found.period:.4g} s t"
+    every = "" if found.period is None else f" every {found.period:.4g} s"
     return (
-        f"{every or 'T'}he reference repeats, up to {found.times} times ({found.rows} rows): "
-        f"{100 * max(found.share, 0.0):.0f} +- {100 * found.deviation:.1g} % of what is left there "
-        "is left again each time; the rest is noise."
+        f"The reference repeats{every}, up to {found.times} times ({found.rows} rows). "
+        f"{100 * max(found.share, 0.0):.0f} +- {100 * found.deviation:.1g} % of the residual there "
+        "repeats with the motion; the rest is noise."
     )
 
 
@@ -168,14 +168,14 @@ def _how(physical: Physical) -> str:
     )
     fixed = f", and to {known}, declared as known" if known else ""
     more = (
-        " Where the record shows a known parameter too, the two are weighed, and the others change "
-        "through their correlation with it."
+        " Where the record shows a known parameter too, both are weighted by their uncertainty, "
+        "and the other parameters change through their correlation with it."
         if known
         else ""
     )
     return (
-        "Physical parameters: the nearest to the estimates above, less its bias, by "
-        f"their covariance{fixed} (minimum distance).{more}"
+        "Physical parameters: minimum distance to the estimates above minus their bias, weighted "
+        f"by their covariance{fixed}.{more}"
     )
 
 
@@ -184,7 +184,9 @@ def details_document(result: SavedIdentification) -> Document:
     preferred, found = result.preferred, result.document
     label, names = COVARIANCES[preferred.chosen].label, [q.name for q in preferred.quantities]
     return (
-        _intervals(f"95 % intervals, {label}, less the bias of filter and noise", result.estimates),
+        _intervals(
+            f"95 % intervals, {label}, minus the bias of filter and noise", result.estimates
+        ),
         text_table(
             ["", *names],
             (
@@ -194,7 +196,7 @@ def details_document(result: SavedIdentification) -> Document:
             title=f"Correlation, {preferred.method.upper()}, {label}",
         ),
         text_table(
-            ("", "of the force", "variance inflation", "nearly repeats"),
+            ("", "share of the force", "variance inflation", "nearly collinear with"),
             (
                 (
                     *(name, f"{figure_text(100 * e.share)} %", f"{e.inflation:.3g}"),
@@ -237,8 +239,8 @@ def _law(law: WrittenLawCheck) -> TableBlock | Paragraph:
     if law.passed is None:
         return paragraph(f"not checked: {law.meaning.removeprefix(NOT_EVALUATED)}", title=title)
     rows = [
-        ["declared law leaves", _percent(law.residual_percent)],
-        ["with factors of its own", _percent(law.fitted_residual_percent)],
+        ["residual of the declared law", _percent(law.residual_percent)],
+        ["residual with factors fitted", _percent(law.fitted_residual_percent)],
         ["delay [samples]", str(law.delay)],
         *([f"factor of {name}", f"{factor:.5g}"] for name, factor in (law.factors or {}).items()),
     ]
@@ -248,7 +250,7 @@ def _law(law: WrittenLawCheck) -> TableBlock | Paragraph:
 def _by_record(records: Sequence[WrittenMember]) -> TableBlock:
     """The control law and the delay of the force, record by record."""
     return text_table(
-        ("", "declared law leaves", "delay [samples]", "force fits best earlier by [samples]"),
+        ("", "residual of the law", "delay [samples]", "force acts later by [samples]"),
         (
             [
                 f"record {i}",
@@ -290,13 +292,13 @@ def _instruments(preferred: SavedEstimate, tests: InstrumentTests | None) -> Tab
 def _differences(
     differences: Mapping[str, Mapping[str, HausmanTest]], units: Mapping[str, str]
 ) -> TableBlock | Paragraph:
-    title = "Estimates less another, Hausman, HAC"
+    title = "Differences between estimators (Hausman test, HAC)"
     if not differences:
         return paragraph(
-            "not tested: no two are of the same rows, or instruments are weak", title=title
+            "not tested: no two estimators use the same rows, or instruments are weak", title=title
         )
     return text_table(
-        ("", "unit", "difference", "sd of it", "in sd of the other", "p", "p of all"),
+        ("", "unit", "difference", "its sd", "in sd of the second", "p", "joint p"),
         (
             (
                 f"{pair} {name}",
@@ -327,8 +329,8 @@ def _alignment(preferred: SavedEstimate, alignment: WrittenAlignment) -> Paragra
     )
     end = " (the end of the range)" if alignment.at_the_end else ""
     return paragraph(
-        f"the force fits best {alignment.best:.3f} +- {alignment.deviation:.2g} samples earlier"
-        f"{end}, by {by}; a sample of delay moves {moved}",
+        f"the force acts {alignment.best:.3f} +- {alignment.deviation:.2g} samples{end} after it "
+        f"is recorded, estimated by {by}; one sample of delay changes {moved}",
         title=title,
     )
 
@@ -346,16 +348,16 @@ def _motions(found: Mapping[str, ColumnComparison]) -> Document:
         for role, m in found.items()
     ]
     table = text_table(
-        ["", "factor", "samples late", "constant, SI", "left, %"],
+        ["", "factor", "delay [samples]", "offset, SI", "residual, %"],
         rows,
-        title="Measured motion beside what is differentiated",
+        title="Measured motion compared with the differentiated position",
     )
     return (table,) if rows else ()
 
 
 def checks_table(checks: Sequence[Check], *, sources: bool = False) -> TableBlock:
-    """Every check with its figure and threshold, and on request of what, and whose threshold."""
-    of_what = (TableColumn("of what, and whose threshold", align="left"),) if sources else ()
+    """Every check with its figure and threshold, and on request what the figure is."""
+    of_what = (TableColumn("figure and source of the threshold", align="left"),) if sources else ()
     return TableBlock(
         columns=(*text_columns(["", "status", "figure", "threshold", "p"]), *of_what),
         rows=tuple(

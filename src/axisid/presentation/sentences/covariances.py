@@ -1,0 +1,96 @@
+"""Sentences of how standard errors were found."""
+
+from collections.abc import Iterable, Mapping
+
+from axisid.estimation.regression import CovarianceNote
+from axisid.support.mappings import grouped
+
+_KINDS = {
+    "classical": "i.i.d., residual variance with n - k",
+    "robust": "heteroscedasticity-robust",
+    "ar1": "AR(1) of the residuals",
+}
+_SHORT = {
+    "published": "i.i.d.",
+    "classical": "i.i.d.",
+    "robust": "heteroscedasticity-robust",
+    "hac": "HAC",
+    "ar1": "AR(1) residuals",
+}
+_AT_LEAST_AR1 = "no smaller than for AR(1) residuals, because few scores are independent"
+
+
+def covariance_text(note: CovarianceNote) -> str:
+    """Return what a covariance is, as a part of a sentence."""
+    return _joined(_estimator(note, [note]), _calibration(note))
+
+
+def shared_covariance_text(notes: Mapping[str, CovarianceNote]) -> str:
+    """Return one text for the covariances of several methods, which differ in lags and replicas.
+
+    Parameters
+    ----------
+    notes : mapping of str to CovarianceNote
+        By method, of one kind.
+    """
+    every = [*notes.values()]
+    start = _estimator(every[0], every)
+    by_method = grouped((_calibration(note), name.upper()) for name, note in notes.items())
+    if len(by_method) == 1:
+        return _joined(start, *by_method)
+    parts = [f"{text} ({', '.join(names)})" for text, names in by_method.items() if text]
+    return "; ".join([start, *parts])
+
+
+def covariance_in_short(note: CovarianceNote) -> str:
+    """Return what standard errors are and what calibrates them, without lags and noise."""
+    name = _SHORT.get(note.kind, note.label)
+    if note.replicas:
+        return f"{name}, calibrated with {note.replicas} simulated replicas of the record"
+    if note.no_replicas:
+        return f"{name}, without simulated replicas: {note.no_replicas}"
+    return name
+
+
+def _estimator(note: CovarianceNote, every: Iterable[CovarianceNote]) -> str:
+    """Return the estimator, with the lags of all."""
+    if note.kind == "other":
+        return note.label
+    if note.kind == "published":
+        return f"i.i.d., residual variance with n - 1 = {note.degrees}"
+    if note.kind == "hac":
+        lags = ", ".join(dict.fromkeys(str(each.lags) for each in every))
+        rule = "as given" if note.lag_rule == "given" else f"{note.lag_rule} rule"
+        if note.lag_rule == "plug-in, capped":
+            rule = "plug-in rule, capped"
+        whitening = "scores prewhitened by AR(1), " if note.is_prewhitened else ""
+        text = f"HAC, {whitening}Bartlett kernel, {lags} lags ({rule})"
+    else:
+        text = _KINDS[note.kind]
+    if note.is_corrected:
+        text += ", times n/(n - k)"
+    return text
+
+
+def _calibration(note: CovarianceNote) -> str:
+    """Return what few scores and simulated replicas do to it; empty for nothing."""
+    parts = []
+    if note.is_at_least_ar1:
+        parts.append(_AT_LEAST_AR1)
+    if note.replicas:
+        numbered = note.noise
+        if len(numbered) > 1:
+            numbered = tuple(f"record {i}: {noise}" for i, noise in enumerate(note.noise, 1))
+        parts.append(
+            f"calibrated with {note.replicas} simulated replicas of the record with "
+            f"{'; '.join(numbered)}"
+        )
+    if note.is_silent:
+        parts.append("the loop shows no noise")
+    if note.no_replicas:
+        parts.append(f"without simulated replicas: {note.no_replicas}")
+    return "; ".join(parts)
+
+
+def _joined(*parts: str) -> str:
+    return "; ".join(part for part in parts if part)
