@@ -72,8 +72,8 @@ class Quantity:
         return self.expression or self.name
 
 
-#: Properties of a declaration that are worked out from its expressions.
-_FOUND_ONCE = (
+#: Properties of an axis that are worked out from its expressions, which takes time.
+_AXIS_PROPERTIES = (
     "drives_by_motion",
     "jumps",
     "holds_force",
@@ -120,7 +120,7 @@ class GeneratedAxis:
     loop : LoopByGains or None
         The closed loop by the gains of its law, where these can change without being compiled anew.
     drives_by_motion, jumps, holds_force, has_stribeck : bool
-        See `Axis`. They are found once, since a verdict asks for them hundreds of times.
+        Properties of `axis`, found once, because a verdict asks for them hundreds of times.
     response : Response or None
         Of the drive to a sampled law, see `Axis`.
     of_law_samples : tuple of str
@@ -149,7 +149,7 @@ class GeneratedAxis:
     of_law_samples: tuple[str, ...] = field(init=False)
 
     def __post_init__(self) -> None:
-        for name in _FOUND_ONCE:
+        for name in _AXIS_PROPERTIES:
             object.__setattr__(self, name, getattr(self.axis, name))
 
     def __repr__(self) -> str:
@@ -210,8 +210,8 @@ class GeneratedAxis:
         return self.axis.sampled_signals
 
     @property
-    def declared_parameters(self) -> tuple[Parameter, ...]:
-        """Parameters of the declaration, with bounds and nominal values, length p."""
+    def axis_parameters(self) -> tuple[Parameter, ...]:
+        """Parameters of `axis`, with bounds and nominal values, length p."""
         return self.axis.parameters
 
     @property

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from axisid.estimation.regression import InverseForm
-from axisid.estimation.thresholds import MAX_LAW_MOVE
+from axisid.estimation.thresholds import MAX_LAW_MOVE, MIN_DISTANCE_FROM_NOISE
 from axisid.estimation.verdict_checks import Check
 from axisid.support.arrays import Array
 from axisid.support.errors import Missing
@@ -32,46 +32,51 @@ def control_law_check(case: DiagnosticInputs) -> Check | Missing:
 def _with_effect_of_scale(check: Check, case: DiagnosticInputs, law: LawAgreement) -> Check:
     """Fail a passed check where the control's scale moves a parameter too far."""
     shown = [each for each in law.plausible if each.kind[0] == SCALE]
-    if not shown or case.data.record.force is not None:
+    joint = (case.whole or case).problem.joint_form
+    absorbed = joint is not None and joint.gain is not None  # by the drive gain, which is compared
+    if not shown or absorbed or case.data.record.force is not None:
         return check
     share, deviation = shown[0].values[SCALE], shown[0].deviations[SCALE]
-    # Noise and rounding in what the law reads make the control look smaller than the law's, by as
-    # much at most as the square of the part that the law does not reproduce.
-    dilution = (shown[0].left_percent / 100) ** 2
-    certain = max(abs(share) - dilution, 0.0) / abs(share)
-    moves = _moved_by_scale(case, share)
+    if share < 0:
+        # Noise and rounding in what the law reads make the control look smaller than the law's, by
+        # at most the square of the part of it that the law does not reproduce.
+        share = min(share + (shown[0].left_percent / 100) ** 2, 0.0)
+    if abs(share) <= MIN_DISTANCE_FROM_NOISE.value * deviation:
+        return check
+    judged = (case.whole or case).preferred.parameters
     shifts: dict[str, float] = {}
-    for (name, value), move in zip(case.preferred.parameters.items(), moves, strict=True):
-        unsure = np.hypot(value.deviation, move * deviation / share)
+    moves = dict(zip(judged, _moved_by_scale(case, share).tolist(), strict=True))
+    for name, value in judged.items():
+        unsure = np.hypot(value.deviation, moves[name] * deviation / share)
         if value.deviation > 0 and np.isfinite(unsure):
-            shifts[name] = float(certain * abs(move) / unsure)
+            shifts[name] = float(abs(moves[name]) / unsure)
     worst = max(shifts, key=lambda name: shifts[name], default="")
     if not worst or shifts[worst] <= MAX_LAW_MOVE.value:
         return check
-    move = moves[[*case.preferred.parameters].index(worst)]
-    unit = case.preferred.parameters[worst].unit
     return replace(
         check,
         status="fail",
         figure=shifts[worst],
         threshold=MAX_LAW_MOVE.value,
         source=MAX_LAW_MOVE.source,
-        meaning=f"{check.meaning}; but it may be recorded {1 + share:.5g} times as large as it is, "
-        f"which moves {worst} by {move:+.2g} {unit} ({shifts[worst]:.2g} standard errors). Check "
-        "the scale of the control and the gains of the law",
+        meaning=f"{check.meaning}; but the control may be recorded {1 + share:.5g} times as large "
+        f"as it is, which moves {worst} by {moves[worst]:+.2g} {judged[worst].unit} "
+        f"({shifts[worst]:.2g} standard errors). Check the scale of the control and the gains of "
+        "the law",
     )
 
 
 def _moved_by_scale(case: DiagnosticInputs, share: float) -> Array:
     """Return the change of each parameter, (p,), where the control is 1 + share times too large.
 
-    The force F of the recorded control u and that of ``u / (1 + share)`` differ by what the drive
-    makes of the difference, and the parameters by ``X^+ (F(u) - F(u / (1 + share)))``.
+    The force F of the recorded control u and that of ``u / (1 + share)`` differ, in the rows of
+    this record, and the parameters of all records by ``X^+ (F(u) - F(u / (1 + share)))``.
     """
-    data, control = case.data, case.data.acting_control
-    form = case.problem.form(InverseForm).at(case.preferred.physical)
-    regressor = case.problem.rows(form).regressor
-    if control is None:
-        return np.zeros(regressor.shape[1])
-    lost = data.reduce(data.force_by(control / (1 + share) - control))
-    return np.asarray(np.linalg.lstsq(regressor, -lost, rcond=None)[0], dtype=float)
+    whole, data = case.whole or case, case.data
+    form = whole.problem.form(InverseForm).at(whole.preferred.physical)
+    regressor = whole.problem.rows(form).regressor
+    scaled = data.with_columns(control=np.asarray(data.record.control) / (1 + share))
+    apart = np.zeros(len(regressor))
+    apart[whole.problem.spans[case.number]] = data.reduce(data.signals.force - scaled.signals.force)
+    apart *= whole.problem.row_weights
+    return np.asarray(np.linalg.lstsq(regressor, apart, rcond=None)[0], dtype=float)

@@ -1,9 +1,9 @@
 """Sudden steps of the recorded position: lost samples, repeated samples, and a stuck encoder.
 
 A body with inertia moves in one sample period by nearly as much as in the period before. A step is
-sudden if it is larger or smaller than both neighbouring steps, and the difference is more than
-twice the largest change between steps elsewhere in the record. The position must be in motion
-before or after it, because a short move from rest to rest can fall into one sample period.
+sudden if it differs from its neighbours to one side, by more than twice the largest second
+difference of steps elsewhere in the record. The position must be in motion before or after it,
+because a short move from rest to rest can fall into one sample period.
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ import numpy as np
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.records import Record, wild_steps
 from axisid.estimation.verdict_checks import Check
-from axisid.support.arrays import Array, mask_of
+from axisid.support.arrays import Array, mask_of, runs
 
 SUDDEN_STEPS = "sudden steps"
 _WINDOW = 10  # steps before or after a sudden one, by which the position is in motion or at rest
@@ -34,17 +34,20 @@ class SuddenStep:
         Change of the position in the step, m or rad.
     motion : float
         Mean change of the position in the steps after it, or before it, m or rad.
+    neighbour : float
+        Size of the smaller of the two steps next to it, m or rad.
     held : int
         Number of steps of 0 directly before it.
     is_asked : bool
         Whether the reference makes a sudden step at the same place.
     range : float
-        Of the recorded positions, m or rad.
+        Difference of the largest and the smallest recorded position, m or rad.
     """
 
     place: int
     size: float
     motion: float
+    neighbour: float
     held: int
     is_asked: bool
     range: float
@@ -56,8 +59,8 @@ class SuddenStep:
 
     @property
     def is_repeat(self) -> bool:
-        """Whether the step is smaller than the motion, as where a sample is recorded twice."""
-        return abs(self.size) < abs(self.motion)
+        """Whether the step is smaller than its neighbours, as of a sample that is repeated."""
+        return abs(self.size) < self.neighbour
 
     @property
     def is_release(self) -> bool:
@@ -67,35 +70,44 @@ class SuddenStep:
 
 
 def sudden_steps(record: Record) -> list[SuddenStep]:
-    """Return the sudden steps of a recorded position, except those next to a masked sample."""
-    masked = mask_of(record.masked, len(record))
+    """Return the sudden steps of a recorded position between samples that are not masked."""
+    spans = _unmasked_spans(record)
     asked: set[int] = set()
     if record.reference is not None:
-        asked = set(wild_steps(record.reference, record.spans).tolist())
+        asked = set(wild_steps(record.reference, spans).tolist())
     moved = np.diff(record.position)
     # The last step before each place that is not 0; -1 before the first.
     moving = np.where(moved != 0, np.arange(len(moved)), -1)
     last_moving = np.concatenate([[-1], np.maximum.accumulate(moving)])
-    starts, stops = np.array(record.spans).T
+    starts, stops = np.array(spans).T
+    covered = np.concatenate([record.position[start:stop] for start, stop in spans])
     found = []
-    for place in wild_steps(record.position, record.spans).tolist():
+    for place in wild_steps(record.position, spans).tolist():
         piece = int(np.searchsorted(starts, place, side="right")) - 1
         begin, end = int(starts[piece]), int(stops[piece]) - 1
         before = _mean_motion(moved[max(place - _WINDOW, begin) : place])
         after = _mean_motion(moved[place + 1 : min(place + 1 + _WINDOW, end)])
         motion = after or before
-        if not motion or masked[place : place + 2].any():
+        if not motion:
             continue
         step = SuddenStep(
             place=place,
             size=float(moved[place]),
             motion=motion,
+            neighbour=float(min(abs(moved[place - 1]), abs(moved[place + 1]))),
             held=place - 1 - max(int(last_moving[place]), begin - 1),
             is_asked=place in asked,
-            range=float(np.ptp(record.position)),
+            range=float(np.ptp(covered)),
         )
         found.append(step)
     return found
+
+
+def _unmasked_spans(record: Record) -> list[tuple[int, int]]:
+    """Return the pieces of a record between gaps and masked samples."""
+    kept = ~mask_of(record.masked, len(record))
+    pieces = [piece for start, stop in record.spans for piece in runs(kept[start:stop], start)]
+    return pieces or list(record.spans)
 
 
 def _mean_motion(steps: Array) -> float:
@@ -122,7 +134,8 @@ def sudden_steps_check(axis: GeneratedAxis, record: Record) -> Check | None:
         status="fail" if found else "pass",
         figure=float(len(found)),
         threshold=0.0,
-        source="steps unlike both neighbours, by twice the largest change between steps elsewhere",
+        source="number of steps that differ from their neighbours by twice the largest second "
+        "difference elsewhere",
         meaning=meaning,
     )
 

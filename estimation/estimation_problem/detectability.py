@@ -164,7 +164,7 @@ def check_visible(
         return  # the signals' size is refused where it is regressed
     unseen: dict[str, str] = {}
     natural, unit_of_force = typical_magnitudes(axis, reach), axis.coordinate.force_unit
-    for j, p in enumerate(axis.declared_parameters):
+    for j, p in enumerate(axis.axis_parameters):
         if axis.nonlinear[j]:
             continue  # its column is a slope about a point
         if norms[j] == 0:
@@ -205,7 +205,7 @@ def typical_magnitudes(
     The force, the travel and the times that the motion gives, to the powers of the unit; infinite
     where it has others (an ampere; a length on a rotary axis), or stands beside a recorded signal.
     """
-    named = axis.declared_parameters if parameters is None else parameters
+    named = axis.axis_parameters if parameters is None else parameters
     sizes = np.array([_natural(axis, p.unit, reach) for p in named])
     if axis.signals and [p.name for p in named] == list(axis.names):
         sizes[columns_by_signal(axis)["recorded"]] = np.inf
@@ -217,7 +217,7 @@ def detection_limits(axis: GeneratedAxis, reach: SignalRanges) -> Array:
     natural = typical_magnitudes(axis, reach)
     with np.errstate(divide="ignore"):
         by_force = _MAX_CANCELLED_FORCE * reach.force / reach.columns
-    sizes = [_farthest(p, float(n)) for p, n in zip(axis.declared_parameters, natural, strict=True)]
+    sizes = [_farthest(p, float(n)) for p, n in zip(axis.axis_parameters, natural, strict=True)]
     return np.minimum(by_force, sizes)
 
 

@@ -250,7 +250,7 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
     """
 
     further: tuple[Check, ...] = ()
-    compared_laws: RecordLaws | None = None
+    compared_laws: RecordLaws | None = field(default=None, compare=False)
 
     @property
     def axis(self) -> GeneratedAxis:

@@ -133,7 +133,7 @@ def wild_steps(position: Array, spans: Sequence[Span]) -> Places:
     # Pieces are far apart on this clock, so that none continues another.
     steps = Samples(values=position[places + 1] - position[places], clock=places + 1e3 * piece)
     course = _Course.of(steps, 0.0, 0.0, has_ends=False, delay=0)
-    return places[course.out_of_course(int(_MOST_PART * len(position)))]
+    return places[course.spikes(int(_MOST_PART * len(position)))]
 
 
 def _most_wild(size: int) -> int:
@@ -235,13 +235,26 @@ class _Course:
 
     def out_of_course(self, most: int) -> Places:
         """Return the samples that are further away than the column bends without them."""
-        excursions = self.excursions
-        if not self.has_ends:
-            excursions = np.array(excursions)
-            for start, stop in self.spans:
-                excursions[[start, stop - 1]] = 0.0
+        excursions = self.excursions if self.has_ends else self._inner_excursions()
         order = _largest(excursions, most)
         return self._standing_out(excursions, order, self._largest_bends(order))
+
+    def spikes(self, most: int) -> Places:
+        """Return the samples that are further away than the column bends without any candidate.
+
+        Candidates are the samples that are furthest away, at most so many, whatever their sizes.
+        """
+        excursions = self._inner_excursions()
+        order = _largest(excursions, most)
+        elsewhere = self._largest_bends(order)[-1]
+        return self._standing_out(excursions, order, np.full(len(order) + 1, elsewhere))
+
+    def _inner_excursions(self) -> Array:
+        """Return the excursions, those of ends as 0."""
+        excursions = np.array(self.excursions)
+        for start, stop in self.spans:
+            excursions[[start, stop - 1]] = 0.0
+        return excursions
 
     def out_of_range(self, most: int) -> Places:
         """Return the samples that are further away than the range of the column without them."""

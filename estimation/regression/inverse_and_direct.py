@@ -106,7 +106,7 @@ class Form(ABC):
     @property
     def declared(self) -> tuple[Parameter, ...]:
         """The same with the bounds that they were declared with."""
-        return self.axis.declared_parameters
+        return self.axis.axis_parameters
 
     @property
     def is_linear(self) -> bool:
@@ -316,7 +316,7 @@ def separable_least_squares(form: Form, rows: Callable[[Form], Equations]) -> Fo
 
 def search_bounds(axis: GeneratedAxis) -> tuple[Array, Array]:
     """Lower and upper bounds (p,) of what is searched for; linear parameters have none."""
-    nonlinear, declared = np.array(axis.nonlinear), axis.declared_parameters
+    nonlinear, declared = np.array(axis.nonlinear), axis.axis_parameters
     return (
         np.where(nonlinear, [p.lower for p in declared], -np.inf),
         np.where(nonlinear, [p.upper for p in declared], np.inf),
@@ -354,9 +354,7 @@ def damped_step(
             return np.asarray(trial, dtype=float)
     beyond = [
         f"{p.name} = {value:.4g} {p.unit}, beyond its bound {min(max(value, least), most):g}"
-        for p, value, least, most in zip(
-            form.axis.declared_parameters, goal, low, high, strict=True
-        )
+        for p, value, least, most in zip(form.axis.axis_parameters, goal, low, high, strict=True)
         if not least <= value <= most
     ]
     if not beyond:

@@ -496,7 +496,7 @@ def _first_steps(
     has_mass, friction_holds, rates = at_rest(
         axis, parameters, inputs.start.position, inputs.first_signals
     )
-    low, high = np.array([(p.lower, p.upper) for p in axis.declared_parameters]).T
+    low, high = np.array([(p.lower, p.upper) for p in axis.axis_parameters]).T
     inside = ((low <= parameters) & (parameters <= high)).all(axis=1)
     remembers = [not states_refusal(axis, own) for own in parameters]
     well = inside & has_mass & friction_holds & remembers

@@ -236,7 +236,7 @@ def in_order(
     """
     if not isinstance(parameters, Mapping):
         return parameters
-    names = tuple(p.name for p in axis.declared_parameters)
+    names = tuple(p.name for p in axis.axis_parameters)
     if {*parameters} != {*names}:
         unknown = [quoted(name) for name in parameters if name not in names]
         missing = [name for name in names if name not in parameters]
@@ -420,7 +420,7 @@ def checked_rate(
     has_mass, friction_holds, rate = _rest(axis, parameters.tobytes(), position, recorded)
     if not has_mass:
         raise _no_inertia(axis, parameters, position, recorded)
-    for p, value in zip(axis.declared_parameters, parameters, strict=True):
+    for p, value in zip(axis.axis_parameters, parameters, strict=True):
         if bounded and not p.allows(value):
             side, bound = ("above", p.upper) if value > p.upper else ("below", p.lower)
             raise UsageError(

@@ -315,9 +315,7 @@ def _axes(axis: GeneratedAxis, records: int, known: KnownValues) -> list[Generat
     law = axis.declared.control
     gains = {*law.gains} if law is not None else set[str]()
     bent = {
-        p.name
-        for p, is_bent in zip(axis.declared_parameters, axis.nonlinear, strict=True)
-        if is_bent
+        p.name for p, is_bent in zip(axis.axis_parameters, axis.nonlinear, strict=True) if is_bent
     }
     if unknown := sorted(bent - {*known}):
         raise ModelError(

@@ -54,7 +54,7 @@ def _blas_libraries() -> "ThreadpoolController":
 
 
 #: Held by the thread of the program that has set the number, which is the whole process's.
-_SETTING = threading.RLock()
+_LIMIT_LOCK = threading.RLock()
 
 
 def in_one_thread(function: Callable[Given, Found]) -> Callable[Given, Found]:
@@ -66,14 +66,14 @@ def in_one_thread(function: Callable[Given, Found]) -> Callable[Given, Found]:
 
     @functools.wraps(function)
     def limited(*values: Given.args, **named: Given.kwargs) -> Found:
-        says_itself = any(name in os.environ for name in _COUNTS)
-        if says_itself or not _SETTING.acquire(blocking=False):
+        is_set_by_user = any(name in os.environ for name in _COUNTS)
+        if is_set_by_user or not _LIMIT_LOCK.acquire(blocking=False):
             return function(*values, **named)
         try:
             with _blas_libraries().limit(limits=1, user_api="blas"):
                 return function(*values, **named)
         finally:
-            _SETTING.release()
+            _LIMIT_LOCK.release()
 
     return limited
 
