@@ -89,6 +89,8 @@ def test_schema_and_classes_refuse_the_same(schema: dict[str, Any]) -> None:
     whole = _short(json.loads(json.dumps(identify(axis, twin_record(axis)).to_dict())))
     values: tuple[Any, ...] = (None, True, 0, 1.5, "x", [], {}, [0.5, 2.5])
     for i, place in enumerate(_places(whole)):
+        if place == ("levels",):  # an empty one is filled with defaults, which are always written
+            continue
         spoiled = deepcopy(whole)
         holder: Any = spoiled
         for key in place[:-1]:
