@@ -44,13 +44,20 @@ class Covariance(ABC):
 
 
 def applied_covariance(
-    matrix: Array, shape: tuple[int, ...], note: CovarianceNote, *, is_corrected: bool = False
+    matrix: Array,
+    shape: tuple[int, ...],
+    note: CovarianceNote | str,
+    *,
+    is_corrected: bool = False,
 ) -> CovarianceEstimate:
     """A matrix with n - k degrees of freedom, of so many rows and parameters (n, k).
 
-    For small samples it is corrected: times ``n/(n - k)``.
+    For small samples it is corrected: times ``n/(n - k)``. A covariance of your own is named by a
+    text.
     """
     n, k = shape
+    if isinstance(note, str):
+        note = CovarianceNote(kind="other", label=note)
     if is_corrected:
         matrix, note = n / (n - k) * matrix, replace(note, is_corrected=True)
     return CovarianceEstimate(matrix=matrix, freedom=np.full(k, float(n - k)), note=note)

@@ -27,6 +27,7 @@ def replicas(count: int, *noise: str) -> CovarianceNote:
         (replicas(32, "a", "b"), ["record 1: a", "record 2: b"]),
         (CovarianceNote(kind="ar1", is_at_least_ar1=True), ["AR(1)", "few scores"]),
         (CovarianceNote(kind="other", label="as in the file"), ["as in the file"]),
+        (CovarianceNote(kind="other", label="own", is_corrected=True), ["own", "times n/(n - k)"]),
         (CovarianceNote(kind="robust", no_replicas="no loop"), ["no loop"]),
     ],
 )

@@ -54,8 +54,6 @@ def covariance_in_short(note: CovarianceNote) -> str:
 
 def _estimator(note: CovarianceNote, every: Iterable[CovarianceNote]) -> str:
     """Return the estimator, with the lags of all."""
-    if note.kind == "other":
-        return note.label
     if note.kind == "published":
         return f"i.i.d., residual variance with n - 1 = {note.degrees}"
     if note.kind == "hac":
@@ -66,7 +64,7 @@ def _estimator(note: CovarianceNote, every: Iterable[CovarianceNote]) -> str:
         whitening = "scores prewhitened by AR(1), " if note.is_prewhitened else ""
         text = f"HAC, {whitening}Bartlett kernel, {lags} lags ({rule})"
     else:
-        text = _KINDS[note.kind]
+        text = _KINDS.get(note.kind, note.label)
     if note.is_corrected:
         text += ", times n/(n - k)"
     return text
