@@ -95,10 +95,10 @@ class DiagnosticInputs:
 
     @cached_property
     def record_laws(self) -> RecordLaws:
-        """The control law compared with each record, unless that was made already."""
+        """Comparison of the control law with each record; an earlier one is used again."""
         if self.compared_laws is not None:
             return self.compared_laws
-        return RecordLaws(tuple((data.axis, data.record) for data in self.problem.data))
+        return RecordLaws.of(self.problem.data)
 
     @property
     def laws(self) -> tuple[LawAgreement | Missing, ...]:

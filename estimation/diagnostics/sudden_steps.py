@@ -54,17 +54,17 @@ class SuddenStep:
 
     @property
     def is_new_turn(self) -> bool:
-        """Whether the position jumps back by its whole range, as one that starts again does."""
+        """Whether the position jumps back by its whole range, as after a full turn."""
         return self.size * self.motion < 0 and abs(self.size) >= _WHOLE_RANGE * self.range
 
     @property
     def is_repeat(self) -> bool:
-        """Whether the step is smaller than its neighbours, as of a sample that is repeated."""
+        """Whether the step is smaller than both neighbours: a sample is repeated."""
         return abs(self.size) < self.neighbour
 
     @property
     def is_release(self) -> bool:
-        """Whether the position stood still and then catches up, as that of a stuck encoder."""
+        """Whether the position stood still and then catches up: the encoder was stuck."""
         missed = (self.held + 1) * abs(self.motion)
         return self.held > 0 and abs(self.size) <= _STUCK * missed
 
@@ -80,7 +80,8 @@ def sudden_steps(record: Record) -> list[SuddenStep]:
     moving = np.where(moved != 0, np.arange(len(moved)), -1)
     last_moving = np.concatenate([[-1], np.maximum.accumulate(moving)])
     starts, stops = np.array(spans).T
-    covered = np.concatenate([record.position[start:stop] for start, stop in spans])
+    positions = np.concatenate([record.position[start:stop] for start, stop in spans])
+    position_range = float(np.ptp(positions))
     found = []
     for place in wild_steps(record.position, spans).tolist():
         piece = int(np.searchsorted(starts, place, side="right")) - 1
@@ -97,7 +98,7 @@ def sudden_steps(record: Record) -> list[SuddenStep]:
             neighbour=float(min(abs(moved[place - 1]), abs(moved[place + 1]))),
             held=place - 1 - max(int(last_moving[place]), begin - 1),
             is_asked=place in asked,
-            range=float(np.ptp(covered)),
+            range=position_range,
         )
         found.append(step)
     return found

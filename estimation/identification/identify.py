@@ -185,7 +185,7 @@ def identify_problem(
     estimates, skipped, failed = dict[str, Estimate](), dict[str, str](), dict[str, str]()
     lost: EstimationError | None = None
     chosen = [*METHODS] if requested is None else requested
-    laws = RecordLaws(tuple((data.axis, data.record) for data in problem.data))
+    laws = RecordLaws.of(problem.data)
     twins = Bootstrap(
         problem=problem,
         count=bootstrap,

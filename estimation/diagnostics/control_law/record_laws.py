@@ -1,10 +1,12 @@
 """The declared control law compared with each of several records, once for all who ask."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.records import Record
+from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.verdict_checks import unless_faulty
 from axisid.support.arrays import Exact, Uncached
 from axisid.support.errors import Missing
@@ -24,6 +26,11 @@ class RecordLaws(Uncached, Exact):
 
     records: tuple[tuple[GeneratedAxis, Record], ...]
 
+    @classmethod
+    def of(cls, data: Sequence[FilteredRecord]) -> "RecordLaws":
+        """Return the comparison for the records of a problem."""
+        return cls(tuple((each.axis, each.record) for each in data))
+
     @cached_property
     def agreements(self) -> tuple[LawAgreement | Missing, ...]:
         """Agreement of each record with its law, or the reason why it cannot be checked."""
@@ -33,5 +40,5 @@ class RecordLaws(Uncached, Exact):
 
     @property
     def hold(self) -> bool:
-        """Whether every record's control is the declared law's."""
+        """Whether every recorded control follows the declared law."""
         return all(isinstance(law, LawAgreement) and law.passed for law in self.agreements)

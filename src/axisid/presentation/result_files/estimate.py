@@ -239,9 +239,6 @@ def written_estimate(
             )
         }
         or None,
-        covariance_names={
-            name: covariance_text(note) for name, note in estimate.covariance_notes.items()
-        },
         covariance=estimate.covariances["iid"],
         covariance_robust=estimate.covariances["robust"],
         covariance_hac=estimate.covariances["hac"],
