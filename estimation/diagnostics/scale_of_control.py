@@ -32,7 +32,8 @@ def control_law_check(case: DiagnosticInputs) -> Check | Missing:
 def _with_effect_of_scale(check: Check, case: DiagnosticInputs, law: LawAgreement) -> Check:
     """Fail a passed check where the control's scale moves a parameter too far."""
     shown = [each for each in law.plausible if each.kind[0] == SCALE]
-    joint = (case.whole or case).problem.joint_form
+    whole = case.whole or case
+    joint = whole.problem.joint_form
     absorbed = joint is not None and joint.gain is not None  # by the drive gain, which is compared
     if not shown or absorbed or case.data.record.force is not None:
         return check
@@ -43,7 +44,7 @@ def _with_effect_of_scale(check: Check, case: DiagnosticInputs, law: LawAgreemen
         share = min(share + (shown[0].left_percent / 100) ** 2, 0.0)
     if abs(share) <= MIN_DISTANCE_FROM_NOISE.value * deviation:
         return check
-    judged = (case.whole or case).preferred.parameters
+    judged = whole.preferred.parameters
     shifts: dict[str, float] = {}
     moves = dict(zip(judged, _moved_by_scale(case, share).tolist(), strict=True))
     for name, value in judged.items():

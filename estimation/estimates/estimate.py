@@ -283,12 +283,12 @@ class Estimate(EstimateFacts, Presentable, Exact):
 
     @property
     def covariance_notes(self) -> Mapping[str, CovarianceNote]:
-        """What each covariance is, with lags, corrections and replicas."""
+        """Notes on each covariance: kind, lags, corrections and replicas."""
         return self.inference.covariance_notes
 
     @property
     def covariance_names(self) -> Mapping[str, str]:
-        """What each covariance is, as text."""
+        """The same notes as text."""
         return {name: view_of("covariance_name", n) for name, n in self.covariance_notes.items()}
 
     @property

@@ -289,7 +289,7 @@ class _Course:
         rank = _ranks(order, len(self.values))
         beside = np.full(len(rank) + 2, len(order))
         beside[1:-1] = rank
-        # A second difference is left out with the first of its three samples that is.
+        # A second difference counts as long as all three of its samples do.
         least = np.minimum(np.minimum(beside[:-2], beside[1:-1]), beside[2:])
         largest = np.zeros(len(order) + 1)
         np.maximum.at(largest, least, self.bends)

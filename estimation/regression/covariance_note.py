@@ -1,4 +1,4 @@
-"""What a covariance is: estimator, lags, corrections, and the simulated replicas that scale it."""
+"""Notes on covariances: estimator, lags, corrections, and simulated replicas."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -9,7 +9,7 @@ LagRule = Literal["none", "plug-in", "plug-in, capped", "given"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CovarianceNote:
-    """What a covariance is, for the notes of a table.
+    """Note on a covariance: how it was estimated.
 
     Attributes
     ----------

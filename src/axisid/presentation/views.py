@@ -113,7 +113,7 @@ def as_text(result: Shown, **how: Any) -> str:
 
 
 def covariance_name(note: CovarianceNote) -> str:
-    """What a covariance is, as text."""
+    """Return the note on a covariance as text."""
     return covariance_text(note)
 
 

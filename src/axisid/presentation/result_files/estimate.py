@@ -424,7 +424,7 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
 
     @property
     def covariance_names(self) -> Mapping[str, str]:
-        """What each covariance is, as text."""
+        """Notes on each covariance as text."""
         return {name: covariance_text(note) for name, note in self.covariance_notes.items()}
 
     def part(self, joint: JointForm, place: int) -> "SavedEstimate":

@@ -17,11 +17,17 @@ _SHORT = {
     "hac": "HAC",
     "ar1": "AR(1) residuals",
 }
+_LAG_RULES = {
+    "none": "no rule",
+    "plug-in": "plug-in rule",
+    "plug-in, capped": "plug-in rule, capped",
+    "given": "as given",
+}
 _AT_LEAST_AR1 = "no smaller than for AR(1) residuals, because few scores are independent"
 
 
 def covariance_text(note: CovarianceNote) -> str:
-    """Return what a covariance is, as a part of a sentence."""
+    """Return the name of a covariance with its lags, corrections and replicas."""
     return _joined(_estimator(note, [note]), _calibration(note))
 
 
@@ -58,11 +64,8 @@ def _estimator(note: CovarianceNote, every: Iterable[CovarianceNote]) -> str:
         return f"i.i.d., residual variance with n - 1 = {note.degrees}"
     if note.kind == "hac":
         lags = ", ".join(dict.fromkeys(str(each.lags) for each in every))
-        rule = "as given" if note.lag_rule == "given" else f"{note.lag_rule} rule"
-        if note.lag_rule == "plug-in, capped":
-            rule = "plug-in rule, capped"
         whitening = "scores prewhitened by AR(1), " if note.is_prewhitened else ""
-        text = f"HAC, {whitening}Bartlett kernel, {lags} lags ({rule})"
+        text = f"HAC, {whitening}Bartlett kernel, {lags} lags ({_LAG_RULES[note.lag_rule]})"
     else:
         text = _KINDS.get(note.kind, note.label)
     if note.is_corrected:
