@@ -57,3 +57,22 @@ def test_a_measured_force_has_nothing_of_the_scale_of_the_control(
     control = np.asarray(twin.control)
     force = emps2015.axis.drive.gain * control
     assert law_of(emps2015, replace(twin, control=1.005 * control, force=force)).status == "pass"
+
+
+def test_rounding_of_the_position_is_no_scale_of_the_control() -> None:
+    axis = build(load_axis("balanced_slide"))
+    record, step = twin_record(axis, seed=0), 1e-6
+    assert record.reference is not None
+    rounded = replace(
+        record,
+        position=step * np.round(record.position / step),
+        reference=step * np.round(record.reference / step),
+    )
+    assert law_of(axis, rounded).status == "pass"
+
+
+def test_one_scaled_record_of_two_fails(emps2015: GeneratedAxis) -> None:
+    one, other = (twin_record(emps2015, seed=seed) for seed in (1, 2))
+    result = identify(emps2015, [one, scaled(other, 1.004)])
+    (law,) = (check for check in result.verdict if check.name == "control law")
+    assert law.status == "fail"

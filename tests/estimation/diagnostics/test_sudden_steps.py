@@ -104,3 +104,23 @@ def test_a_piece_of_a_few_samples_has_none(length: int) -> None:
         wild_steps(np.array([0.0, 0.1, 0.2, 5.0, 0.4, 0.5, 0.6, 0.7])[:length], [(0, length)]).size
         == 0
     )
+
+
+def test_rows_lost_in_every_buffer_do_not_hide_each_other(twin: Record) -> None:
+    kept = np.delete(np.arange(len(twin)), np.arange(100, len(twin), 128))
+    assert twin.reference is not None
+    shorter = replace(
+        twin,
+        time=twin.time[: len(kept)],
+        position=twin.position[kept],
+        reference=twin.reference[kept],
+        control=np.asarray(twin.control)[kept],
+    )
+    steps = sudden_steps(shorter)
+    assert len(steps) > 1
+    assert all(step.is_asked for step in steps)
+
+
+def test_short_pieces_of_a_motion_have_none(twin: Record) -> None:
+    pieces = [(twin.time[k], twin.time[k + 9]) for k in range(0, len(twin) - 15, 15)]
+    assert sudden_steps(twin.windowed(*pieces)) == []
