@@ -12,7 +12,6 @@ with a delay that is not the drive's, is to be noticed.
 """
 
 import math
-import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
@@ -32,6 +31,7 @@ from axisid.control import (
     state_feedback,
 )
 from axisid.estimation import LawAgreement, law_agreement
+from axisid.estimation.diagnostics.control_law import FoundByReading, OtherGains
 
 _T, _KV = 1e-3, 243.45
 _OFF = (1.05, 1.1)
@@ -236,9 +236,17 @@ def _passed(axis: GeneratedAxis, record: Record) -> bool | None:
 
 
 def _named(check: LawAgreement, gain: str, times: float) -> bool:
-    """Whether the gain is named with what it is."""
-    said = re.search(rf"\b{gain} is ([\d.]+) times", check.sentence)
-    return said is not None and math.isclose(float(said[1]), times, rel_tol=0.02)
+    """Return whether the gain is named with its value."""
+    found = check.finding
+    if isinstance(found, FoundByReading):
+        found = found.finding
+    if not isinstance(found, OtherGains):
+        return False
+    for gains in found.alternatives:
+        for other in gains:
+            if other.name == gain:
+                return math.isclose(other.times, times, rel_tol=0.02)
+    return False
 
 
 def main() -> None:

@@ -242,14 +242,14 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
     ),
     "the kernel is one lag wider": (
         _COVARIANCE,
-        "1 - np.arange(1, lags + 1) / (lags + 1)",
-        "1 - np.arange(1, lags + 1) / (lags + 2)",
+        "width = lags + 1",
+        "width = lags + 2",
         (f"{_SANDWICH}::test_hac_is_that_of_statsmodels",),
     ),
     "scores that were whitened are recoloured once": (
         _COVARIANCE,
-        "summed * np.outer(gain, gain)",
-        "summed * np.outer(gain, gain**0)",
+        "bartlett_sum(white, lags) * np.outer(gain, gain)",
+        "bartlett_sum(white, lags) * np.outer(gain, gain**0)",
         (f"{_SANDWICH}::test_whitened_products_are_those_of_whitened_scores",),
     ),
     "freedom knows nothing of the errors that the innovations make": (
@@ -308,14 +308,14 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
     ),
     "disturbances that no band shows are in the chain": (
         _NOISE,
-        "units > _SMALLEST * power, axis=1)",
-        "units > 0 * power, axis=1)",
+        "unit_power > _MIN_BAND_SHARE * power, axis=1)",
+        "unit_power > 0 * power, axis=1)",
         (f"{_MEASURED}autoregressions_are_those_that_a_band_shows",),
     ),
     "disturbances are told by their variances": (
         _NOISE,
-        "zip(times, np.sqrt(variances), counts, strict=True)",
-        "zip(times, variances, counts, strict=True)",
+        "zip(times, np.sqrt(variances), is_visible, strict=True)",
+        "zip(times, variances, is_visible, strict=True)",
         (f"{_MEASURED}autoregressions_are_those_that_a_band_shows",),
     ),
     "noise is measured across the gaps of a record": (
@@ -326,7 +326,7 @@ MUTANTS: Mapping[str, tuple[str, str, str, tuple[str, ...]]] = {
     ),
     "columns take nothing of the frequencies of rows": (
         _NOISE,
-        "self._by_band(1 - np.minimum(taken, _MOST_LEVERAGE))",
+        "self._by_band(1 - np.minimum(taken, _MAX_LEVERAGE))",
         "self._by_band(1 - 0 * taken)",
         (f"{_MEASURED}a_spectrum_of_rows_is_flat_for_white_noise_beside_its_columns",),
     ),

@@ -90,7 +90,9 @@ def by_payload(share: float, runs: int) -> dict[str, float]:
             for i in range(2)
         ]
         known = {"m_add": [0.0, share * mass]}
-        found = identify(machine(declared), pair, methods=[METHOD], known=known)[METHOD]
+        found = identify(machine(declared), pair, methods=[METHOD], known=known, judge=False)[
+            METHOD
+        ]
         value = found.parameters["drive_gain"]
         gains.append(value.corrected)
         claimed.append(value.deviation)
@@ -121,9 +123,10 @@ def by_locals(runs: int) -> dict[str, float]:
     together, alone, offsets, held = [], [], [], 0
     for run in range(runs):
         records = [twin(1000 + 4 * run + i, gain, tau0=x) for i, x in enumerate(OFFSETS)]
-        found = identify(axis, records, methods=[METHOD], local="tau0")
+        found = identify(axis, records, methods=[METHOD], local="tau0", judge=False)
         together.append(found[METHOD].parameters["M"].corrected)
-        alone.append(identify(axis, records[0], methods=[METHOD])[METHOD].parameters["M"].corrected)
+        one = identify(axis, records[0], methods=[METHOD], judge=False)[METHOD]
+        alone.append(one.parameters["M"].corrected)
         for value, truth in zip(found.local["tau0"], OFFSETS, strict=True):
             offsets.append(value.corrected - truth)
             held += value.interval[0] <= truth <= value.interval[1]

@@ -14,6 +14,7 @@ import time
 import traceback
 from collections.abc import Callable
 from functools import cache
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +38,8 @@ LANES, BATCH, RUNS = 32, 64, 32  # of the hand-written registers; simulations; r
 SETS = TRUTH * (1 + 0.02 * RANDOM.normal(size=(BATCH, 4)))
 SHORT, LONG = 20_000, 100_000  # samples of the logs that memory is measured with
 LEAST, LEAST_RUNS = 0.3, 3  # CPU seconds that a figure is measured for, and its runs
+#: Without the verdict; an earlier commit computes none before it is read.
+UNJUDGED = {"judge": False} if "judge" in signature(identify).parameters else {}
 PUBLISHED = Prefilter(cutoff=60.0, decimate=10, drop=(49, 0), hold="raw", reversals="keep")
 
 
@@ -115,7 +118,7 @@ def batch(*wanted: str) -> Any:
 
 
 def instruments(*, intervals: bool = False) -> Any:
-    found = identify(AXIS, twin(), PUBLISHED, ["idm-iv"])["idm-iv"]
+    found = identify(AXIS, twin(), PUBLISHED, ["idm-iv"], **UNJUDGED)["idm-iv"]
     return found.parameters if intervals else found
 
 

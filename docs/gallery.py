@@ -1,10 +1,10 @@
 # %% [markdown]
 # # Gallery of the library axes
 #
-# Axes that ship: each a file of a screenful in `modeling/library`, with generated code and a twin. The figures show the twin's
-# measured and reconstructed force by IDM-IV. Start your own from the nearest.
+# Each axis of the library is a short file in `modeling/library`, with generated code and a twin. The figures show the
+# twin's measured force and the force reconstructed by IDM-IV. Start your own axis from the most similar one.
 #
-# Every parameter has an effect of its own, and every method identifies it, unless something else is said.
+# Every parameter is separately identifiable, by every method, unless the text says otherwise.
 
 # %% tags=["remove-input"]
 from IPython.display import Markdown, display
@@ -24,7 +24,7 @@ for name in LIBRARY:
         f"{readable_unit(v.unit)}"
         for n, v in result["idm-iv"].parameters.items()
     )
-    fit = f"IDM-IV on its twin, ± one standard deviation: {rows}."
+    fit = f"IDM-IV on its twin, ± one standard error: {rows}."
     display(Markdown(f"## {name}: {axis.title}\n\n{text_of(name)}\n\n{fit}"))
     figure = result.plot("force")
     figure.set_size_inches(7, 3.2)

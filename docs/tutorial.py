@@ -1,15 +1,14 @@
 # %% [markdown]
 # # Tutorial: from a log to a report in ten minutes
 #
-# You have a linear stage with a motor, a position loop, and a log as the drive writes it. At the end you
-# know its mass and its friction, how far these numbers can be trusted, and have a page to show to others.
+# You have a linear stage with a motor and a position loop, and a log from its drive. At the end you know its mass and
+# its friction, you know how far you can trust these numbers, and you have a page to show to others.
 #
-# This page is a program: what follows each cell is what it printed when the page was built. A line that
-# begins with `!` is a command for the terminal.
+# This page is a program. Below each cell is its output. A line that begins with `!` is a command for the terminal.
 #
 # ## Install
 #
-# Python 3.11 or later, in an environment of its own:
+# You need Python 3.11 or later, in a separate environment:
 #
 # ```console
 # $ git clone ... axisid && cd axisid     # or unpack the source
@@ -18,7 +17,7 @@
 # $ axisid --version
 # ```
 #
-# Simulations run as native code where there is a C compiler; `pip install '.[native]'` brings one.
+# Simulations run as native code if there is a C compiler; `pip install '.[native]'` installs one.
 #
 # ## Declare the axis
 #
@@ -26,8 +25,8 @@
 #
 # $$m \ddot x = \tau - b \dot x - c \operatorname{sign}(\dot x), \qquad \tau = 18\,\mathrm{N/A} \cdot i$$
 #
-# The drive's position loop is a cascade: a P controller of 50 1/s on the position, and 60 A/(m/s) on the
-# velocity, every millisecond. `axisid new stage` starts such a file with comments; ready, it reads:
+# The drive's control law is a cascade: a P controller of 50 1/s on the position, and 60 A/(m/s) on the velocity, every
+# millisecond. `axisid new stage` writes a first file with comments. This is the completed file:
 
 # %%
 from pathlib import Path
@@ -48,7 +47,7 @@ c = { unit = "N", lower = 0.0, description = "Coulomb friction" }
 inertia = "m"
 resistance = ["b*dx", "c*sign(dx)"]
 
-[columns]                                 # what the drive calls them
+[columns]                                 # names in the log
 time = "Zeit"
 reference = "Soll"
 position = "Ist"
@@ -56,23 +55,23 @@ control = "I_q"
 """)
 
 # %% [markdown]
-# Only the *nominal* mass matters, and it may be rough: instrumental variables start from there. What did
-# we declare?
+# Of the nominal values, only the mass matters, because instrumental variables start from it. It may be rough. `show`
+# prints the declaration:
 
 # %%
 # !axisid show stage.toml
 
 # %% [markdown]
-# Nobody wrote a regressor by hand. Every unit was checked; the map from the direct model's parameters
-# `theta` to the physical ones, and what is identifiable at all, follow from the equation of motion.
+# axisid derived the regressors from the equation of motion and checked every unit. It also derived the map from the
+# parameters `theta` of the direct model to the physical parameters, and the identifiable parameters.
 #
 # ## The log
 #
-# Here is the beginning of a log as a drive in central Europe writes it: two lines of preamble,
-# semicolons, decimal commas, milliseconds and millimetres.
+# This is the beginning of a log from a drive in central Europe: two lines of preamble, semicolons, decimal commas,
+# milliseconds and millimetres.
 
 # %% tags=["hide-input"]
-# You have a log of your own. For this page, one is made from a simulated stage.
+# You have your own log. The log of this page comes from a simulated stage.
 from dataclasses import replace
 
 import axisid
@@ -110,8 +109,8 @@ write_log("tuesday.csv", (0.2, 0.4), seed=2)
 # %% [markdown]
 # ## Identify
 #
-# Nothing needs to be converted: separator, decimal comma, preamble and units are found in the file. Only
-# the columns' roles had to be told, in the declaration above or by
+# You need not convert anything: axisid detects separator, decimal comma, preamble and units of the file. Only
+# the roles of the columns must be given, in the declaration above or by
 # `--columns time=Zeit,reference=Soll,position=Ist,control=I_q`.
 
 # %%
@@ -120,20 +119,19 @@ write_log("tuesday.csv", (0.2, 0.4), seed=2)
 # %% [markdown]
 # Read it from the top:
 #
-# - **assumed** says what was taken of the file. If a unit is wrong there, everything below is wrong.
-# - **The table** has the method that is judged: `DIDIM` where the control law holds, least squares by the
-#   rows of the loop that is simulated with the estimate, where no noise is; else instrumental variables,
-#   which noise in the position does not bias. A value is less the bias that twins of the record tell, `sd`
-#   is what they scatter, and the interval holds the truth 95 times in 100. `IDM-LS` beside it is plain
-#   least squares. `--all` prints every method, also of the direct model: the same physics, regressed the
-#   other way round.
-# - **The verdict** says whether to believe the numbers, then what was checked. What fails says what to do;
-#   a note is allowed for in the deviations that are printed. Here the control law and the alignment of
-#   force and motion hold, which matters most.
+# - **assumed** says how the file was read. If a unit is wrong there, everything below is wrong.
+# - **The table** shows the judged method. This is `DIDIM` if the recorded control follows the declared law. DIDIM is least
+#   squares with regressors from the simulated loop, which have no noise. Otherwise it is instrumental variables,
+#   which noise in the position does not bias. Values are minus the bias found with simulated replicas of the record.
+#   `sd` is the standard error, calibrated with the replicas. The interval contains the true value in 95 of 100
+#   records. `IDM-LS` is plain least squares. `--all` prints every method, also those of the direct model: the same
+#   physics, solved for the acceleration.
+# - **The verdict** says whether to use the numbers, then lists the checks. A failed check says what to do. The printed
+#   standard errors allow for notes. Here the control law and the alignment of force and motion pass, which matters most.
 #
-# The truth, known only because the log is simulated, is m = 6.2 kg, b = 14 N/(m/s), c = 7.5 N.
+# The true values, known only because the log is simulated, are m = 6.2 kg, b = 14 N/(m/s), c = 7.5 N.
 #
-# `report.html` is one self-contained page, to be sent to a colleague: verdict, parameters, figures with
+# `report.html` is one self-contained page that you can send to a colleague: verdict, parameters, figures with
 # zoom, the equation of motion and the command that reproduces it. It needs no network.
 
 # %%
@@ -141,9 +139,9 @@ size = Path("report.html").stat().st_size
 print(f"report.html: {size / 1e6:.1f} MB")
 
 # %% [markdown]
-# ## Does it hold on another day?
+# ## Is it valid on another day?
 #
-# The estimates, frozen, against a second log. What counts is that the errors stay what they were.
+# `--validate` compares the frozen estimates with a second log. The errors should not grow.
 
 # %%
 # !axisid identify stage.toml monday.csv --validate tuesday.csv --method idm-iv | tail -9
@@ -151,8 +149,8 @@ print(f"report.html: {size / 1e6:.1f} MB")
 # %% [markdown]
 # ## Use it
 #
-# The identified inverse dynamics as a feed-forward function for the drive, in C without dependencies
-# (also as Structured Text and Python):
+# `export` writes the identified inverse dynamics as a feed-forward function for the drive, in C without dependencies
+# (also in Structured Text and Python):
 
 # %%
 # !axisid export monday.json --axis stage.toml --to c
@@ -164,7 +162,7 @@ print(f"report.html: {size / 1e6:.1f} MB")
 axis = axisid.load_axis("stage.toml")
 record = axisid.read_record("monday.csv", axis)
 result = axisid.identify(axis, record, axisid.Prefilter(cutoff=60.0, decimate=10))
-estimate = result.preferred  # the one that the verdict is of; result["idm-iv"] is another
+estimate = result.preferred  # the one that the verdict judges; result["idm-iv"] is another
 print(estimate.method)
 print(estimate.parameters["m"])
 print(estimate.derive("m/b"))
@@ -179,8 +177,8 @@ result.plot("friction")
 # ## Where to go from here
 #
 # - [Declare your own axis](howto/new_axis.py): gravity, springs, gears, other friction laws, energies.
-# - [Declare your drive's control law](howto/control_law.py), which instruments need.
-# - [Choose the filter](howto/choosing_a_filter.py): the one setting that matters.
+# - [Declare your drive's control law](howto/control_law.py): instrumental variables need it.
+# - [Choose the filter](howto/choosing_a_filter.py): the most important setting.
 # - [Read the diagnostics](howto/reading_the_diagnostics.py): what a wrong unit, sign or delay looks like.
 # - [Recorded signals in the model](howto/recorded_signals.py).
 # - [Which estimator when](howto/which_estimator.py).

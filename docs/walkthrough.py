@@ -1,13 +1,13 @@
 # %% [markdown]
 # # One record through every room
 #
-# The program stands in rooms of one subject. Each takes frozen objects from the rooms below it and gives
-# its own; the first lines of a room's `__init__.py` say which. This page takes one record of the
-# smallest axis from the first room to the last and prints what passes between them.
+# The program consists of rooms (packages), each with one subject. A room takes frozen objects from the rooms below it
+# and returns its own; the first lines of its `__init__.py` say which. This page takes one record of the
+# smallest axis from the first room to the last, and prints the objects between them.
 #
 # ## Modelling: an axis and its models
 #
-# An `Axis` is what was declared; nothing is derived yet.
+# An `Axis` is the declaration; nothing is derived yet.
 
 # %%
 import numpy as np
@@ -22,7 +22,7 @@ print(equation_of_motion(axis).text(axis.coordinate))
 
 # %% [markdown]
 # Derivation gives an `AxisModel`: regressors, the map between the parameters of the inverse and of the
-# direct model, and what no motion tells apart.
+# direct model, and the parameters that no motion can separate.
 
 # %%
 model = axisid.derive(axis)
@@ -31,7 +31,7 @@ print(type(model).__name__, [p.name for p in model.axis.parameters], model.unide
 # %% [markdown]
 # ## Code: functions of the axis
 #
-# A `GeneratedAxis` has the same models as functions: CasADi's at once, compiled C where there is a compiler.
+# A `GeneratedAxis` has the same models as functions: CasADi functions, and compiled C if there is a compiler.
 
 # %%
 generated = axisid.build(axis)
@@ -40,8 +40,8 @@ print(type(generated).__name__, sorted(generated.functions))
 # %% [markdown]
 # ## Logs: a file as columns
 #
-# The twin's record is written as a drive might write it, and read again. A `Table` has columns by name
-# with their units as written; it knows nothing of axes.
+# The twin's record is written in the format of a drive, and read again. A `Table` has columns by name,
+# with their units as in the file. It does not depend on an axis.
 
 # %%
 import tempfile
@@ -59,7 +59,7 @@ print(type(table).__name__, {name: column.unit for name, column in table.columns
 # %% [markdown]
 # ## Records: roles, SI, one clock
 #
-# A `Record` has the roles that an axis knows, in SI, on one clock; what was assumed or repaired is told.
+# A `Record` has the signals of an axis by role, in SI, on one clock. It lists assumptions and repairs.
 
 # %%
 roles = {"time": "t", "reference": "ref", "position": "pos", "control": "u"}
@@ -69,8 +69,8 @@ print(record)
 # %% [markdown]
 # ## Signals: a record under a filter
 #
-# A `Prefilter` is what a user asks for. Bound to an axis and a record it is a `FilteredRecord`, which has
-# chosen what was left open, and filters once.
+# A `Prefilter` has the user's settings. Bound to an axis and a record it becomes a `FilteredRecord`, which
+# chooses the other settings and filters once.
 
 # %%
 from axisid.estimation.signals import FilteredRecord
@@ -88,7 +88,7 @@ print(
 # %% [markdown]
 # ## Regression: rows, solved
 #
-# A `Form` puts the signals into `y = X theta + known`. Arrays go in, arrays come out.
+# A `Form` arranges signals as `y = X theta + known`. Input and output are arrays.
 
 # %%
 from axisid.estimation.regression import InverseForm, factor, least_squares
@@ -106,9 +106,9 @@ print(
 # %% [markdown]
 # ## Estimates: a problem and a method
 #
-# A `Problem` is an axis with its records under their filters, one regression of one record, of one with gaps or
-# of several; `RowTimes` says which rows follow each other in time. A `Method` of the table `METHODS` makes a
-# `Fit` of it, and that becomes an `Estimate` with covariances and what the filter moves it by.
+# A `Problem` is an axis with its filtered records: one regression of one record, of one with gaps or of several.
+# `RowTimes` says which rows follow each other in time. A `Method` of the table `METHODS` makes a `Fit` of the problem.
+# The fit becomes an `Estimate` with covariances and the bias of the filter.
 
 # %%
 from axisid.estimation.estimation_problem import Problem
@@ -122,8 +122,8 @@ print(type(METHODS["idm-iv"]).__name__, "->", estimate_by(problem, METHODS["idm-
 # %% [markdown]
 # ## Identification and diagnosis
 #
-# `identify` runs the methods on one record. The `Identification` holds an `Estimate` for each and, when asked,
-# the `Diagnosis`: what the rows of the table `DIAGNOSTICS` found, each with a `Check`.
+# `identify` runs the methods on one record. The `Identification` holds an `Estimate` for each method and, on request,
+# the `Diagnosis`: a `Check` from each row of the table `DIAGNOSTICS`.
 
 # %%
 result = axisid.identify(generated, record)
@@ -135,7 +135,7 @@ for check in result.diagnosis.verdict[:3]:
 # %% [markdown]
 # ## Studies
 #
-# Many identifications, or one held against other data: `sweep`, `compare`, `validate`.
+# Many identifications, or the comparison of one with other data: `sweep`, `compare`, `validate`.
 
 # %%
 print(axisid.validate(result, record))
@@ -143,8 +143,8 @@ print(axisid.validate(result, record))
 # %% [markdown]
 # ## Presentation
 #
-# Results hold data. Text, JSON, figures, notebooks and the report are made of them by rooms that nothing
-# below imports. What a result says is a document of blocks; plain text, a terminal and a notebook are
+# Results hold data. Separate rooms make text, JSON, figures, notebooks and the report from them; no room below
+# imports these. The text of a result is a document of blocks. Plain text, a terminal and a notebook are
 # three renderings of it.
 
 # %%

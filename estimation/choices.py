@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from axisid.support.settings import other_command
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MethodRow:
@@ -141,15 +143,18 @@ CONTROL, POSITION, FORCE, OPEN_LOOP = "control", "position", "force", "open-loop
 #: In the order of help, first the one by default.
 OUTPUTS: Mapping[str, str] = MappingProxyType(
     {
-        CONTROL: "what the simulated loop's law gives",
-        POSITION: "the simulated loop's position, where the law is exact",
-        FORCE: "the simulated drive's force",
-        OPEN_LOOP: "the position under the recorded control, in windows",
+        CONTROL: "the control of the simulated loop",
+        POSITION: "the position of the simulated loop, which needs the exact control law",
+        FORCE: "the force of the simulated drive",
+        OPEN_LOOP: "the position simulated with the recorded control, in windows",
     }
 )
 
-#: How it is asked for.
-OPEN_LOOP_FIT = f'axisid fit with output="{OPEN_LOOP}"'
+
+def open_loop_fit() -> str:
+    """Return the command that fits the position under the recorded control."""
+    return other_command("fit", "output", OPEN_LOOP)
+
 
 #: What the name of a fit begins with among other methods.
 FIT = "fit:"
@@ -218,27 +223,27 @@ LOG_KEYS: Mapping[str, LogKey] = {
     for key in (
         LogKey(
             name="sample_period",
-            said="In place of the time column's mean step, s; confirms that the log is not sampled "
-            "as the control law runs, which is then simulated at its own period.",
+            said="Sampling period of the log, s, instead of the mean step of its time column. It "
+            "confirms that the log has another period than the control law; the law is then "
+            "simulated at its own period.",
             example="1e-3",
         ),
         LogKey(
             name="windows",
-            said="Take only this part of the log, s, or these, each filtered and simulated by "
-            "itself.",
+            said="Use only these parts of the log, s. Each is filtered and simulated separately.",
             example='["2..8.5", "12.."]',
             option="window",
             metavar="FROM..TO",
         ),
         LogKey(
             name="injected_at",
-            said="What the test signal in the column injected was added to, control or reference; "
-            "to the control before the drive's limit.",
+            said="Injection point of the test signal in the column injected: control (between the "
+            "law and the drive's limit) or reference.",
             example='"control"',
         ),
         LogKey(
             name="resample",
-            said="Uneven or different times onto an even grid.",
+            said="Interpolate uneven samples, or columns with different times, onto one even grid.",
             example='"auto"',
             option="resample",
             metavar="HZ|auto",
@@ -246,8 +251,8 @@ LOG_KEYS: Mapping[str, LogKey] = {
         ),
         LogKey(
             name="gaps",
-            said="Cut the log where samples are missing or its clock goes back; each piece is "
-            "filtered by itself.",
+            said="Cut the log where samples are missing or its clock goes back. Each piece is "
+            "filtered separately.",
             example='"split"',
             option="gaps",
             metavar="split",
@@ -255,51 +260,51 @@ LOG_KEYS: Mapping[str, LogKey] = {
         ),
         LogKey(
             name="wrap",
-            said="Undo jumps of the position by it; give other columns a lost sign back, as in "
-            '"control=65536".',
+            said="Remove jumps of the position by this modulus. It also restores the sign of "
+            'unsigned numbers in other columns, as in "control=65536".',
             example='"360:deg"',
             is_repair=True,
         ),
         LogKey(
             name="mask",
-            said="Leave out the rows that samples reach which the drive's limit or a recorder cut "
-            "off.",
+            said="Leave out the rows whose filters reach samples at the limit of the drive or of "
+            "the recorder.",
             example='"clipped"',
             is_repair=True,
         ),
         LogKey(
             name="tail",
-            said="Leave out what is no row at the end of a text: a line or number cut off, a "
-            "footer.",
+            said="Leave out lines at the end of a text file that are not rows: a line or number "
+            "that was cut off, a footer.",
             example='"drop"',
             is_repair=True,
         ),
         LogKey(
             name="max_memory",
-            said="Bytes that reading the log may take, half of the machine's memory by default.",
+            said="Largest memory for reading the log, bytes; half of the machine's by default.",
             example="4e9",
         ),
         LogKey(
             name="columns",
-            said="Columns by name or number (#3); roles: time, position, velocity and acceleration "
-            "(measured), reference, control, force, injected (a test signal), signals that the "
-            "axis declares; units such as mm, deg, rpm, ms, mA, or a scaling, as in "
-            "inc:counts*360deg/4096/50+0.2deg.",
+            said="Columns for the roles, by name or number (#3). Roles are time, position, "
+            "velocity and acceleration (measured), reference, control, force, injected (a test "
+            "signal), and signals that the axis declares. Units are mm, deg, rpm, ms, mA and "
+            "others, or a scaling, as in inc:counts*360deg/4096/50+0.2deg.",
             example='{ time = "t:ms", position = "pos:mm" }',
             option="columns",
             metavar="ROLE=NAME[:UNIT],...",
         ),
         LogKey(
             name="shift",
-            said="Move a column so many samples to later times, or by a time such as 2ms, where "
-            "the log wrote it too early.",
+            said="Move a column to later times, by a number of samples or by a time such as 2ms, "
+            "if the logger wrote it too early.",
             example="{ control = 1 }",
             is_repair=True,
         ),
         LogKey(
             name="between",
-            said="What a measured velocity, acceleration or force is between its values, where "
-            "they are written in every few samples alone: spline, linear or held.",
+            said="Interpolate a measured velocity, acceleration or force that has values only in "
+            "every few samples: spline, linear or held.",
             example='{ velocity = "spline" }',
             is_repair=True,
         ),

@@ -1,9 +1,9 @@
-"""One check of a result: a figure held against a threshold, and what it means; what several do.
+"""One check of a result: a figure, its threshold and a finding; and the conclusion from several.
 
-In: a figure, what it is held against, what that means. Out: `Check`. Knows nothing of what is
-checked.
+In: a figure, its threshold, a finding. Out: `Check`, `Conclusion`. Knows nothing of the subject of
+a check.
 
-`KINDS` has every check of the program: the line of a verdict that it is told under, and its weight.
+`KINDS` has every check of the program: its line of a verdict, and its weight.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -12,6 +12,14 @@ from typing import Annotated, Literal, Protocol, TypeVar
 
 from msgspec import Meta
 
+from axisid.estimation.findings import (
+    FaultOfCheck,
+    Finding,
+    FindingExceptFor,
+    FindingOfRecords,
+    ReadFinding,
+    Said,
+)
 from axisid.estimation.thresholds import CHECK_LEVEL, LEAST_SHARE
 from axisid.support.errors import (
     AxisidError,
@@ -20,13 +28,11 @@ from axisid.support.errors import (
     Missing,
     UsageError,
     asks_for_tracebacks,
-    first_case,
     is_real,
-    plain_numbers,
     quoted,
 )
 
-#: How far the numbers of a result can be believed.
+#: How far the numbers of a result can be used.
 Belief = Literal["believed", "with care", "not believed"]
 Status = Literal["pass", "note", "fail", "not evaluated"]
 
@@ -37,15 +43,15 @@ WORST_FIRST: tuple[Status, ...] = ("fail", "note", "pass")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Levels:
-    """From when on a check tells something of a model.
+    """Thresholds from which a model error is reported.
 
     Attributes
     ----------
     level : float
-        Chance that anything is told of a right one, over all that is looked for.
+        Probability that any error of a correct model is reported, over all hypotheses.
     least_share : float
-        Part of the force, or of a parameter's value, from which it matters; what is missing does
-        too where it moves a parameter by more than its interval.
+        Part of the force, or of a parameter's value, from which an error is relevant. A missing
+        term is relevant too where it moves a parameter by more than its interval.
 
     Raises
     ------
@@ -78,95 +84,115 @@ class Check:
     ----------
     name : str
     status : {"pass", "note", "fail", "not evaluated"}
-        A note is beyond its threshold as well, but what is printed allows for it.
-    meaning : str
-        One sentence for the user: what is found, and what can be done about it.
+        A note is beyond its threshold as well, but the printed numbers allow for it.
+    finding : Finding
+        As data.
     figure : float or None
-        What was measured.
+        The measured quantity.
     threshold : float or None
-        What it is held against.
+        Of the figure.
     p_value : float or None
     source : str
-        Where the threshold comes from.
+        Origin of the threshold.
     leaves_open : bool
-        Whether the numbers rest on something that this check could not test, in any record.
+        Whether the numbers rely on something that this check could not test, in any record.
     """
 
     name: str
     status: Status
-    meaning: str
+    finding: Finding
     figure: float | None = None
     threshold: float | None = None
     p_value: float | None = None
     source: str = ""
     leaves_open: bool = False
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "meaning", plain_numbers(self.meaning))
+    @property
+    def meaning(self) -> str:
+        """Return the sentence for the user: the finding, and a remedy.
+
+        A sentence that cannot be made, by a fault of the program, says so.
+        """
+        made = unless_faulty(lambda: self.finding.sentence)
+        return made.reason if isinstance(made, Missing) else made
 
     @classmethod
     def not_evaluated(cls, name: str, missing: Missing) -> "Check":
-        """A check that could not be made, as a verdict lists it; by a fault it fails.
+        """Return a check that could not be made, as a verdict lists it; by a fault it fails.
 
-        It leaves something open where its kind has a `remedy`, unless the result does not use what
-        the check is of.
+        It leaves something open where its kind is `needed`, unless the result does not use the
+        subject of the check.
         """
-        status: Status = "fail" if isinstance(missing, Fault) else "not evaluated"
-        leaves_open = bool(kind_of(name).remedy) and not isinstance(missing, NotUsed)
-        return cls(name=name, status=status, meaning=missing.reason, leaves_open=leaves_open)
+        leaves_open = kind_of(name).needed and not isinstance(missing, NotUsed)
+        status: Status = "not evaluated"
+        finding: Finding = Said(text=missing.reason)
+        if isinstance(missing, Fault):
+            status, finding = "fail", FaultOfCheck(reason=missing.reason)
+        return cls(name=name, status=status, finding=finding, leaves_open=leaves_open)
 
     @classmethod
     def unless(
         cls,
         name: str,
-        fault: str | None,
-        held: str = "",
+        fault: Finding | str | None,
+        held: Finding | str = "",
         figure: float | None = None,
         most: float | None = None,
         *,
         matters: bool = True,
     ) -> "Check":
-        """A check that fails by a fault, where there is one; else it says what holds."""
+        """Return a check that fails by a fault, where there is one; else it passes."""
+        found = fault or held
         return cls(
             name=name,
             status=status_of(not fault, matters=matters),
-            meaning=fault or held,
+            finding=Said(text=found) if isinstance(found, str) else found,
             figure=figure,
             threshold=most,
         )
 
     @property
     def line(self) -> str:
-        """The line of a verdict that it is of, as `KINDS` has it."""
+        """The line of a verdict that it is of, as in `KINDS`."""
         return kind_of(self.name).line
+
+    @property
+    def is_faulty(self) -> bool:
+        """Whether it failed by a fault of its own, not by what it found."""
+        finding = self.finding
+        if isinstance(finding, FindingOfRecords):
+            finding = finding.finding
+        if isinstance(finding, ReadFinding):
+            return finding.data.get("kind") == FaultOfCheck.__name__
+        return isinstance(finding, FaultOfCheck)
 
 
 def made(name: str, find: Callable[[], Check | Missing | None]) -> Check | None:
-    """A check as a verdict lists it: what is found, why it could not be made, or nothing."""
+    """Return a check as a verdict lists it, with the reason where it could not be made."""
     found = unless_faulty(find)
     return Check.not_evaluated(name, found) if isinstance(found, Missing) else found
 
 
 def status_of(good: bool, *, matters: bool = True) -> Status:
-    """Status of a check that was made; `matters` tells whether the numbers suffer."""
+    """Return the status of a check that was made; one that does not matter is a note."""
     return "pass" if good else "fail" if matters else "note"
 
 
 @dataclass(frozen=True, slots=True)
 class Fault(Missing):
-    """What stands in place of something by whose search the program faulted."""
+    """The reason why something is missing that is a fault of the program."""
 
 
 @dataclass(frozen=True, slots=True)
 class NotUsed(Missing):
-    """Why something was not checked that the result does not use, as a law without a loop."""
+    """The reason why something was not checked that the result does not use."""
 
 
 def unless_faulty(find: Callable[[], Found]) -> Found | Missing:
-    """What a check finds, or why it could not be made, whatever it raises.
+    """Return what a check finds, or the reason why it could not be made, whatever it raises.
 
-    A fault is raised where tracebacks are asked for; want of memory is no fault of a check. A
-    user's own candidate that fails leaves open what the others would find, as a fault does.
+    A fault is raised where tracebacks are asked for; lack of memory is no fault of a check. A
+    user's own candidate that fails counts as a fault, as the other candidates were not compared.
 
     Parameters
     ----------
@@ -182,17 +208,17 @@ def unless_faulty(find: Callable[[], Found]) -> Found | Missing:
         if asks_for_tracebacks():
             raise
         said = f"{type(fault).__name__}: {fault}".rstrip(": ")
-        return Fault(f"it could not be made, by a fault ({said}): please report it")
+        return Fault(f"the check could not be made because of a fault ({said}). Please report it")
 
 
 def value_or(otherwise: Else, find: Callable[[], Found | Missing]) -> Found | Else:
-    """What a check measures, or what stands for nothing where it could not be measured."""
+    """Return what a check measures, or a default where it could not be measured."""
     found = unless_faulty(find)
     return otherwise if isinstance(found, Missing) else found
 
 
 def joined(found: Sequence[Check | None], records: Sequence[str]) -> Check | None:
-    """The worst of the checks, with the records that it is of; that of one record as it is.
+    """Return the worst of the checks, with its records; of one record its own check.
 
     Parameters
     ----------
@@ -212,20 +238,19 @@ def joined(found: Sequence[Check | None], records: Sequence[str]) -> Check | Non
     worst = [(name, each) for name, each in every if each.status == status]
     first = replace(max((each for _, each in worst), key=_distance), leaves_open=leaves_open)
     if status == "pass":
-        more = f" (not evaluated of {_listed(unmade)})" * bool(unmade)
-        return replace(first, meaning=first.meaning + more)
-    same = [name for name, each in worst if each.meaning == first.meaning]
-    others = _listed([name for name, _ in worst if name not in same])
-    more = f"; it {'fails' if status == 'fail' else 'is noted'} of {others} too" * bool(others)
-    return replace(first, meaning=f"{' and '.join(same)}: {first.meaning}{more}")
-
-
-def _listed(names: Sequence[str]) -> str:
-    return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
+        if not unmade:
+            return first
+        return replace(first, finding=FindingExceptFor(finding=first.finding, unmade=tuple(unmade)))
+    same = tuple(name for name, each in worst if each.finding == first.finding)
+    others = tuple(name for name, _ in worst if name not in same)
+    of_records = FindingOfRecords(
+        finding=first.finding, records=same, others=others, fails=status == "fail"
+    )
+    return replace(first, finding=of_records)
 
 
 def _distance(check: Check) -> float:
-    """How far a figure is beyond its threshold, whichever side is bad; 0 where it has none."""
+    """Return the ratio of a figure to its threshold, at least 1; 0 where it has none."""
     if check.figure is None or not check.threshold:
         return 0.0
     ratio = abs(check.figure / check.threshold)
@@ -234,39 +259,32 @@ def _distance(check: Check) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Kind:
-    """What a check of one name is in every verdict that has it.
+    """The place and the weight of checks of one name in every verdict.
 
     Attributes
     ----------
     line : str
-        What a verdict answers by it: is the control the declared law's; is everything logged at
-        its time; does the simulated loop do what the record does; is something missing in the
-        model; are there outliers; does the record show every parameter; are the records of one
-        machine; and do the methods agree.
+        The question of the verdict that it answers. Law: the control follows the declared law.
+        Timing: everything is logged at its time. Loop: the simulated closed loop reproduces the
+        recorded motion. Model: no term is missing. Outliers: there are none. Precision: the record
+        shows every parameter. Records: they are of one machine. Method: the methods agree.
     rank : int
-        Its place among those that fail, the cause before what follows from it.
+        Its place among those that fail, a cause before its consequences.
     grave : bool
-        Whether the numbers may mean something else than what they are called where it fails.
-    remedy : str
-        What makes it possible where it could not be made, as an instruction; empty where numbers
-        can be relied on without it.
+        Whether the numbers may not be those of their names where it fails.
+    needed : bool
+        Whether the numbers rely on it, so that they are to be used with care without it.
     """
 
     line: str
     rank: int = 100
     grave: bool = False
-    remedy: str = ""
+    needed: bool = False
 
 
 #: By name, line by line.
 KINDS: dict[str, Kind] = {
-    "control law": Kind(
-        line="law",
-        rank=0,
-        grave=True,
-        remedy="log the reference, the position and the control at each evaluation of the control "
-        "law, with all their digits, during a motion within the drive's limit",
-    ),
+    "control law": Kind(line="law", rank=0, grave=True, needed=True),
     "law's factors": Kind(line="law"),
     "exact law": Kind(line="law"),
     "noise gain": Kind(line="law", rank=1, grave=True),
@@ -277,23 +295,15 @@ KINDS: dict[str, Kind] = {
     "sample period": Kind(line="timing"),
     "alignment": Kind(line="timing", rank=8),
     "recorded signals": Kind(line="timing", rank=2, grave=True),
-    "simulation": Kind(line="loop", rank=2, grave=True, remedy="log the reference"),
+    "simulation": Kind(line="loop", rank=2, grave=True, needed=True),
     "windows": Kind(line="loop", rank=2, grave=True),
     "measured velocity": Kind(line="loop", rank=1, grave=True),
     "measured acceleration": Kind(line="loop", rank=1, grave=True),
     "control against limit": Kind(line="loop", rank=6, grave=True),
-    "noise in the loop": Kind(
-        line="loop",
-        remedy="log the control or the force, and record a longer motion",
-    ),
+    "noise in the loop": Kind(line="loop", needed=True),
     "samples near rests": Kind(line="loop"),
     "equation error": Kind(line="model", rank=3, grave=True),
-    "missing terms": Kind(
-        line="model",
-        rank=8,
-        remedy="log the control or the force during a longer motion, or validate the result with "
-        "another record",
-    ),
+    "missing terms": Kind(line="model", rank=8, needed=True),
     "fixed values": Kind(line="model", rank=4, grave=True),
     "what was known": Kind(line="model", rank=4, grave=True),
     "moved parameters": Kind(line="model", rank=9, grave=True),
@@ -318,12 +328,12 @@ KINDS: dict[str, Kind] = {
 
 
 def kind_of(check: str) -> Kind:
-    """What a check is; one that no row names is told by itself, and last."""
+    """Return the kind of a check; one without a row has its own line, the last."""
     return KINDS.get(check) or Kind(line=check)
 
 
 def lines_of(checks: Iterable[str]) -> tuple[str, ...]:
-    """The lines of checks, each once, in the order of the checks."""
+    """Return the lines of checks, each once, in the order of the checks."""
     return tuple(dict.fromkeys(kind_of(check).line for check in checks))
 
 
@@ -331,51 +341,71 @@ def lines_of(checks: Iterable[str]) -> tuple[str, ...]:
 _NAMED = ("missing terms", "control law", "simulation", "noise in the loop", "method")
 
 
-def conclusion(checks: Sequence[Check]) -> str:
-    """Whether the numbers can be used, what speaks against them, and what was not checked.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Conclusion:
+    """The conclusion from all checks of a result.
 
-    What the numbers rest on and was not checked is named with what makes it possible to check.
+    Attributes
+    ----------
+    belief : {"believed", "with care", "not believed"}
+    first : tuple of str
+        Lines of the verdict to be corrected first: up to the first grave check that fails.
+    failed : tuple of str
+        Lines of the verdict with a failed check, the gravest first.
+    decisive : str or None
+        Name of the failed check that decides; None where checks of several lines do.
+    is_faulty : bool
+        Whether the decisive check failed by a fault of its own, not by what it found.
+    unchecked : tuple of str
+        Lines of the verdict that were not checked and have to be named.
+    left_open : tuple of str
+        Names of the checks that were not made although the numbers rely on them.
     """
+
+    belief: Belief
+    first: tuple[str, ...] = ()
+    failed: tuple[str, ...] = ()
+    decisive: str | None = None
+    is_faulty: bool = False
+    unchecked: tuple[str, ...] = ()
+    left_open: tuple[str, ...] = ()
+
+
+def conclusion(checks: Sequence[Check]) -> Conclusion:
+    """Return whether the numbers can be used, the failed checks, and what was not checked."""
+    how = belief(checks)
     failed = [check for check in by_weight(checks) if check.status == "fail"]
     lines = lines_of(check.name for check in failed)
-    # What is serious, and what comes before it, of which it may be a consequence.
+    # The grave check, and those before it, of which it may be a consequence.
     grave = [i for i, check in enumerate(failed) if kind_of(check.name).grave]
-    first = lines_of(check.name for check in failed[: min(grave, default=0) + 1])
+    deciding = failed[: min(grave) + 1] if grave else failed
+    first = lines_of(check.name for check in deciding)
+    decisive = min(deciding, key=lambda check: check.is_faulty) if len(first) == 1 else None
     skipped = {check.name for check in checks if check.status == "not evaluated"}
     left_open = {check.name for check in checks if check.leaves_open}
-    # Another check of the same line failed, or nothing simulates a loop beside its law.
-    of_no_matter = {*lines, "loop"}
+    # Another check of the same line failed, or nothing simulates a loop next to its law.
+    irrelevant = {*lines, "loop"}
     unchecked = lines_of(
         name
         for name in dict.fromkeys((*_NAMED, *left_open))
-        if name in left_open or (name in skipped and kind_of(name).line not in of_no_matter)
+        if name in left_open or (name in skipped and kind_of(name).line not in irrelevant)
     )
-    how = belief(checks)
-    said = first_case(
-        (
-            how == "not believed",
-            f"Do not use these numbers. Correct this first: {', '.join(first)}.",
-        ),
-        (failed, f"Use with care. Failed checks: {', '.join(lines)}."),
-        (how == "with care", "Use with care."),
-        (unchecked, "All checks that were made passed."),
-        (True, "All checks passed."),
+    return Conclusion(
+        belief=how,
+        first=first,
+        failed=lines,
+        decisive=None if decisive is None else decisive.name,
+        is_faulty=decisive is not None and decisive.is_faulty,
+        unchecked=unchecked,
+        left_open=tuple(name for name in KINDS if name in left_open),
     )
-    if how == "not believed" or not unchecked:
-        return said
-    remedies = [
-        f" To check the {kind.line}, {kind.remedy}."
-        for name, kind in KINDS.items()
-        if name in left_open
-    ]
-    return f"{said} Not checked: {', '.join(unchecked)}.{''.join(remedies)}"
 
 
 def belief(checks: Iterable[Check]) -> Belief:
-    """How far the numbers of a result can be believed.
+    """Return how far the numbers of a result can be used.
 
-    They are not believed where any serious check fails, whatever else fails. They are to be used
-    with care where another check fails, or where something that they rest on could not be checked.
+    They are not believed where any grave check fails, whatever else fails. They are to be used with
+    care where another check fails, or where something that they rely on could not be checked.
     """
     found: Belief = "believed"
     for check in checks:
@@ -393,21 +423,21 @@ class _HasChecks(Protocol):
 
 
 class Checked:
-    """A result with `checks`, which say what it is worth."""
+    """A result with `checks`, which decide whether it can be used."""
 
     __slots__ = ()
 
     @property
     def belief(self: _HasChecks) -> Belief:
-        """How far the numbers can be believed: "believed", "with care", "not believed"."""
+        """Belief in the numbers: "believed", "with care", "not believed"."""
         return belief(self.checks)
 
     @property
     def believed(self: _HasChecks) -> bool:
-        """Whether no check fails, and nothing that the numbers rest on was left unchecked."""
+        """Whether no check fails, and nothing that the numbers rely on was left unchecked."""
         return belief(self.checks) == "believed"
 
 
 def by_weight(checks: Sequence[Check]) -> list[Check]:
-    """Checks by what it means for the numbers that they fail, the gravest first."""
+    """Return checks by the weight of their failure for the numbers, the gravest first."""
     return sorted(checks, key=lambda check: kind_of(check.name).rank)

@@ -8,12 +8,19 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from axisid import Identification, build, identify, load_axis, read_record, twin_record
+from axisid import (
+    Identification,
+    build,
+    load_axis,
+    read_record,
+    twin_record,
+)
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.commands.main import main
 from axisid.estimation.records.record import Record
 from axisid.modeling import LIBRARY
 from tests.command_line import Refused, Run
+from tests.unjudged import identify
 
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -23,7 +23,7 @@ FLOORS = (
     ("codegen.printers",),
     ("codegen.runtime",),
     ("codegen.generated_axes",),
-    ("estimation.thresholds", "estimation.choices"),
+    ("estimation.thresholds", "estimation.choices", "estimation.findings"),
     ("estimation.verdict_checks",),
     ("estimation.raw_tables",),
     ("estimation.logs.text",),
@@ -78,6 +78,7 @@ TESTED_ELSEWHERE = {
     "elements": "modeling.declaration",
     "control": "modeling.declaration",
     "export_targets": "exports",
+    "estimation.findings": "estimation.verdict_checks",
 }
 
 

@@ -1,6 +1,9 @@
 """Checks of a verdict, by their names."""
 
+from typing import TypeVar
+
 from axisid import Identification
+from axisid.estimation.findings import Finding, FindingOfRecords
 from axisid.estimation.output_error import OutputFit
 from axisid.estimation.verdict_checks import Check
 
@@ -18,3 +21,16 @@ def meaning_of(result: Identification | OutputFit, name: str, status: str = "fai
     check = checks_of(result)[name]
     assert check.status == status, check.meaning
     return check.meaning
+
+
+Kind = TypeVar("Kind", bound=Finding)
+
+
+def finding_of(check: object, kind: type[Kind]) -> Kind:
+    """The finding of a check, which is of a kind; of several records that of the worst."""
+    assert isinstance(check, Check), check
+    found = check.finding
+    if isinstance(found, FindingOfRecords):
+        found = found.finding
+    assert isinstance(found, kind), found
+    return found

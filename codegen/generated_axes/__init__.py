@@ -1,4 +1,4 @@
-"""What is generated of an axis, and the folder that holds it.
+"""Generated code of an axis, and its folder.
 
 In: `AxisModel`. Out: texts, `GeneratedAxis`.
 Knows nothing of records.

@@ -21,7 +21,7 @@ _MARKS = (FUNCTIONS, MANIFEST)  # of a folder that was generated
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Finding:
+class OutdatedFile:
     """One file that is not as it would be generated.
 
     Attributes
@@ -60,7 +60,7 @@ def expected_files(axes: Iterable[Axis], progress: Progress | None = None) -> di
         for name, text in axis_artefacts(derive(axis)).items():
             path = Path(axis.name) / name
             if path in files:
-                raise UsageError(f"two axes are named {axis.name!r}; rename one of them.")
+                raise UsageError(f"two axes are named {axis.name!r}. Rename one of them.")
             files[path] = text
     return files
 
@@ -85,8 +85,8 @@ def write_files(folder: Path, files: Mapping[Path, str]) -> list[Path]:
                 replace_file(folder / path, files[path])
             except OSError as error:
                 raise UsageError(
-                    f"{folder / path} cannot be written ({error.strerror}); the file is as it was. "
-                    f"Free the space or choose another folder with {_FOLDER}.",
+                    f"{folder / path} cannot be written ({error.strerror}). The file is unchanged. "
+                    f"Free disk space, or choose another folder with {_FOLDER}.",
                     code="file",
                 ) from error
             written.append(path)
@@ -95,7 +95,7 @@ def write_files(folder: Path, files: Mapping[Path, str]) -> list[Path]:
 
 def check_files(
     folder: Path, files: Mapping[Path, str], *, others: Iterable[str] | None = None
-) -> list[Finding]:
+) -> list[OutdatedFile]:
     """Compare the folder with what would be generated.
 
     Parameters
@@ -107,12 +107,14 @@ def check_files(
         Names of further axes that may be generated there. What stands beside the folders of axes is
         then not looked at; without it all of the folder should be of the axes.
     """
-    findings = []
+    outdated = []
     for path, text in sorted(files.items()):
         there = _read(folder / path)
         if there != text:
             state = "missing" if there is None else "stale"
-            findings.append(Finding(path=path, state=state, diff=_diff(path, there or "", text)))
+            outdated.append(
+                OutdatedFile(path=path, state=state, diff=_diff(path, there or "", text))
+            )
     found = {
         path.relative_to(folder)
         for path in folder.rglob("*")
@@ -126,7 +128,7 @@ def check_files(
         axes = {path.parts[0] for path in files}
         made = {p.name for p in folder.glob("*") if {Path(p.name, x) for x in _MARKS} <= present}
         present = {path for path in present if path.parts[0] in axes | made - set(others)}
-    return [*findings, *(Finding(path=path, state="orphan") for path in sorted(present))]
+    return [*outdated, *(OutdatedFile(path=path, state="orphan") for path in sorted(present))]
 
 
 def _read(path: Path) -> str | None:
@@ -138,8 +140,8 @@ def _read(path: Path) -> str | None:
         return ""
     except OSError as error:
         raise UsageError(
-            f"{path} cannot be read ({error.strerror}); remove it or choose another folder "
-            f"with {_FOLDER}.",
+            f"{path} cannot be read ({error.strerror}). Remove it, or choose another folder with "
+            f"{_FOLDER}.",
             code="file",
         ) from error
 

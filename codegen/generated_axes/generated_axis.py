@@ -68,7 +68,7 @@ class Quantity:
 
     @property
     def label(self) -> str:
-        """How it is made, if it is; else its name."""
+        """Return how it was made, otherwise its name."""
         return self.expression or self.name
 
 
@@ -160,7 +160,7 @@ class GeneratedAxis:
         return _rebuilt, (pickle.dumps(self.declared), self.native.enabled)
 
     def __eq__(self, other: object) -> bool:
-        """Whether it was made of the same declaration, compiled or not."""
+        """Return whether it was made of the same declaration, compiled or not."""
         return isinstance(other, GeneratedAxis) and self.declared == other.declared
 
     def __hash__(self) -> int:
@@ -221,12 +221,12 @@ class GeneratedAxis:
 
     @property
     def has_sides(self) -> bool:
-        """Whether the acceleration has kinks or jumps over the position, as at an end stop."""
+        """Return whether the acceleration has kinks or jumps in the position, as at an end stop."""
         return "switching" in self.functions
 
     @property
     def is_linear(self) -> bool:
-        """Whether the force is linear in all parameters."""
+        """Return whether the force is linear in all parameters."""
         return not any(self.nonlinear)
 
     @property
@@ -275,14 +275,14 @@ class GeneratedAxis:
             kind = "continuous law" if law and law.continuous else "control law without gains"
             lacking = f"has a {kind}" if law else "has no control law"
             raise ModelError(
-                f"axis {self.axis.name!r} {lacking}, so there are no gains to "
-                "change in its loop; build an axis of another law.",
+                f"axis {self.axis.name!r} {lacking}, so its loop has no gains to change. Build an "
+                "axis with another law.",
                 code="law",
             )
         law = self.loop.law
         if unknown := [name for name in gains if name not in law.gains]:
             raise ModelError(
-                f"control law {law.name!r} has no gain {quoted(unknown[0])}; it has "
+                f"control law {law.name!r} has no gain {quoted(unknown[0])}. Its gains are "
                 f"{', '.join(law.gains)}.",
                 code="law",
             )
@@ -355,7 +355,7 @@ class GeneratedAxis:
         return single_result(program, dict(zip(names, (*motion, *recorded), strict=True)))
 
     def experiment_signals(self, time: Array) -> dict[str, Array]:
-        """What the axis's experiment says of recorded signals, at times, s, (N,) by name."""
+        """Return the recorded signals of the axis's experiment at times, s, (N,), by name."""
         experiment = self.axis.experiment
         if experiment is None or not experiment.signals:
             return {}
@@ -375,14 +375,16 @@ class GeneratedAxis:
         compiled = self._function(function)
         vector = np.ravel(real_array(values, f"{function}: {compiled.name_in(0)}"))
         if compiled.n_in() != 1 or len(vector) != compiled.size1_in(0):
-            raise UsageError(f"{function} maps no vector of {len(vector)} values.")
+            raise UsageError(
+                f"{function} cannot map {len(vector)} values. Give one value per parameter."
+            )
         result, jacobian = compiled(vector)
         return result.full().ravel(), jacobian.full()
 
     def _function(self, name: str) -> Any:
         if name not in self.functions:
             raise UsageError(
-                f"axis {self.axis.name!r} has no function {name!r}; it has "
+                f"axis {self.axis.name!r} has no function {name!r}. Its functions are "
                 f"{', '.join(self.functions)}."
             )
         return self.functions[name]
@@ -445,7 +447,7 @@ def _rebuilt(declared: bytes, native: bool) -> GeneratedAxis:
 
 
 def _is_uniform(model: AxisModel) -> bool:
-    """Whether the plant's acceleration, and a continuous law, are affine in the motion."""
+    """Return whether the plant's acceleration, and a continuous law, are affine in the motion."""
     if model.states:
         return False
     q, law, recorded = model.axis.coordinate, model.axis.control, model.axis.signal_symbols

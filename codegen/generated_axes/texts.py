@@ -54,7 +54,8 @@ def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
     if axis.drive.relative_sd and axis.drive.force_by_gain == 0:
         raise ModelError(
             f"axis {axis.name!r}: the gain of the drive {type(axis.drive).__name__} has a "
-            "deviation and no part in its force; define force_by_gain, or leave out relative_sd.",
+            "standard deviation, but its force does not depend on the gain. Define force_by_gain, "
+            "or omit relative_sd.",
             code="generated-code",
         )
     again = single_result(of_name["drive_control"], {**motion, str(FORCE): force})
@@ -69,9 +70,9 @@ def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
         return
     i, unit = int(np.argmax(wrong)), axis.drive.unit
     raise ModelError(
-        f"axis {axis.name!r}: of a control of {controls[i]:.6g} {unit} the drive "
-        f"{type(axis.drive).__name__} makes a force of {force[i]:.6g}, for which its inverse "
-        f"gives {again[i]:.6g} {unit}; correct one of the two.",
+        f"axis {axis.name!r}: with a control of {controls[i]:.6g} {unit} the drive "
+        f"{type(axis.drive).__name__} produces a force of {force[i]:.6g}, but its inverse returns "
+        f"{again[i]:.6g} {unit} for this force. Correct the force or the inverse.",
         code="generated-code",
     )
 

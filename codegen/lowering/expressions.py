@@ -112,8 +112,8 @@ class Lowering:
             if kind in _MAPPED:
                 return int(getattr(self, f"map_{kind.__name__}")(node))
         raise ModelError(
-            f"the expression {node} has the node {type(node).__name__}, which cannot be generated; "
-            "use sums, products, powers, elementary functions, Min, Max or Piecewise.",
+            f"no code can be generated for {type(node).__name__} in the expression {node}. Use "
+            "sums, products, powers, elementary functions, Min, Max or Piecewise.",
             code="generated-code",
         )
 
@@ -121,7 +121,7 @@ class Lowering:
         if node not in self._values:
             there = ", ".join(sorted(map(str, self._values)))
             raise ModelError(
-                f"the symbol {node} has no value here; known are {there}.",
+                f"the symbol {node} has no value here. Known symbols are {there}.",
                 code="generated-code",
             )
         return self._values[node]
@@ -194,7 +194,8 @@ class Lowering:
         *pairs, last = node.args
         if not isinstance(last, ExprCondPair) or last.cond != sympy.true:
             raise ModelError(
-                f"{node} is undefined in places; end it with (value, True).", code="generated-code"
+                f"{node} is not defined everywhere. End it with (value, True).",
+                code="generated-code",
             )
         result = self(last.expr)
         for value, condition in reversed(pairs):
@@ -217,7 +218,7 @@ class Lowering:
         divisor = self._builder.operations[below]
         if divisor.name == "constant" and divisor.value == 0:
             raise ModelError(
-                f"{node} divides by a constant that is zero; check the gains.",
+                f"{node} divides by a constant that is zero. Check the gains.",
                 code="generated-code",
             )
         return self._builder.apply("div", above, below)

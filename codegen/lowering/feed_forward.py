@@ -29,7 +29,7 @@ class ExportedConstant:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FeedForward:
-    """What a printer turns into the functions ``NAME_feedforward`` and ``NAME_control``.
+    """Programs that a printer turns into ``NAME_feedforward`` and ``NAME_control``.
 
     Attributes
     ----------
@@ -87,19 +87,19 @@ def feed_forward(
     """
     if model.states:
         raise ModelError(
-            f"axis {model.axis.name!r}: its friction remembers, so that the force depends on where "
-            "the motion came from; there is no feed-forward of position, velocity and "
-            "acceleration. Export an axis without internal states.",
+            f"axis {model.axis.name!r}: its friction has internal states, so the force depends on "
+            "the past motion and not only on position, velocity and acceleration. There is no "
+            "feed-forward for it. Export an axis without internal states.",
             code="export",
         )
     refuse(
         UsageError,
         (
             not (math.isfinite(dead_zone) and dead_zone >= 0),
-            f"the dead zone is {dead_zone!r}; give a speed of 0 or more",
+            f"the dead zone is {dead_zone!r}. Give a speed of 0 or more",
         ),
         *(
-            (not math.isfinite(value), f"{name} is {value!r}, which is no number to export")
+            (not math.isfinite(value), f"{name} is {value!r}, which cannot be exported")
             for name, (value, _) in parameters.items()
         ),
         code="export",

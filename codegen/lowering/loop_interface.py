@@ -1,4 +1,4 @@
-"""What the time loop takes and gives, whether native or in the virtual machine."""
+"""Inputs and outputs of the time loop, native or in the virtual machine."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -45,7 +45,7 @@ STUCK = 1 - 2.0**-53
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopStart:
-    """Where a simulation starts.
+    """Start of a simulation.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class LoopStart:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopSettings:
-    """What a simulation needs beside its signals.
+    """Settings of a simulation in addition to its signals.
 
     Attributes
     ----------

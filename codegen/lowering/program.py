@@ -129,8 +129,8 @@ class Builder:
         number = float(value)
         if not math.isfinite(number):
             raise ModelError(
-                "a number of the generated code is not finite: one that is declared, of the drive, "
-                "the law or the force, is too small or too large; correct it.",
+                "a number in the generated code is not finite, because a declared number of the "
+                "drive, the law or the force is too small or too large. Correct it.",
                 code="not-finite",
             )
         return self._intern(Operation("constant", value=number, symbol=repr(number)))

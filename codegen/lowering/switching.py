@@ -1,4 +1,4 @@
-"""Where the acceleration has a kink or jumps between samples, and how finely it varies.
+"""Kinks and jumps of the acceleration between samples, and its scale of variation.
 
 Such a place is where a *switching function* of the motion is zero: the argument of an ``Abs``, the
 difference of what a ``Max`` compares. With the *side* (+1 or -1) in place of what decides there,

@@ -277,6 +277,6 @@ def _joined(name: str, parts: Iterable[str]) -> str:
 
 
 def has_known_part(native: str) -> bool:
-    """Whether the inverse model of native code has a part that no parameter scales."""
+    """Return whether the inverse model of native code has a part that no parameter scales."""
     begin = native.index("static inline void idm_regressor(")
     return "known_out[0] = 0.0;" not in native[begin : native.index("\n}\n", begin)]

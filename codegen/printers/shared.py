@@ -1,4 +1,4 @@
-"""What the printers share: operations to expressions of one language.
+"""Shared parts of the printers: operations to expressions of one language.
 
 An operation used once stands where it is used; one used more often gets a name that starts with an
 underscore, which no declared name does.
@@ -33,13 +33,13 @@ class BooleanText(str):
 
 
 def condition(text: str, unequal: str) -> str:
-    """What a number says as a condition: what it is made of, or that it is unequal to 0."""
+    """Return a number as a condition: its Boolean expression, or unequal to 0."""
     return text.condition if isinstance(text, BooleanText) else unequal.format(text)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Language:
-    """How a language writes what is not plain arithmetic.
+    """Syntax of a language for operations other than arithmetic.
 
     Attributes
     ----------
@@ -112,7 +112,7 @@ def distinct_names(
     legal: Callable[[str], str],
     taken: Collection[str],
 ) -> dict[str, str]:
-    """What each name is called in a language; two never share a name, not even but for case.
+    """Return distinct names for a language, which differ not only in case.
 
     Parameters
     ----------

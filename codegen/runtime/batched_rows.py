@@ -19,7 +19,7 @@ _WIDE, _STATES, _STREAMS, _STRETCH = 8, 8, 7, 16  # as in the C text
 
 
 class Decimation(NamedTuple):
-    """How columns are filtered forward and backward, and which of their samples are kept.
+    """Filter of columns, forward and backward, and the samples that are kept.
 
     In the order in which the compiled functions take it.
 
@@ -115,7 +115,7 @@ class LaneLibrary(LoadedLibrary):
         )
 
     def weights(self, excluded: NDArray[np.bool_], decimation: Decimation) -> Array:
-        """What rows make of ones where nothing is excluded, (n, L)."""
+        """Return the rows of ones without excluded samples, (n, L)."""
         return self._decimated("lanes_weights", excluded.shape, (_bytes(excluded),), decimation)
 
     def turns(self, velocity: Array, rest: float, reach: int) -> NDArray[np.bool_]:

@@ -20,7 +20,7 @@ VECTORS = frozenset(
 
 
 def recorded_count(functions: Mapping[str, Any]) -> int:
-    """How many numbers a sample has of recorded signals: of each its value and its rate."""
+    """Return the number of values per sample of recorded signals: value and rate of each."""
     step = functions.get("closed_loop_step")
     if step is None or "signals" not in step.name_in():
         return 0
@@ -28,12 +28,12 @@ def recorded_count(functions: Mapping[str, Any]) -> int:
 
 
 def is_continuous(functions: Mapping[str, Any]) -> bool:
-    """Whether a law is evaluated between samples, so that more than a force is held."""
+    """Return whether a law is evaluated between samples, so that more than a force is held."""
     return held_count(functions) == len(HELD_REFERENCE)
 
 
 def held_count(functions: Mapping[str, Any]) -> int:
-    """How many numbers are held between samples beside the recorded signals."""
+    """Return the number of values held between samples, without the recorded signals."""
     return int(functions["held_acceleration"].size1_in("held")) - recorded_count(functions)
 
 
@@ -46,7 +46,7 @@ def by_sample(values: Array, samples: int) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class FunctionShape:
-    """What goes into a function and what comes out; asked of CasADi once, since asking takes long.
+    """Inputs and outputs of a function, read once from CasADi because reading is slow.
 
     Attributes
     ----------

@@ -38,7 +38,7 @@ class _StoppedError(Exception):
 
 
 class Motion(NamedTuple):
-    """Where an axis is, and its mode.
+    """State of an axis: its motion and mode.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class Motion(NamedTuple):
 
     @property
     def sticks(self) -> bool:
-        """Whether the axis sticks."""
+        """Return whether the axis sticks."""
         return abs(self.direction) < 1
 
     def beside(self, index: int, side: float) -> "Motion":
@@ -77,7 +77,7 @@ class StepResult(NamedTuple):
 
 
 class Places(NamedTuple):
-    """What decides the sides, and how it changes: by the motion, and as recorded signals run."""
+    """Values that decide the sides, with their changes by motion and recorded signals."""
 
     values: tuple[float, ...]
     by_position: tuple[float, ...]
@@ -429,7 +429,7 @@ class VirtualLoop:
         return high
 
     def _sticks_after(self, at: Motion, span: float) -> bool:
-        """Whether an axis at rest sticks `span` seconds later."""
+        """Return whether an axis at rest sticks `span` seconds later."""
         held = self._held.copy()
         self._pass_time(span)
         sticks = self._at_rest(at).sticks

@@ -125,7 +125,7 @@ class LoadedLibrary:
         return kept
 
     def has(self, function: str) -> bool:
-        """Whether it evaluates a function at many samples."""
+        """Return whether it evaluates a function at many samples."""
         return hasattr(self._library, f"{function}_rows")
 
 
@@ -175,7 +175,7 @@ class NativeLibrary(LoadedLibrary):
         return outputs
 
     def from_rest(self, position: Array, signals: Array, parameters: Array) -> tuple[Array, Array]:
-        """What starts of loops are judged by: accelerations (B, 4) and rates (B, 2) at rest.
+        """Return accelerations (B, 4) and rates (B, 2) at rest, to check the starts of loops.
 
         The accelerations are those under a force of 1, under none, and under none with friction
         that holds forward and backward; the rates, of damping and stiffness, those in backward and

@@ -126,7 +126,7 @@ def find_compiler() -> Compiler:
             path = Path(found).absolute()
             return Compiler((str(path), *words[1:]), _identity(path))
     if requested:
-        raise NativeUnavailableError(f"the compiler CC={requested!r} is not found")
+        raise NativeUnavailableError(f"the compiler CC={requested!r} was not found")
     zig = importlib.util.find_spec("ziglang")
     if zig is not None and zig.origin is not None:
         return Compiler((sys.executable, "-m", "ziglang", "cc"), _identity(Path(zig.origin)))
@@ -183,7 +183,9 @@ def compiled_library(text: str, check: Callable[[Path], object] = lambda _: None
     except Timeout as error:
         raise NativeUnavailableError(f"another process holds {error.lock_file}") from error
     except (OSError, RuntimeError) as error:
-        raise NativeUnavailableError(f"{error} (AXISID_CACHE names another folder)") from error
+        raise NativeUnavailableError(
+            f"{error} (choose another folder with AXISID_CACHE)"
+        ) from error
 
 
 def cached_library(text: str) -> Path | None:
@@ -206,7 +208,7 @@ def _folder() -> Path:
 
 
 def _is_private(folder: Path) -> bool:
-    """Whether nobody else can put a library there."""
+    """Return whether nobody else can put a library there."""
     try:
         status = folder.stat()
     except OSError:
@@ -248,7 +250,7 @@ def _build(text: str, compiler: Compiler, library: Path, check: Callable[[Path],
         try:
             subprocess.run(command, capture_output=True, timeout=_LOAD_SECONDS, check=True)  # noqa: S603
         except (OSError, subprocess.SubprocessError) as error:
-            raise NativeUnavailableError("the compiled library does not load") from error
+            raise NativeUnavailableError("the compiled library cannot be loaded") from error
         check(target)
         digest = folder / "sha256"
         digest.write_text(_digest(target, library.name))

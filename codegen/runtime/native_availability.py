@@ -109,7 +109,9 @@ class Native:
         try:
             fresh = NativeLibrary(path, self._functions)
         except OSError as error:  # no fault of the folder, as others are
-            raise NativeUnavailableError(f"the compiled library does not load: {error}") from error
+            raise NativeUnavailableError(
+                f"the compiled library cannot be loaded: {error}"
+            ) from error
         check_values(fresh, self._functions, self.text)
 
     @cached_property
@@ -134,7 +136,8 @@ class Native:
         if self.refusal and self._to_warn:
             self._to_warn = False
             warnings.warn(
-                f"no native code: {self.refusal}; the CasADi virtual machine simulates, slower",
+                f"no native code: {self.refusal}. The CasADi virtual machine simulates instead, "
+                "which is slower.",
                 RuntimeWarning,
                 stacklevel=3,
             )

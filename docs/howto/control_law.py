@@ -1,14 +1,14 @@
 # %% [markdown]
 # # Declare the control law
 #
-# Instruments come from the simulated closed loop, so they need the drive's control law. Least squares
-# does without. A law is a difference equation, evaluated once a period; its output is held. What counts
-# is *how the drive forms its velocity*: on the EMPS machine a plain backward difference of the encoder
-# misses the recorded control by 3.3 %, the mean of two neighbouring samples by 0.24 %.
+# Instrumental variables (IV) come from the simulated closed loop, so they need the control law of the drive. Least
+# squares does not. A law is a difference equation, evaluated once per period; its output is held. The essential detail
+# is *how the drive computes its velocity*. On the EMPS machine, a plain backward difference of the encoder differs from
+# the recorded control by 3.3 %, the mean of two neighbouring samples by 0.24 %.
 #
-# ## A law that ships
+# ## A built-in law
 #
-# | | |
+# | law | equation or use |
 # |---|---|
 # | `cascade_pd(kp, kv, period)` | `kv*(kp*(reference - position) - velocity)`, ideal velocity |
 # | `cascade_pd_difference`, `cascade_pd_averaged` | the same, velocity from differences of encoder positions, plain or averaged |
@@ -16,10 +16,10 @@
 # | `pid(kp, ki, kd, period)`, `pid_ideal(k, ti, td, period)` | the two forms of a PID, with a filtered derivative and anti-windup |
 # | `impedance(kp, kd, period)` | a virtual spring and damper: moteus, the MIT mode of T-Motor |
 # | `state_feedback(k_position, k_velocity, period)` | with a gain of the reference and an integral |
-# | `dynamixel_position(p, i, d, ff1, ff2, period)` | by the registers of a Dynamixel X, a PWM out |
+# | `dynamixel_position(p, i, d, ff1, ff2, period)` | gains from the registers of a Dynamixel X; the output is a PWM |
 #
-# All are in `axisid.control`; [each says](../api/modelling.md) its equation, its units and by which factors the
-# gains of makers become those. In TOML:
+# All are in `axisid.control`. The [docstring](../api/modelling.md) of each has its equation, its units and the factors
+# that convert the gains of drive makers. In TOML:
 #
 # ```toml
 # [control]
@@ -33,16 +33,15 @@
 # anti_windup = "clamping"
 # ```
 #
-# A feed-forward may be of the reference's differences or of recorded columns: `reference_velocity=Signal("speed", "m/s")`,
-# `feed_forward=...`, in TOML the name of a signal or an expression of signals and `[constants]`. Which of the ready
-# laws a drive runs, and with which gains, a log may tell: `axisid law AXIS LOG`
-# ([how](#which-law-does-the-drive-run)).
+# A feed-forward may use differences of the reference or recorded columns: `reference_velocity=Signal("speed", "m/s")`,
+# `feed_forward=...`. In TOML it is the name of a signal, or an expression of signals and `[constants]`.
+# `axisid law AXIS LOG` finds the built-in law and its gains from a log ([how](#which-law-does-the-drive-run)).
 #
 # ## A law of your own
 #
 # The output may use `REFERENCE`, `MEASURED_POSITION`, `MEASURED_VELOCITY` (an ideal sensor), `PERIOD`, the
-# gains and its memory. Each memory says what it is at the next sample, and how it starts. A PID with an
-# integrator, and a velocity from encoder differences:
+# gains and memories. Each memory has an expression for its next sample (`following`) and a start value. Example:
+# a PID with an integrator and a velocity from encoder differences.
 
 # %%
 from dataclasses import replace
@@ -63,10 +62,10 @@ pid = ControlLaw(
 )
 
 # %% [markdown]
-# Filters and limits are blocks, each a value and the memories that it keeps: `low_pass`, `notch`, `pll_velocity`,
-# `rate_limit`, `difference`, `reference_velocity`, `reference_acceleration`. An `integral` takes its anti-windup along:
-# it compares `UNLIMITED_OUTPUT`, the law's own output, with `LIMITED_OUTPUT`, this output within the drive's limit. Memories
-# of your own may read both. Use these symbols and do not repeat the output's expression: repeated, it differs by rounding.
+# Filters and limits are blocks. Each has a value and its memories: `low_pass`, `notch`, `pll_velocity`, `rate_limit`,
+# `difference`, `reference_velocity`, `reference_acceleration`. The anti-windup of an `integral`
+# compares `UNLIMITED_OUTPUT`, the law's own output, with `LIMITED_OUTPUT`, this output within the drive's limit. Your own
+# memories may use both. Do not repeat the expression of the output instead: it would differ by rounding.
 #
 # ```python
 # speed = pll_velocity(bandwidth=800.0)
@@ -82,26 +81,29 @@ pid = ControlLaw(
 # torque = { block = "notch", signal = "kd*(w - speed)", frequency = 180.0, quality = 2.0 }
 # ```
 #
-# How a memory starts is said for an axis at rest: `MEASURED_POSITION`, `REFERENCE`, a number, or `BALANCED`,
-# the value with which the law's output holds the axis there (an integral that carries a load). It is how a
-# twin starts. The loop of a record starts with what the record's first controls show of the memory, and with
-# its own velocity, so nothing about a record stands in the declaration.
+# The start value of a memory is declared for an axis at rest: `MEASURED_POSITION`, `REFERENCE`, a number, or `BALANCED`.
+# With `BALANCED` the output of the law holds the axis at rest (an integral that carries a load). A twin starts with this
+# value. The simulated loop of a record starts with the memory that the first recorded controls show, and with the
+# recorded velocity. So the declaration contains nothing about a record.
 #
-# `period` is that of the law, which need not be the log's: a velocity loop at 16 kHz under a log at 1 kHz, or a log
-# faster than the loop. The loop is then simulated at the law's period and sampled as the log is. Since a wrong time
-# column looks the same, it is to be confirmed, by `sample_period = 1e-3` in its `run.toml` beside the log's own times, or in the
-# declaration: `reference_between="spline"`, `"linear"` or `"held"` says that the law has a clock of its own, and how the
-# reference runs between the samples of a slower log (without it, as a spline). Of a held reference the control is a sawtooth of which
-# the log shows one edge; the law itself then tells its mean, which moves the axis. A continuous law takes any log.
+# `period` is the period of the law. The log may have another one: a velocity loop at 16 kHz and a log at 1 kHz, or a log
+# faster than the loop. The loop is then simulated at the law's period and sampled at that of the log. A wrong
+# time column looks the same, so confirm the difference by one of these:
 #
-# `delay=2` applies each control two samples late; `continuous=True` evaluates the law inside the plant's
-# derivative (it has no memory then). The drive's `limit` clips the control.
+# - `sample_period = 1e-3` in the `run.toml`, besides the log's own times;
+# - `reference_between="spline"`, `"linear"` or `"held"` in the declaration: the law has its own clock,
+#   and the reference is interpolated this way between the samples of a slower log (default: a spline).
 #
-# ## Check it against a record
+# With a held reference, the control is a sawtooth, of which the log shows one edge. The mean, which moves the
+# axis, is then computed from the law. A continuous law accepts any log.
 #
-# No need to trust a data sheet: the law's own terms, computed from the recorded reference and position,
-# must add up to the recorded control. A twin stands for the record here, made with the law above, on a
-# stage of the tutorial:
+# `delay=2` applies each control two samples late. `continuous=True` evaluates the law inside the plant's
+# derivative, without memory. The drive's `limit` clips the control.
+#
+# ## Check it with a record
+#
+# You need no data sheet. The terms of the law, computed from the recorded reference and position,
+# must add up to the recorded control. Here a twin with the law above is the record:
 
 # %%
 axis = axisid.load_axis("emps2015")
@@ -114,7 +116,7 @@ record = axisid.twin_record(axis)
 print(axisid.estimation.law_agreement(axisid.build(axis), record).sentence)
 
 # %% [markdown]
-# The wrong law, with another gain, is told apart, and the factors say in what:
+# A law with a wrong gain fails, and the factors show which gain is wrong:
 
 # %%
 wrong = replace(axis.control, gains={"p": 39000.0, "i": 50.0, "d": 300.0})
@@ -122,15 +124,15 @@ check = axisid.estimation.law_agreement(axisid.build(replace(axis, control=wrong
 print(check.sentence)
 
 # %% [markdown]
-# The law is run along the record with each gain a little off, and what is told is the least change of gains that explains
-# the control: a law with an integral, a filter or a limit is no sum of products of its gains.
+# A law with an integral, a filter or a limit is not a sum of products of its gains. Therefore the law is evaluated along
+# the record with each gain changed a little, and the smallest change of gains that explains the control is reported.
 #
 # ## Which law does the drive run?
 #
-# Where the manual is silent, a log tells. `axisid law AXIS LOG`, or `find_law`, starts each form of the ready laws by a
-# regression at delays of 0 to 4 samples, finds its gains by runs along half of the rows, in blocks, and ranks them by
-# what they leave of the other half. Of laws that leave as little, the one with the fewest gains comes first; a law is
-# told once, and not again with more gains or an anti-windup that explain nothing more:
+# If the manual does not say it, use a log. `axisid law AXIS LOG`, or `find_law`, starts each form of the built-in laws by a
+# regression at delays of 0 to 4 samples. It fits the gains by evaluations along half of the rows, in blocks, and ranks the
+# laws by their residual on the other half. Of laws with equal residuals, the one with the fewest gains is first. A law
+# is reported once, not again with more gains or an anti-windup that explain nothing more:
 
 # %%
 drive = replace(
@@ -142,14 +144,14 @@ found = axisid.estimation.find_law(axis, axisid.twin_record(drive))
 print(found.best.toml)
 
 # %% [markdown]
-# What is found is what the log shows. Laws that give the same control are named beside it (`found.best.same`); a gain that
-# the record does not show has no deviation. The law runs at the log's period, and reads the recorded reference and
-# position alone: feed-forward columns, sensors of its own and faster inner loops are not tried. Where the drive is at its
-# limit, what an integral is after each time there is left open at the start, and clamping and back-calculation, with a time
-# of its own or the integral's, are tried: with a third of the samples at the limit the gains of a twin are found exactly. On
-# the EMPS record it finds
-# the averaged cascade with kp 160.182 and kv 243.395, which leaves 0.234 % of held-out rows; the drive has 160.18
-# and 243.45.
+# The search finds only what the log shows. Laws that give the same control are listed (`found.best.same`). A gain that
+# the record does not show has no standard error. The law is evaluated at the log's period, and uses only the recorded
+# reference and position. Feed-forward columns, sensors of the law's own and faster inner loops are not tried.
 #
-# The check is part of every result with a law and a reference. If it fails, believe no instruments before
-# it is mended; see [Read the diagnostics](reading_the_diagnostics.py).
+# If the drive reaches its limit, the value of an integral after each saturation is free at first. Then clamping and
+# back-calculation (with its own time or the integral's) are tried. With a third of the samples at the limit, the
+# gains of a twin are found exactly. On the EMPS record, the search finds the averaged cascade with kp 160.182 and kv
+# 243.395 and a residual of 0.234 % on held-out rows; the drive has 160.18 and 243.45.
+#
+# The law check is part of every result with a law and a reference. If it fails, correct the law before you use IV
+# estimates; see [Read the diagnostics](reading_the_diagnostics.py).

@@ -1,18 +1,18 @@
 # %% [markdown]
 # # Declare a new axis
 #
-# An axis is one coordinate, parameters with units, an equation of motion, and a drive; for instruments
-# also the control law. `axisid new NAME` starts a file with comments (`--toml` or `--python`, `--newton` or
-# `--lagrange`). TOML is read, never run; Python can do whatever SymPy can. Both serve alike.
+# An axis has one coordinate, parameters with units, an equation of motion and a drive. Instrumental variables (IV) also
+# need the control law. `axisid new NAME` writes a commented file (`--toml` or `--python`, `--newton` or `--lagrange`).
+# TOML is read, never run. Python can use all of SymPy. Both declare the same axes.
 #
-# Conventions: SI, on the load side. `tau = inertia * ddq + resistances`, so that a positive friction
-# parameter opposes a positive velocity, and `tau = gain * control`.
+# Conventions: SI, on the load side. `tau = inertia * ddq + resistances`: a positive friction parameter opposes a
+# positive velocity. `tau = gain * control`.
 #
 # ## By Newton
 #
-# A vertical ball-screw stage, with gravity on what the counterbalance leaves, and viscous friction that
-# differs by direction. Elements are added up; each has its formula, units and a reference in its
-# docstring (`help(axisid.elements.asymmetric_viscous)`).
+# The example is a vertical ball-screw stage. Gravity acts on its weight minus the counterbalance. Viscous friction
+# differs between directions. Elements are added up. The docstring of each has its formula, units and a
+# reference (`help(axisid.elements.asymmetric_viscous)`).
 
 # %%
 from textwrap import fill
@@ -41,7 +41,7 @@ vertical = newton(
 print(vertical.force)
 
 # %% [markdown]
-# Units are checked term by term. A mistake is named with both units:
+# Units are checked term by term. An error names both units:
 
 # %%
 try:
@@ -57,11 +57,11 @@ except axisid.ModelError as error:
     print(error)
 
 # %% [markdown]
-# A plain number such as `9.81` has no unit; where the term does not fit without one it passes, and
+# A plain number such as `9.81` has no unit. A term that does not fit for this reason is accepted, and
 # `axis.unchecked_terms` lists it. `axisid.elements.G`, or `Constant(0.25, "m", "arm")`, is checked.
 #
-# What no motion can tell apart is said before anything is measured. Coulomb friction of its own in each
-# direction, and a weight beside it:
+# Parameters that no motion can separate are reported before you measure. An example is separate Coulomb friction for
+# each direction, together with a weight:
 
 # %%
 left, right = Parameter("left", "N"), Parameter("right", "N")
@@ -79,8 +79,8 @@ for sentence in axisid.modeling.describe_unidentifiable(axisid.derive(doubtful).
 # %% [markdown]
 # ## By Lagrange
 #
-# A pendulum that is a rod with a mass on it. The energies are enough; `potential` holds gravity and
-# springs, `dissipation` half the viscous and all of the Coulomb power.
+# The example is a pendulum: a rod with a mass on it. Declare the energies. `potential` contains gravity and
+# springs, `dissipation` half of the viscous and all of the Coulomb power.
 
 # %%
 import sympy
@@ -109,20 +109,20 @@ for base, expression in model.base.combined:
 
 # %% [markdown]
 # The parameters enter as products and sums. A record shows only these *base parameters*; `axisid show`
-# says which physical ones follow. What is known apart from the record makes the others follow, with its
-# uncertainty:
+# says which physical parameters follow. If some values are known independently, others follow from them, with
+# their uncertainty:
 
 # %%
 known = axisid.fix(rod, mass=(0.512, 0.001), J=0.021)
 print(axisid.modeling.describe_determined(axisid.derive(known).base))
 
 # %% [markdown]
-# ## What enters nonlinearly
+# ## Nonlinear parameters
 #
-# A Stribeck velocity or an exponent cannot be a linear parameter. It is accepted all the same: such
-# parameters are searched for from their nominal value, within their bounds, around the linear rest
-# (variable projection), and by instruments from there. The direct model is not linear then, so there is
-# no DDM estimate, and the program says so.
+# A Stribeck velocity or an exponent is not a linear parameter, but you can declare it. A search finds such
+# parameters from their nominal values, within their bounds; the linear parameters are solved at each step (variable
+# projection). IV starts from the result. The direct model is then not linear, so there is no DDM estimate, and the
+# program says so.
 
 # %%
 x = Coordinate("x", unit="m")
@@ -145,13 +145,13 @@ stribeck = newton(
 print(axisid.derive(stribeck).ddm)
 
 # %% [markdown]
-# An inertia that depends on the configuration (a crank) is declared the same way: just write it. The
-# inverse model stays linear in the parameters; the direct one does not.
+# An inertia that depends on the position (a crank) is declared as an expression too. The inverse model stays
+# linear in the parameters; the direct model does not.
 #
 # ## Try it before you have a log
 #
-# With an *experiment* an axis has a twin: a simulated record with known parameters and noise. Whether the
-# motion shows every parameter is known before it is run on the machine.
+# With an *experiment* an axis has a twin: a simulated record with known parameters and noise. It shows whether the
+# motion identifies every parameter, before you run it on the machine.
 
 # %%
 from dataclasses import replace
@@ -172,4 +172,4 @@ print(result)
 # ## Keep the generated code
 #
 # `axisid generate my_axis.py --output my_code` writes its CasADi functions, its C, its equations and a
-# manifest. Keep them under version control: `axisid generate my_axis.py --output my_code --check` says whether they are current.
+# manifest. Keep them under version control. `axisid generate my_axis.py --output my_code --check` checks that they are current.

@@ -1,12 +1,16 @@
 # %% [markdown]
 # # Read the diagnostics
 #
-# A wrong unit, sign or clock leaves a perfect-looking fit. Under every result there is a verdict: a list of
-# checks, each with its figure, its threshold, the source of the threshold, and a sentence that says what it
-# means: *pass*; *note*, beyond the threshold, but the deviations and intervals that are printed allow for it;
-# *fail*, a reason to look; or *not evaluated*. One sentence above them says whether the numbers can be believed.
+# A fit can look perfect with a wrong unit, sign or clock. Therefore every result has a verdict: a list of checks. Each
+# check has its figure, its threshold, the source of the threshold, a sentence with the meaning, and a status:
 #
-# Here a good record is spoilt on purpose, to see what each fault looks like.
+# - *pass*;
+# - *note*: beyond the threshold, but the printed standard errors and intervals allow for it;
+# - *fail*: a reason to look;
+# - *not evaluated*.
+#
+# One sentence above them says whether you can use the numbers. Below, faults are put into a good record, to show what
+# each looks like.
 
 # %%
 from dataclasses import replace
@@ -21,7 +25,7 @@ record = axisid.twin_record(axis)
 
 
 def failures(changed: axisid.Record) -> None:
-    """What fails on a record."""
+    """Print the failed checks of a record."""
     result = axisid.identify(axis, changed)
     values = ", ".join(f"{n} {v.value:.4g}" for n, v in result["idm-ls"].parameters.items())
     print(f"IDM-LS: {values}; equation error {result['idm-ls'].equation_error_percent:.1f} %")
@@ -35,12 +39,12 @@ def failures(changed: axisid.Record) -> None:
 failures(record)
 
 # %% [markdown]
-# On the good record nothing fails.
+# No check fails on the good record.
 #
 # ## The control is logged with another gain
 #
-# An ADC or a scaling of the drive makes the control 10 % larger. The fit is as good as before: the mass is
-# just 10 % larger too.
+# An ADC or a scaling of the drive makes the control 10 % larger. The fit is as good as before, but the mass is
+# 10 % larger too.
 
 # %%
 failures(replace(record, control=1.1 * record.control))
@@ -64,9 +68,9 @@ failures(replace(record, control=-record.control))
 failures(replace(record, control=np.roll(record.control, 2)))
 
 # %% [markdown]
-# ## A term that the model lacks
+# ## A missing term
 #
-# A record of the same axis with a force of 15 N that depends on the position, as of cogging:
+# A record of the same axis with an additional cogging force of 15 N, which depends on the position:
 
 # %%
 import sympy
@@ -81,8 +85,8 @@ failures(axisid.twin_record(replace(declared, force=declared.force + cogging)))
 # %% [markdown]
 # ## A motion that does not show a parameter
 #
-# One slow move in one direction: viscous and Coulomb friction look alike. The deviations say so, and the
-# reason is given in words. Instruments do not help.
+# In one slow move in one direction, viscous and Coulomb friction cannot be separated. The standard errors show
+# this, and a sentence gives the reason. Instrumental variables (IV) do not help.
 
 # %%
 slow = (axisid.modeling.Move(distance=0.05, speed=0.02, acceleration=2.0),)
@@ -92,8 +96,9 @@ failures(axisid.twin_record(replace(declared, experiment=experiment)))
 # %% [markdown]
 # ## A term that the motion does not show at all
 #
-# Stribeck friction at speeds that the axis passes in a sample or two. There is no number to print: the
-# parameter is named, with what it would have to be. Without it the others are as good as ever.
+# An example is Stribeck friction at speeds that the axis passes in one or two samples. There is no number to
+# print. The program names the parameter, and the value that it would need to be visible. Without it, the other
+# parameters are as good as before.
 
 # %%
 Fs = axisid.Parameter("Fs", "N", nominal=10.0)
@@ -108,27 +113,27 @@ print(axisid.identify(axisid.leave_out(richer, "Fs"), record)["idm-iv"])
 # %% [markdown]
 # ## The checks
 #
-# A verdict has eight lines. What fails stands first, with what to do about it; what passed is one line of
-# names; what is only noted is printed with `--all`. `--full` and `--json` have each check behind them.
+# A verdict has eight lines. Failed lines come first, with the remedy. Passed lines are one line of
+# names. `--all` prints notes. `--full` and `--json` have every check.
 #
-# | line | check | fails where | what to do |
+# | line | check | fails if | what to do |
 # |---|---|---|---|
-# | law | control law | the law's terms do not add up to the recorded control (5 % of its norm), one of its factors is off by more than 1 %, it is late, or its scale is wrong by what moves a parameter by more than two standard errors. Not evaluated where a log that rounds, or is slower than the law, leaves open more than a third of what is off; the sentence above the checks says so. In a fit, factors of a tenth at most that move no parameter by more count once, as *law's factors* | the factors name the unit, sign, gain or delay; mend it first. Where none explains it, `axisid law` finds which ready law the control is of |
-# |  | noise gain | without a reference: the noise of the position returns in the control by another factor than the declared law has (beyond 1.25 either way). Left out where this noise does not dominate the control at high frequencies | the units of the position and the control, the gains and the period of the law |
-# |  | force against control | in what is slow against a current loop the force column is more than 20 % off the gain times the control, later than 5 ms, or off by a factor beyond 1 % and three deviations | the column's scale, or the gain and how well it is known |
-# | timing | sudden steps | one step of a position in motion differs from its neighbours by more than twice the largest second difference of steps elsewhere; the sentence says whether samples are missing or repeated, the encoder was stuck, or the position starts again | leave the place out with `windows`, or mend the recorder; declare `wrap` |
-# |  | alignment | the model lacks a delay, by the search for missing terms; the sentence says where the force fits the motion best | `hold`, the drive's delay or lag that is missing or declared too long, or the clock of the log (a note where the control law says so too); what other checks say of reversals, or of friction with a delay declared too long, is a note then |
-# | loop | simulation | the simulated loop leaves half of the force unexplained, or cannot be simulated with the estimate | law, signs, units; or the record is mostly noise. Where the law is right and *model* fails, mend that first |
-# |  | control against limit | the control is beyond the drive's limit in more than 0.1 % of the samples; a note where the force is measured | record what the drive applies; the limit, the unit |
-# | model | fixed values | what was fixed contradicts the record | the fixed value, or the model |
-# |  | missing terms | the residuals hold more of a term, or of a change in time, than those of twins of the record do, and it is 1 % of the force or moves a parameter by more than its interval | declare what is named, and identify again |
-# | outliers | outliers | a single sample of what was measured leaves its course by more than in twins of the record, and it is 1 % of the force or moves a parameter by more than its interval; a note with `--loss` | empty such cells and read with `--resample auto`, or `--loss huber` |
-# | precision | precision | a parameter's deviation exceeds 30 % of it, unless it is known to be small wherever the axis was | the sentence says why the record does not show it; `--leave-out` does without it |
-# |  | bounds | a value is outside its declared bounds | signs and units |
-# |  | nominal values | a note: a value, with its whole interval, is more than 5 times its nominal one, or less than a fifth | units of the columns, the drive's gain |
+# | law | control law | the law's terms do not add up to the recorded control (5 % of its norm), one of its factors is off by more than 1 %, the control is late, or a wrong scale of it moves a parameter by more than two standard errors. Not evaluated if rounding of the log, or a log slower than the law, leaves more than a third of the error unresolved; the sentence above the checks says so. In a fit, factors off by at most a tenth that move no parameter by more appear as *law's factors* only | correct the unit, sign, gain or delay that the factors show, before anything else. If none explains it, `axisid law` finds the built-in law of the control |
+# |  | noise gain | without a reference: the gain from position noise to control differs from that of the declared law (by a factor beyond 1.25 either way). Left out if this noise does not dominate the control at high frequencies | check the units of position and control, gains and period of the law |
+# |  | force against control | at frequencies well below the current loop, the force column differs from gain times control by more than 20 %, is later than 5 ms, or is off by a factor beyond 1 % and three standard errors | check the scale of the column, or the gain and its uncertainty |
+# | timing | sudden steps | one step of a moving position differs from its neighbours by more than twice the largest second difference of steps elsewhere. The sentence says whether samples are missing or repeated, the encoder was stuck, or the position starts again | leave the place out with `windows`, or repair the recorder; declare `wrap` |
+# |  | alignment | the search for missing terms finds a delay. The sentence gives the delay at which the force fits the motion best | correct `hold`, the drive's delay or lag (missing, or declared too long), or the clock of the log (a note if the control law says so too). What other checks find at reversals, or in friction with a delay declared too long, is then a note |
+# | loop | simulation | the simulated loop does not explain half of the force, or cannot be simulated with the estimate | check law, signs, units; or the record is mostly noise. If the law is right and *model* fails, correct the model first |
+# |  | control against limit | the control is beyond the drive's limit in more than 0.1 % of the samples; a note if the force is measured | record the applied control; check the limit, the unit |
+# | model | fixed values | a fixed value contradicts the record | check the fixed value, or the model |
+# |  | missing terms | the residuals contain more of a term, or of a change in time, than those of simulated replicas do, and it is 1 % of the force or moves a parameter by more than its interval | declare the named term, and identify again |
+# | outliers | outliers | a single measured sample leaves its course by more than in simulated replicas, and it is 1 % of the force or moves a parameter by more than its interval; a note with `--loss` | empty such cells and read with `--resample auto`, or use `--loss huber` |
+# | precision | precision | the standard error of a parameter exceeds 30 % of it, unless its effect is known to be small over the whole motion | the sentence gives the reason; `--leave-out` removes the parameter |
+# |  | bounds | a value is outside its declared bounds | check signs and units |
+# |  | nominal values | a note: a value, with its whole interval, is more than 5 times its nominal value, or less than a fifth | check units of the columns, the drive's gain |
 # | method | instrument strength | the first-stage F of a column, given the others, is below 10 | the simulated loop does not move like the axis, or the motion is too poor |
-# |  | method | IDM-IV less the bias of filter and noise and DIDIM differ by more than chance (Hausman, all differences at once, 1 %), half a deviation and 1 % of the value, beyond the interval of either; or the steps of a logged position that no control answers to move least squares by half a deviation and 1 %. A note where less, and for what noise does to least squares | the sentence says which to believe: DIDIM where the control law passes its check, else the instruments; lower the cut-off, or log the position as finely as the drive measures it |
-# |  | inverse against direct | without instruments, the two forms of least squares differ by as much | a fit of the position under the recorded control |
+# |  | method | IDM-IV (minus the bias of filter and noise) and DIDIM differ by more than chance (Hausman, all differences at once, 1 %), half a standard error and 1 % of the value, beyond the interval of either. Or the steps of a logged position, to which no control reacts, move least squares by half a standard error and 1 %. A note if less, and for bias of least squares from noise | the sentence says which to use: DIDIM if the control law passes its check, else IV. Lower the cut-off, or log the position with the drive's resolution |
+# |  | inverse against direct | without IV, the two forms of least squares differ by as much | fit the position under the recorded control |
 #
-# `--json` has the figure, the threshold and its source of each; see [Results as JSON](../results.md).
-# [The DFKI pendulum](../dfki_pendulum.md) shows what they are worth on a difficult real record.
+# `--json` has figure, threshold and source of each check; see [Results as JSON](../results.md).
+# [The DFKI pendulum](../dfki_pendulum.md) shows the checks on a difficult real record.

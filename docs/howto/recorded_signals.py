@@ -1,13 +1,13 @@
 # %% [markdown]
 # # Recorded signals in the model
 #
-# A pressure, a temperature, a supply voltage, the acceleration of another axis, a feed-forward of a machine's
-# controller: a column of the log that is no motion of this axis may stand in the equation of motion, in the drive
-# or in the control law. It is a `Signal`, with a name, a unit, and how it runs between the samples of a log:
-# `"linear"`, the default, or `"held"` for what a controller gives once a sample.
+# A column of the log that is not a motion of this axis can be part of the equation of motion, the drive or the
+# control law. Examples are a pressure, a temperature, a supply voltage, the acceleration of another axis, or a
+# feed-forward of a machine's controller. Such a column is a `Signal`. It has a name, a unit and an interpolation between
+# the samples of a log: `"linear"` (default), or `"held"` for a value that a controller outputs once per sample.
 #
-# A vertical axis with a pneumatic counter-balance. Its pressure swings as the slide moves; the area on which it acts is
-# a parameter, told apart from the constant load as the pressure varies by itself:
+# The example is a vertical axis with a pneumatic counterbalance. Its pressure swings as the slide moves. The area on
+# which the pressure acts is a parameter. It can be separated from the constant load because the pressure varies:
 
 # %%
 import sympy
@@ -49,8 +49,8 @@ result = identify(axis, twin_record(axis))
 print(result.summary())
 
 # %% [markdown]
-# `Experiment(signals=...)` says what they are in the twin, by the time; `simulate`, `simulate_batch` and
-# `twin_record` take arrays by name, `signals={"pressure": values}`, one value for each sample of the reference.
+# `Experiment(signals=...)` defines the signals of the twin over time. `simulate`, `simulate_batch` and `twin_record`
+# take arrays by name, `signals={"pressure": values}`, with one value for each sample of the reference.
 #
 # In TOML:
 #
@@ -71,34 +71,35 @@ print(result.summary())
 # pressure = "p:bar"
 # ```
 #
-# Of a log each signal is a column like any other: named by `[columns]` or `--columns pressure=p:bar`, else by its own name,
-# with a unit or a scaling, shifted, windowed, resampled as it runs. A log without it is refused.
+# In a log, each signal is a column like any other. Name it by `[columns]` or `--columns pressure=p:bar`; otherwise its own
+# name is used. It has a unit or a scaling, and is shifted, windowed and resampled. A log without it is refused.
 #
-# ## Where a signal may stand
+# ## Where a signal can be used
 #
-# | | |
+# | place | use |
 # |---|---|
 # | equation of motion | any expression with the motion and the parameters: `-area*pressure`, `k*temperature*dq`, `m*other_ddq` |
-# | drive | `scaled_by`, a number of signals and constants that the gain is times; `profile`; the force of a drive class of your own |
-# | control law | its output and what its memory becomes: a feed-forward, a commanded velocity |
+# | drive | `scaled_by`, a factor of the gain made of signals and constants; `profile`; the force of your own drive class |
+# | control law | its output and its memory: a feed-forward, a commanded velocity |
 #
-# It varies by itself, so that products of a parameter and a signal are base parameters of their own. An inertia with a
-# signal in it leaves no direct regressor, and no Lagrangian: how fast it changes is not recorded.
+# Signals vary independently, so products of a parameter and a signal are separate base parameters. An inertia with a
+# signal in it has no direct regressor and no Lagrangian, because its rate of change is not recorded.
 #
-# ## What is done with it
+# ## How a signal is processed
 #
-# In the rows a signal stands as the force does: as it was recorded, not low-passed, since nothing is differentiated.
-# Products with the motion are made sample by sample, and both sides then take the same decimation filter. Of a held signal
-# it is the mean of what is held before and after a sample, to which the acceleration belongs.
+# **Rows.** A signal is treated like the force: as recorded, without the low-pass, because it is not differentiated.
+# Products with the motion are computed sample by sample. Then both sides pass the same decimation filter. For a held
+# signal, the row has the mean of the values before and after the sample, which matches the acceleration.
 #
-# The check `recorded signals` holds each against the force that it makes: a column that was logged late or early is told
-# with its delay and the `shift` that mends it, and one in another unit (bar read as Pa) with its factor where its
-# coefficient is known. Where that is estimated, it takes the factor on itself: the verdict says that the signal's
-# scale rests on its column and unit alone. The library has such an axis, `balanced_slide`.
+# **Check.** `recorded signals` compares each signal with its force. If a column was logged late or early, the check
+# reports its delay and the `shift` that corrects it. If a column has another unit (bar read as Pa), the check reports the
+# factor, provided that the signal's coefficient is known. An estimated coefficient absorbs the factor; then the verdict says that
+# the scale of the signal depends only on its column and unit. The library has such an axis, `balanced_slide`.
 #
-# In a simulation the plant sees it between samples as it is declared, so that a stuck axis leaves rest within a sample
-# where a straight signal overcomes its friction. A sampled law and its drive read it when the law is evaluated; the force is
-# held then. Of a log that is slower or faster than the law it is taken between the log's samples. Where a contact's *place*
-# moves with a signal (`Max(0, q - wall)`), or a signal passes a place by itself (`Piecewise` over a temperature), the
-# crossing is located within the sample: a mass of 2 kg against a wall that comes and goes, of 2e4 and 3e6 N/m at 1 kHz, is within
-# 1e-9 m of an integrator with events. A mass at rest is pushed from the instant at which the wall overcomes its friction.
+# **Simulation.** Between samples the plant uses the signal as declared, so an axis that sticks starts to move
+# within a sample, when a linear signal overcomes its friction. A sampled law and its drive read the signal when the law is
+# evaluated; then the force is held. If the log is slower or faster than the law, the signal is interpolated. If the
+# *position* of a contact moves with a signal (`Max(0, q - wall)`), or a signal crosses a threshold (`Piecewise` over a
+# temperature), the crossing is located within the sample. A mass of 2 kg against a moving wall of 2e4 and 3e6 N/m at 1 kHz
+# is within 1e-9 m of an integrator with events. A mass at rest is pushed from the instant at which the wall overcomes
+# its friction.

@@ -1,16 +1,16 @@
 # %% [markdown]
 # # My log has PWM or voltage, not current
 #
-# A current makes a torque, whatever the speed. A voltage does not: the motor's own motion takes `ke` times its speed
-# of it, and what is left drives a current through the winding. Declared as a plain gain, `Drive(gain=kt*n/R)`, such an
-# axis fits its log as well as before; its viscous friction is then that of the bearings *and* `kt*ke*n^2/R`, which is
-# often the larger. Say what the drive is, and the friction is the axis's own.
+# A current makes a torque at any speed. A voltage does not: the back-EMF, `ke` times the motor speed, is
+# subtracted from it, and the rest drives a current through the winding. You can declare such a drive as a plain gain,
+# `Drive(gain=kt*n/R)`. The fit is as good, but the viscous friction then contains that of the bearings *and*
+# `kt*ke*n^2/R`, which is often larger. If you declare the drive, you get the friction of the axis alone.
 #
 # ## From the data sheet
 #
-# A servo of a robot's hand logs the duty of its PWM, from -885 to 885. Its data sheet says: 12 V, stall torque 4.1 N m
-# at 2.3 A, 46 rpm without load, a gear of 353.5. The resistance is `12/2.3`; the speed without load, where hardly any
-# current flows, gives `ke`; `kt` is the same number in SI; and what the stall torque is short of `kt*n*2.3` is the gear.
+# A servo of a robot hand logs its PWM duty, from -885 to 885. Its data sheet says: 12 V, stall torque 4.1 N m at 2.3 A,
+# no-load speed 46 rpm, gear ratio 353.5. The resistance is `12/2.3`. The no-load speed, where hardly any current flows,
+# gives `ke`. `kt` is the same number in SI. The ratio of the stall torque to `kt*n*2.3` is the efficiency of the gear.
 
 # %%
 import math
@@ -55,8 +55,8 @@ right = identify(axis, record)
 print(right["idm-iv"].parameters.listed())
 
 # %% [markdown]
-# The same record under a plain gain. The viscous friction is forty times the axis's, and the gear's losses have gone into
-# every parameter:
+# The same record with a plain gain: the viscous friction is forty times that of the axis, and the losses of the gear
+# affect every parameter.
 
 # %%
 gain = replace(axis, drive=Drive(gain=drive.gain, unit="1", limit=885.0))
@@ -64,8 +64,8 @@ wrong = identify(gain, record, methods=["idm-ls"])
 print(wrong["idm-ls"].parameters.listed())
 
 # %% [markdown]
-# `volts` is the voltage for a control of 1: the supply for a duty from -1 to 1, `supply/255` of an 8-bit PWM. A supply
-# that varies and is recorded is `scaled_by=supply/12`, see [Recorded signals](recorded_signals.py). In TOML:
+# `volts` is the voltage for a control of 1: the supply for a duty from -1 to 1, `supply/255` for an 8-bit PWM. For a
+# recorded supply that varies, use `scaled_by=supply/12`, see [Recorded signals](recorded_signals.py). In TOML:
 #
 # ```toml
 # drive = { kind = "voltage_drive", kt = 7.05e-3, ke = 7.05e-3, resistance = 5.22, ratio = 353.5, efficiency = 0.72, volts = 0.01356, unit = "1", limit = 885 }
@@ -73,10 +73,10 @@ print(wrong["idm-ls"].parameters.listed())
 #
 # ## Without `ke`
 #
-# Leave it out, and the drive is a gain: what is identified as viscous friction is `fv + kt*ke*n^2/R`, and the text of
-# every result says so. No motion tells the two apart, as both are in proportion to the speed: one column of the
-# regression. If the friction is known (from a run with the motor's terminals open), the back-EMF can be identified as a
-# parameter of the equation of motion; if neither is, `show` says which sum is.
+# Without `ke` the drive is a gain. The identified viscous friction is then `fv + kt*ke*n^2/R`, and the text of every
+# result says so. No motion separates the two: both are proportional to the speed, so they are one column of the
+# regression. If the friction is known (from a run with open motor terminals), the back-EMF can be identified as a
+# parameter of the equation of motion. If neither is known, `show` names the identifiable sum.
 
 # %%
 KE = Parameter("ke", "V/(rad/s)", lower=0.0)
@@ -97,10 +97,10 @@ print(told["idm-iv"].parameters.listed())
 # | the log has | declare |
 # |---|---|
 # | current, measured or commanded in a current loop | `Drive(gain=kt*n, unit="A")`, or `current_drive(kt=, ratio=, ...)` |
-# | current, near the end of what the supply allows | `current_drive(kt=, ratio=, supply=, resistance=, ke=)`: the torque falls with the speed there |
-# | voltage, or the duty of a PWM | `voltage_drive(kt=, ke=, resistance=, ratio=, volts=)` |
+# | current, near the limit of the supply | `current_drive(kt=, ratio=, supply=, resistance=, ke=)`: the torque falls with the speed there |
+# | voltage, or a PWM duty | `voltage_drive(kt=, ke=, resistance=, ratio=, volts=)` |
 # | the same, `L/R` of the winding above a tenth of the sampling period | the same with `inductance=` |
 # | either, behind a worm or a high gear | the same with `efficiency=` |
 # | something else | `formula_drive(force, inverse)` |
 #
-# [Drives](../drives.md) has the equations, what was measured of each, and what no record tells.
+# [Drives](../drives.md) has the equations, measurements of each drive, and what no record can show.

@@ -1,7 +1,7 @@
-"""Many records of one motion, identified side by side.
+"""Batched identification of many records of one reference.
 
-In: an axis, and records of one reference as lanes. Out: estimates, deviations and biases by lane,
-as `identify` has them. Knows nothing of diagnoses and documents.
+In: an axis, and records of one reference as lanes. Out: estimates and standard errors by lane, as
+from `identify`. Knows nothing of diagnoses and documents.
 """
 
 from .identify_lanes import identify_lanes as identify_lanes, is_served as is_served

@@ -1,10 +1,10 @@
-"""`identify` of many records of one reference, side by side, from their rows to estimates.
+"""Batched `identify` of many records of one reference, from their rows to estimates.
 
-Instrumental variables, see `axisid.estimation.methods.instrumental`, and least squares are by
-normal equations that are refined. Columns are scaled to unit norm; the equations of the residuals
-are solved once more, which leaves the digits that a factorisation has as long as the columns are
-not nearly dependent. Lanes of which that is not so are told, and solved elsewhere. NumPy is
-silenced of what is not finite.
+Instrumental variables, see `axisid.estimation.methods.instrumental`, and least squares are solved
+by refined normal equations. Columns are scaled to unit norm, and the equations are solved again for
+the residuals, which gives the accuracy of a QR factorisation if the columns are not nearly
+dependent. Lanes with nearly dependent columns are identified separately. Warnings of NumPy for
+values that are not finite are switched off.
 """
 
 from dataclasses import dataclass, replace
@@ -50,23 +50,23 @@ from .lanes import (
     RecordLanes,
 )
 
-#: The method of which lanes go side by side.
+#: The method with batched lanes.
 METHOD = "idm-iv"
-_BLOCK = 32  # lanes side by side: those that are simulated together
-_MOST_CONDITION = 1e6  # of the scaled products: digits are lost beyond
-_MOST = 8  # steps of lanes; what takes more is identified alone
-_CLEARLY = 0.5  # of what a record may hide: lanes nearer to that are looked at alone
+_BLOCK = 32  # lanes that are simulated together
+_MOST_CONDITION = 1e6  # of the scaled products; beyond, digits are lost
+_MOST = 8  # iterations of lanes; a lane that needs more is identified separately
+_CLEARLY = 0.5  # of the detection limit; a lane above is identified separately
 _ROUNDING = float(np.finfo(float).eps)
 
-#: Solutions as if each lane were alone, and steps to them, by lane.
+#: Solution and number of iterations by lane.
 LaneFits = dict[int, tuple[Solution, int]]
 
 
 def is_served(axis: GeneratedAxis, period: float, method: str) -> bool:
-    """Whether lanes of an axis go side by side, of a period in s; else they go one by one.
+    """Return True if lanes of an axis with a period in s can be batched.
 
-    That is instruments of a linear model whose drive acts at once, of a law that is evaluated at
-    the samples, where there is a compiler.
+    The method is instrumental variables, the model is linear, the drive has no delay, lag or
+    command path, the law is evaluated at the samples, and there is a compiler.
     """
     law, drive = axis.control, axis.drive
     return (
@@ -94,24 +94,24 @@ def identify_lanes(
     lags: int | None = None,
     **settings: Any,
 ) -> LaneEstimates:
-    """Identify records of one reference by one method, side by side.
+    """Identify records of one reference by one method, in batches.
 
-    Each lane is what `identify` makes of its record without twins, but for rounding: it is
-    filtered, simulated and solved beside others in compiled code. What cannot go so is identified
-    alone: an axis of another kind, an encoder's steps, a lane that takes another course than most.
+    Each lane equals the result of `identify` without simulated replicas, except for rounding: lanes
+    are filtered, simulated and solved together in compiled code. Other cases are identified
+    separately: an axis of another kind, encoder steps, a lane whose iteration differs from most.
 
     Parameters
     ----------
     axis : Axis or GeneratedAxis
     lanes : RecordLanes
     method : str
-        Of `METHODS`; ``idm-iv`` goes side by side.
+        One of `METHODS`; ``idm-iv`` is batched.
     prefilter : Prefilter, optional
-        As `identify` takes it.
+        As in `identify`.
     lags : int, optional
-        As `identify` takes them.
+        As in `identify`.
     **settings
-        What else `identify` takes; with any of them lanes are identified alone.
+        Other arguments of `identify`; with any of them, lanes are identified separately.
 
     Returns
     -------
@@ -120,7 +120,7 @@ def identify_lanes(
     Raises
     ------
     UsageError
-        The prefilter is none.
+        The prefilter is no Prefilter.
     """
     generated = as_generated(axis)
     asked = Prefilter.given(prefilter)
@@ -144,7 +144,9 @@ def identify_lanes(
                     values[lane], iterations[lane] = solution.theta, steps
                 else:
                     how[lane], chosen = ALONE, {"lags": lags, "bootstrap": 0, **settings}
-                    result = identify(generated, part.record(place), asked, [method], **chosen)
+                    result = identify(
+                        generated, part.record(place), asked, [method], **chosen, judge=False
+                    )
                     found = result[method]
                     spread = [
                         (found.covariances[name], found.freedom[name]) for name in COVARIANCES
@@ -170,32 +172,32 @@ def identify_lanes(
 def _block_fits(
     axis: GeneratedAxis, library: LaneLibrary, lanes: RecordLanes, asked: Prefilter
 ) -> LaneFits:
-    """Fits of the lanes of a block side by side, but for those that go alone."""
+    """Return the fits of the lanes of a block, without lanes to be identified separately."""
     try:
         template = FilteredRecord.bind(axis, lanes.record(0), replace(asked, reversals="keep"))
     except AxisidError:
-        return {}  # they are told why where they go alone
-    with np.errstate(all="ignore"):  # what is not finite goes alone too
+        return {}  # the separate identification raises the error
+    with np.errstate(all="ignore"):  # lanes that are not finite are identified separately
         block = LaneBlock(axis=axis, library=library, lanes=lanes, template=template)
         return fitted_lanes(block, asked)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LaneSolutions:
-    """Solutions of lanes.
+    """Least-squares or instrumental-variables solutions of lanes.
 
     Attributes
     ----------
     theta : (L, p) array
     residuals : (n, L) array
     power : (L,) array
-        Of the residuals.
+        Sums of squared residuals.
     instruments : (n, p, L) array
-        Z; the regressor X of least squares.
+        Z; the regressor X for least squares.
     mixing, inverse : (L, p, p) arrays
-        ``(Z'X)^-1`` and ``(Z'Z)^-1``, of no meaning where there is none.
+        ``(Z'X)^-1`` and ``(Z'Z)^-1``; not valid for ill-conditioned lanes.
     sound : (L,) array of bool
-        Where the products are well conditioned.
+        True for lanes with well-conditioned products.
     """
 
     theta: Array
@@ -207,7 +209,7 @@ class LaneSolutions:
     sound: BoolArray
 
     def alone(self, block: LaneBlock, rows: BoolArray | None, lane: int, place: int) -> Solution:
-        """The solution of a lane of a block, at its place among these, as if it were alone."""
+        """Return the solution of one lane of a block, at its index among these solutions."""
         own = slice(None) if rows is None else rows[:, lane]
         places = block.template.sampling.rows.astype(np.int64)[own]
         return Solution(
@@ -220,24 +222,24 @@ class LaneSolutions:
 
 
 def products(library: LaneLibrary, one: Array, other: Array) -> Array:
-    """``sum a_t b_t'`` of columns (n, p, L) and (n, q, L), (L, p, q), each lane by itself."""
+    """Return ``sum_t a_t b_t'`` of columns (n, p, L) and (n, q, L) by lane, (L, p, q)."""
     return library.products(one, other).transpose(2, 0, 1)
 
 
 def row_counts(rows: BoolArray | None, shape: tuple[int, ...]) -> Array:
-    """How many rows each lane has, (L,)."""
+    """Return the number of rows of each lane, (L,)."""
     return np.full(shape[1], float(shape[0])) if rows is None else rows.sum(axis=0).astype(float)
 
 
 def fitted(regressor: Array, theta: Array) -> Array:
-    """``X theta`` of lanes, (n, L), for parameters (L, p)."""
+    """Return ``X theta`` of lanes, (n, L), for parameters (L, p)."""
     return np.asarray(sum(regressor[:, i] * theta[:, i] for i in range(theta.shape[1])))
 
 
 def solved(
     library: LaneLibrary, left: Array, regressor: Array, instruments: Array
 ) -> LaneSolutions:
-    """``(Z'X)^-1 Z'y`` of lanes; least squares where the instruments are the regressor.
+    """Return the solutions ``(Z'X)^-1 Z'y`` of lanes; least squares if Z is X.
 
     Parameters
     ----------
@@ -274,25 +276,26 @@ def solved(
 
 
 def _applied(matrices: Array, vectors: Array) -> Array:
+    """Return the products of matrices (L, p, p) and vectors (L, p)."""
     return np.asarray((matrices * vectors[:, None, :]).sum(axis=2))
 
 
 def norms(library: LaneLibrary, columns: Array) -> Array:
-    """Of columns (n, p, L), (L, p)."""
+    """Return the norms of columns (n, p, L), (L, p)."""
     squares = products(library, columns, columns)
     return np.asarray(np.sqrt(np.diagonal(squares, axis1=1, axis2=2)))
 
 
 def fitted_lanes(block: LaneBlock, asked: Prefilter) -> LaneFits:
-    """Lanes from their samples to where the instruments' iteration ends.
+    """Return the fits of lanes by the instrumental-variables iteration.
 
-    Lanes that are not among them are to be identified alone.
+    Missing lanes are to be identified separately.
     """
     excluded, able = _near_reversals(block, asked), block.starts[1]
     if excluded is not None:
         _, _, loops, follows, shown = _first_fit(block, excluded, block.rows_of(excluded))
         again = block.turns(block.filtered(loops.position))
-        # Where the loop does not follow, the record's own reversals stay.
+        # A lane whose loop does not follow the record keeps the reversals of the record.
         excluded, able = np.where(follows & excluded.any(axis=0), again, excluded), able & shown
     rows = block.rows_of(excluded)
     measured, found, loops, follows, shown = _first_fit(block, excluded, rows)
@@ -302,18 +305,18 @@ def fitted_lanes(block: LaneBlock, asked: Prefilter) -> LaneFits:
 def _first_fit(
     block: LaneBlock, excluded: BoolArray | None, rows: BoolArray | None
 ) -> tuple[Equations, LaneSolutions, LaneLoops, BoolArray, BoolArray]:
-    """Least squares of lanes.
+    """Estimate lanes by least squares, and simulate their loops.
 
     Returns
     -------
     measured : Equations
     found : LaneSolutions
     loops : LaneLoops
-        Simulated with it.
+        Simulated with the solutions.
     follows : (L,) array of bool
-        Which loops move as the records do.
+        True for lanes whose simulated loop follows the record.
     shown : (L,) array of bool
-        Which lanes show every parameter by far.
+        True for lanes that clearly show every parameter.
     """
     measured = block.rows(excluded, rows)
     left = measured.left - measured.intercept
@@ -326,13 +329,13 @@ def _first_fit(
 
 
 def _near_reversals(block: LaneBlock, asked: Prefilter) -> BoolArray | None:
-    """Samples near reversals and rests that lanes leave out, (N, L); None where no lane does."""
+    """Return True for samples near reversals and rests to leave out, (N, L); None for none."""
     axis = block.axis
     if asked.reversals == "keep" or not (asked.reversals or axis.has_direction):
         return None
     near = block.turns(block.motion)
     if asked.reversals is None and not searches_friction(axis):
-        # But for lanes that would hardly show a parameter.
+        # Lanes that would hardly show a parameter keep all samples.
         slow = MIN_MOVING_SPEED.value * np.abs(block.motion[1]).max(axis=0)
         pairs = block.library.information(block.motion, block.template.sampling.kept, near, slow)
         moving, left = (each.transpose(2, 0, 1) for each in pairs)
@@ -347,10 +350,10 @@ def _near_reversals(block: LaneBlock, asked: Prefilter) -> BoolArray | None:
 def _clearly_shown(
     block: LaneBlock, measured: Equations, rows: BoolArray | None, first: LaneSolutions
 ) -> BoolArray:
-    """Which lanes show every parameter by far, (L,), from least squares of their rows.
+    """Return True for lanes that clearly show every parameter, (L,), by least squares.
 
-    What a record may hide follows from its force and motion, which are those of the first lane in
-    all but noise.
+    The detection limits follow from force and motion, which are equal in all lanes except for
+    noise, so that those of the first lane are used.
     """
     signals = block.template.signals
     every = InverseForm(block.axis).equations(signals)
@@ -374,7 +377,7 @@ def _iterated(
     active: BoolArray,
     loops: LaneLoops,
 ) -> LaneFits:
-    """Iterate lanes from least squares, whose loops are known, until they stand still."""
+    """Iterate instrumental variables of lanes from least squares until convergence."""
     ended: LaneFits = {}
     net, lanes = measured.left - measured.intercept, len(active)
     paces, counts = [StepControl() for _ in range(lanes)], row_counts(rows, net.shape)

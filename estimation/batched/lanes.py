@@ -1,11 +1,11 @@
-"""Lanes, records of one motion: their estimates, and their rows, measured and simulated.
+"""Lanes: records of one reference, with their estimates and their measured and simulated rows.
 
-The filter before decimation is a sum of modes, so that only the rows that are kept are made.
-Forward and backward, the filter's response is that of its poles, each once running forward and once
-backward. Of such a sum a row in so many costs a few products of the samples in between, where the
-sections one after the other make every sample. What the sections have at the ends of a stretch, the
-modes have too: the forward pass starts as after a long time of the first value, the backward pass
-as after one of the last that the forward pass made.
+The decimation filter is computed as a sum of first-order modes, so that only the kept rows are
+computed. The response of the filter, applied forward and backward, is a sum over its poles, each
+running once forward and once backward. A kept row then needs a few products with the samples since
+the last kept row, whereas second-order sections would compute every sample. The modes start and end
+as the sections do: the forward pass starts in the steady state of the first value, the backward
+pass in that of the last value of the forward pass.
 """
 
 from collections.abc import Mapping
@@ -33,13 +33,13 @@ from axisid.estimation.thresholds import MIN_ROW_WEIGHT, REST_SPEED
 from axisid.support.arrays import Array, BoolArray, ComplexArray, Exact, IntArray
 from axisid.support.errors import UsageError
 
-#: How a lane was identified: among others, or as `identify` does it alone.
+#: How a lane was identified: batched, separately by `identify`, or not at all.
 SIDE_BY_SIDE, ALONE, FAILED = "side by side", "alone", "failed"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RecordLanes(Exact):
-    """Records of one reference, one a lane, SI.
+    """Records of one reference, one for each lane, SI.
 
     Attributes
     ----------
@@ -47,14 +47,14 @@ class RecordLanes(Exact):
     position, control : (N, B) array
         Measured, in contiguous memory.
     period : float
-        That of the control law, s.
+        Period of the control law, s.
     resolution : float
-        Of the encoder; lanes that have one are identified one by one.
+        Encoder step; lanes with an encoder step are identified separately.
 
     Raises
     ------
     UsageError
-        The shapes do not belong together.
+        The shapes do not match.
     """
 
     reference: Array
@@ -76,7 +76,7 @@ class RecordLanes(Exact):
         return int(self.position.shape[1])
 
     def record(self, lane: int) -> Record:
-        """One lane as a record."""
+        """Return one lane as a record."""
         return Record(
             time=self.period * np.arange(float(len(self.reference))),
             position=self.position[:, lane],
@@ -86,7 +86,7 @@ class RecordLanes(Exact):
         )
 
     def part(self, lanes: slice) -> "RecordLanes":
-        """Some of the lanes."""
+        """Return some of the lanes."""
         return RecordLanes(
             reference=self.reference,
             position=np.ascontiguousarray(self.position[:, lanes]),
@@ -98,21 +98,21 @@ class RecordLanes(Exact):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LaneEstimates(Exact):
-    """Estimates by one method, one a lane; NaN where there is none.
+    """Estimates of lanes by one method; NaN for lanes without an estimate.
 
     Attributes
     ----------
     values : (B, p) array
         Physical parameters, SI.
     deviations : mapping of str to (B, p) array
-        By name of `COVARIANCES`.
+        Standard errors by name of `COVARIANCES`.
     freedom : mapping of str to (B, p) array
         Their degrees of freedom.
     iterations : (B,) array of int
     how : tuple of str
-        Of each lane: ``side by side``, ``alone`` or ``failed``.
+        For each lane ``side by side``, ``alone`` or ``failed``.
     errors : mapping of int to str
-        Why, of lanes that failed.
+        Error message of each failed lane.
     """
 
     values: Array
@@ -124,7 +124,7 @@ class LaneEstimates(Exact):
 
 
 def _at_rest(axis: GeneratedAxis, reference: Array, position: Array, samples: int) -> Array:
-    """The first controls of the law of an axis that rested before, (samples, L)."""
+    """Return the first controls of the law for an axis at rest before, (samples, L)."""
     lanes = position.shape[1]
     commanded = np.broadcast_to(reference[:samples, None], (samples, lanes)).copy()
     (state,) = axis.evaluate("control_start", commanded[0], position[0])
@@ -139,12 +139,12 @@ def _at_rest(axis: GeneratedAxis, reference: Array, position: Array, samples: in
 _Filter = tuple[ComplexArray, ComplexArray, ComplexArray, float]
 
 
-#: No filter: modes without memory, which have a quarter of each value.
+#: No filter: four modes without memory, each with a quarter of the value.
 _ALL_PASS: _Filter = (np.zeros(4, complex), *(np.full(4, 1 / 8, complex),) * 2, 0.0)
 
 
 def _modes(sampled: SampledFilter) -> _Filter:
-    """One pole of each pair, its residue, its gain forward and backward, and what is direct."""
+    """Return one pole of each pair, its residue, its two-way gain, and the direct gain."""
     sections = sampled.decimation.sections
     pairs = np.array([np.roots(section[3:]) for section in sections])
     poles: ComplexArray = np.where(pairs[:, 0].imag > 0, pairs[:, 0], pairs[:, 1])
@@ -163,9 +163,10 @@ def _modes(sampled: SampledFilter) -> _Filter:
 
 
 def _ends(poles: ComplexArray, residues: ComplexArray, gains: ComplexArray, beyond: int) -> Array:
-    """What modes that run backward start from, by how far the forward ones are from settled.
+    """Return the matrix from forward modes to the initial state of backward modes.
 
-    Both `beyond` samples after the last value, which goes on there.
+    The forward modes are relative to their steady state. Both are `beyond` samples after the last
+    value, which is held there.
     """
     ahead = np.concatenate([poles, poles.conj()])[None, :]
     weights = np.concatenate([residues, residues.conj()])
@@ -181,23 +182,23 @@ def _ends(poles: ComplexArray, residues: ComplexArray, gains: ComplexArray, beyo
 
 
 def _pairs(values: ComplexArray) -> Array:
-    """Real and imaginary parts in turn along the last axis."""
+    """Return real and imaginary parts alternating along the last axis."""
     parts = np.stack([values.real, values.imag], axis=-1)
     return parts.reshape(*values.shape[:-1], -1)
 
 
 @dataclass(frozen=True, kw_only=True)
 class LaneBlock:
-    """Lanes that are identified side by side.
+    """Lanes that are identified together.
 
     Attributes
     ----------
     axis : GeneratedAxis
     library : LaneLibrary
-        Its compiled rows.
+        Compiled code for the rows.
     lanes : RecordLanes
     template : FilteredRecord
-        Of one of them, with all its samples: what is the same for all.
+        The first lane with all its samples, for everything that is equal in all lanes.
     """
 
     axis: GeneratedAxis
@@ -207,12 +208,12 @@ class LaneBlock:
 
     @cached_property
     def motion(self) -> Motion:
-        """The measured motion, filtered, (N, L) each."""
+        """Filtered measured motion, (N, L) each."""
         return self.filtered(self.lanes.position)
 
     @cached_property
     def decimation(self) -> Decimation:
-        """Which rows are kept, and by what sums."""
+        """Kept rows and coefficients of the modes of the decimation filter."""
         sampled, samples = self.template.sampling.filter, len(self.lanes.reference)
         every = sampled.settings.decimate
         start, end = sampled.cut
@@ -245,14 +246,14 @@ class LaneBlock:
                 dtype=np.int64,
             ),
             powers=_pairs(powers),
-            gains=_pairs(2 * gains.conj()),  # the real part of a product
+            gains=_pairs(2 * gains.conj()),  # for the real part of a product
             settled=_pairs(1 / (1 - poles)),
             ends=_ends(poles, residues, gains, beyond),
             direct=direct,
         )
 
     def filtered(self, position: Array) -> Motion:
-        """Motions as measured ones are filtered, (N, L) each."""
+        """Return motions filtered like measured ones, (N, L) each."""
         q, dq, ddq = np.empty((3, *position.shape))
         sampled = self.template.sampling.filter
         self.library.motion(
@@ -266,7 +267,7 @@ class LaneBlock:
         return q, dq, ddq
 
     def rows(self, excluded: BoolArray | None, rows: BoolArray | None) -> Equations:
-        """Rows of the records, (n, L) and (n, p, L); zero where a lane has none."""
+        """Return the rows of the records, (n, L) and (n, p, L); zero for missing rows of a lane."""
         found = self.library.measured(
             self.lanes.control, self.motion, self.template.hold_delay, excluded, self.decimation
         )
@@ -275,23 +276,23 @@ class LaneBlock:
         return Equations(left=found[:, -1], intercept=intercept, regressor=found[:, :p])
 
     def rows_of(self, excluded: BoolArray | None) -> BoolArray | None:
-        """Which rows lanes have, (n, L), without excluded samples; None for all."""
+        """Return True for rows of each lane without excluded samples, (n, L); None for all."""
         if excluded is None:
             return None
         weights = self.library.weights(excluded, self.decimation)
         return np.asarray((weights > MIN_ROW_WEIGHT.value) | ~excluded.any(axis=0))
 
     def turns(self, motion: Motion) -> BoolArray:
-        """Samples near reversals and rests of filtered motions, (N, L)."""
+        """Return True for samples near reversals and rests of filtered motions, (N, L)."""
         reach = self.template.sampling.filter.turn_reach
         return self.library.turns(motion[1], REST_SPEED.value, reach)
 
     @cached_property
     def starts(self) -> tuple[LoopStart, BoolArray]:
-        """Starts of the loops, and of which lanes they are as `loop_starts` has them.
+        """Starts of the loops, and True for lanes where they agree with `loop_starts`.
 
-        Lanes begin with what the law declares for an axis at rest; those whose first controls say
-        otherwise are the others.
+        The memory is the declared one of an axis at rest; it is wrong for lanes whose first
+        controls show another memory.
         """
         axis, lanes, law = self.axis, self.lanes, self.axis.control
         velocity = np.array([first_velocity(lane, lanes.period) for lane in lanes.position.T])
@@ -309,7 +310,7 @@ class LaneBlock:
     def loops(
         self, physical: Array, chosen: BoolArray, excluded: BoolArray | None, rows: BoolArray | None
     ) -> "LaneLoops":
-        """Chosen lanes simulated with parameters (L, p), as rows without what is excluded."""
+        """Simulate chosen lanes with parameters (L, p), and return their rows."""
         lanes = np.flatnonzero(chosen)
         physical, start = physical[lanes], self.starts[0]
         inputs = LoopInputs(
@@ -341,20 +342,20 @@ class LaneBlock:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LaneLoops:
-    """Loops of some of the lanes L, one estimate each.
+    """Simulated loops of some of the lanes L.
 
     Attributes
     ----------
     lanes : (l,) array of int
-        Which ones.
+        Numbers of the simulated lanes.
     position : (N, l) array
-        Simulated.
+        Simulated positions.
     Z : (n, p, l) array
-        Reduced.
+        Columns of the simulated rows.
     intercept : (n, l) array or float
-        Known part of the rows, reduced.
+        Known part of the simulated rows.
     well : (L,) array of bool
-        Which loops there are and went well.
+        True for lanes that were simulated without failure.
     """
 
     lanes: IntArray
@@ -365,11 +366,12 @@ class LaneLoops:
 
 
 def some_lanes(values: BoolArray | None, lanes: IntArray) -> BoolArray | None:
-    """Some lanes, by number, of values (..., L) that there may be, in contiguous memory."""
+    """Return values (..., L) of some lanes in contiguous memory; None for None."""
     return None if values is None else np.ascontiguousarray(values[..., lanes])
 
 
 def _kept(found: Array, rows: BoolArray | None) -> Array:
+    """Set missing rows of each lane to zero, in place."""
     if rows is not None:
         found *= rows[:, None, :]
     return found

@@ -1,4 +1,4 @@
-"""Which of the ready laws gives a recorded control, and with which gains and delay.
+"""Search for the ready control law, its gains and delay, that explain a recorded control.
 
 In: an axis and its record. Out: `LawSearch`.
 Knows nothing of the axis's parameters.

@@ -1,7 +1,7 @@
-"""The forms of the ready laws that are tried, and how a regression starts each.
+"""Forms of the ready laws for the search, with a linear regression that gives start values.
 
-A form without an integral or a filter is linear in products of its gains; one with an integral is
-linear in more products than it has gains, which start the search all the same.
+A form without an integral or a filter is linear in products of its gains; a form with an integral
+is linear in more products than it has gains, which still give start values.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -13,24 +13,24 @@ from axisid.estimation.law_replay import LawInputs
 from axisid.modeling.declaration import LAWS, ControlLaw
 from axisid.support.arrays import Array
 
-#: Time constants and 1/bandwidths that begin the search for a filter, sampling periods.
+#: Start values of time constants and 1/bandwidths of a filter, sampling periods.
 _FILTERS = (1.0, 1.5, 2.2, 3.3, 5.0, 7.5, 11.0, 17.0, 25.0)
-#: Times that begin the search for that of back-calculation, of the integral's.
+#: Start values of the time of back-calculation, relative to the integral time.
 _TRACKING = (0.3, 1.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReadyLaw:
-    """A ready law, whatever its gains.
+    """A ready law without gains.
 
     Attributes
     ----------
     function : str
         Its name in `axisid.control`, as in `LAWS`.
     words : mapping of str to str
-        The arguments of that function that are no numbers.
+        Arguments of that function that are not numbers.
     same : str
-        What else gives the same control, in words.
+        Description of other laws with the same control.
     """
 
     function: str
@@ -39,20 +39,20 @@ class ReadyLaw:
 
     @property
     def title(self) -> str:
-        """The law and its words: ``cascade_p_pi, velocity averaged``."""
+        """Name of the law with its words: ``cascade_p_pi, velocity averaged``."""
         return ", ".join([self.function, *(f"{k} {v}" for k, v in self.words.items())])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LawForm(ReadyLaw):
-    """A ready law with its words, whose gains are sought.
+    """A ready law with its words, and the regression for start values of its gains.
 
     Attributes
     ----------
     columns : tuple of str
-        Signals of which the control is a sum, by which the search starts; see `signals`.
+        Signals of the regression; the control is a linear combination of them; see `signals`.
     gains : callable
-        Gains by name from the coefficients of the columns.
+        Maps the coefficients of the columns to gains by name.
     extra : str
         A gain that is no coefficient: ``velocity_filter``, ``pll_bandwidth``, ``filter_time``.
     """
@@ -62,34 +62,38 @@ class LawForm(ReadyLaw):
     extra: str = ""
 
     def made(self, gains: Mapping[str, float], period: float, delay: int) -> ControlLaw:
-        """The law with gains."""
+        """Return the control law with given gains, period in s, and delay in samples."""
         return replace(LAWS[self.function](**gains, **self.words, period=period), delay=delay)
 
     def wound_gains(self, gains: Mapping[str, float]) -> Iterator[Mapping[str, float]]:
-        """Gains to begin with: back-calculation may have a time of its own, or the integral's."""
+        """Yield start values of the gains, with several times of back-calculation if it is used."""
         yield gains
-        for share in _TRACKING if self.words.get("anti_windup") == "back_calculation" else ():
+        if self.words.get("anti_windup") != "back_calculation":
+            return
+        for share in _TRACKING:
             integral = gains["tn"] if "tn" in gains else abs(_over(gains["kp"], gains["ki"]))
             yield {**gains, "tracking_time": share * integral}
 
     def begun(self, period: float) -> Sequence[float | None]:
-        """Where the search for the extra gain begins; None without one."""
+        """Return the start values of the extra gain; a single None without one."""
         if not self.extra:
             return (None,)
         times = [period * each for each in _FILTERS]
-        return [1 / time / 2 for time in times] if self.extra == "pll_bandwidth" else times
+        if self.extra == "pll_bandwidth":
+            return [1 / time / 2 for time in times]
+        return times
 
     def signals(self, ticks: LawInputs, period: float, extra: float | None) -> dict[str, Array]:
-        """The columns by name, (N,) each, at the samples of a record.
+        """Return the columns of the regression by name, (N,) each, at the samples of a record.
 
         Parameters
         ----------
         ticks : LawInputs
-            At the samples; the velocity is an ideal one.
+            At the samples; the velocity is that of an ideal sensor.
         period : float
             s
         extra : float or None
-            The extra gain, of the filter.
+            Value of the extra gain of the filter.
         """
         error, rate = ticks.reference - ticks.position, _rate(ticks.reference, period)
         velocity = self._velocity(ticks, period, extra)
@@ -108,6 +112,7 @@ class LawForm(ReadyLaw):
         return {name: signals[name] for name in self.columns}
 
     def _velocity(self, ticks: LawInputs, period: float, extra: float | None) -> Array:
+        """Return the velocity as the law computes it from positions, (N,)."""
         how, position = self.words.get("velocity", "difference"), ticks.position
         if how == "ideal" or self.function == "cascade_pd":
             return ticks.velocity
@@ -120,15 +125,17 @@ class LawForm(ReadyLaw):
 
 
 def _rate(values: Array, period: float) -> Array:
+    """Return backward differences over the period, (N,)."""
     return np.asarray(np.diff(values, prepend=values[0]) / period)
 
 
 def _sum(values: Array, period: float) -> Array:
+    """Return the sum of all earlier values times the period, (N,)."""
     return period * np.concatenate([[0.0], np.cumsum(values)[:-1]])
 
 
 def _smooth(values: Array, period: float, time: float | None) -> Array:
-    """A low-pass of first order, as `low_pass` computes it."""
+    """Return values after a first-order low-pass, as `low_pass` computes it, (N,)."""
     if not time:
         return values
     from scipy.signal import lfilter
@@ -138,10 +145,12 @@ def _smooth(values: Array, period: float, time: float | None) -> Array:
 
 
 def _over(above: float, below: float) -> float:
+    """Return a quotient; 0 for a denominator of 0."""
     return above / below if below else 0.0
 
 
 def _cascade(c: Mapping[str, float]) -> dict[str, float]:
+    """Return the gains of a cascade from the coefficients of its columns."""
     kv = -c["velocity"]
     further = {
         "velocity_feed_forward": ("rate", _over(c.get("rate", 0.0), kv)),
@@ -153,8 +162,11 @@ def _cascade(c: Mapping[str, float]) -> dict[str, float]:
 
 
 def _pid(c: Mapping[str, float]) -> dict[str, float]:
+    """Return the gains of a PD or PID law from the coefficients of its columns."""
     found = {"kp": c["error"], "kd": c.get("derivative", -c.get("velocity", 0.0))}
-    return {**found, "ki": c["sum of error"]} if "sum of error" in c else found
+    if "sum of error" in c:
+        found["ki"] = c["sum of error"]
+    return found
 
 
 _PD = ("error", "velocity")
@@ -164,6 +176,7 @@ _PID = ("error", "derivative", "sum of error", "constant")
 
 
 def _p_pi(velocity: str, *columns: str, extra: str = "") -> LawForm:
+    """Return the form of a P-PI cascade with a way to compute the velocity."""
     return LawForm(
         function="cascade_p_pi",
         columns=columns,
@@ -173,7 +186,7 @@ def _p_pi(velocity: str, *columns: str, extra: str = "") -> LawForm:
     )
 
 
-#: The forms that are tried, those of few gains first.
+#: Forms of the search, those with few gains first.
 FORMS: tuple[LawForm, ...] = (
     LawForm(
         function="cascade_pd_difference",

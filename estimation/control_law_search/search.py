@@ -1,6 +1,6 @@
-"""The search: each form started by a regression, its gains found by runs, judged on other rows.
+"""Search for a control law: start by a regression, fit of the gains by replay, held-out error.
 
-The result names those that explain a recorded control.
+The result ranks the laws by how well they explain a recorded control.
 """
 
 from collections.abc import Iterator, Mapping
@@ -33,16 +33,17 @@ from axisid.support.errors import DataError, ModelError, refuse
 from axisid.support.one_thread import in_one_thread
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
+from axisid.support.settings import setting
 
 from .law_forms import FORMS, LawForm, ReadyLaw
 
-# of the least that a law leaves on held-out rows; on the EMPS record four larger laws leave the
-# same 0.234 % as the drive's own
+# ratio to the smallest held-out control error that counts as equal; on the EMPS record four laws
+# with more gains have the same 0.234 % as the law of the drive
 _MAX_AS_WELL = 1.1
-_NEGLIGIBLE_LEFT = 1e-5  # % of a control, below which laws leave the rounding of the runs only
+_NEGLIGIBLE_LEFT = 1e-5  # % of the control; a smaller control error is rounding of the replay
 
-_BLOCKS = 10  # of rows, every second of which is held out
-_DELAYS = 4  # samples, the most that are tried
+_BLOCKS = 10  # blocks of rows, every second of which is held out
+_DELAYS = 4  # samples, the largest delay that is tried
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,12 +55,11 @@ class ExplainedLaw(ReadyLaw):
     law : ControlLaw
         With these gains and the delay.
     deviations : mapping of str to float
-        Standard deviation of each gain, for autocorrelated residuals; of those that the record
-        tells apart from the others.
+        Standard error of each gain that the record identifies, for autocorrelated residuals.
     held_out_percent : float
-        What it leaves of the control on rows that the gains were not found from, percent of it.
+        Control error relative to the control (rms) on held-out rows, %.
     fitted_percent : float
-        The same on the rows that they were found from.
+        Control error relative to the control (rms) on the fitted rows, %.
     """
 
     law: ControlLaw
@@ -69,17 +69,18 @@ class ExplainedLaw(ReadyLaw):
 
     @property
     def toml(self) -> str:
-        """How a TOML declaration has it."""
+        """The law as a line of a TOML declaration."""
         return f'control = {{ law = "{self.function}", {self._arguments(" = ")} }}'
 
     @property
     def python(self) -> str:
-        """How a Python declaration has it."""
+        """The law as an argument of a Python declaration."""
         law = f"{self.function}({self._arguments('=')})"
         late = self.law.delay
         return f"control=replace({law}, delay={late})" if late else f"control={law}"
 
     def _arguments(self, between: str) -> str:
+        """Return names and values of the arguments, joined by `between`."""
         given = {name: f"{value:.6g}" for name, value in self.law.gains.items()}
         given |= {name: f'"{word}"' for name, word in self.words.items()}
         given["period"] = f"{self.law.period:.10g}"
@@ -90,22 +91,22 @@ class ExplainedLaw(ReadyLaw):
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class LawSearch(Checked, Presentable):
-    """Ready laws by how well they explain the recorded control, the best first.
+    """Ready laws ranked by how well they explain the recorded control, the best first.
 
     Attributes
     ----------
     axis : str
-        Its name.
+        Name of the axis.
     unit : str
-        Of the control.
+        Unit of the control.
     record : Record
     laws : tuple of ExplainedLaw
-        By what they leave of rows that are held out; of those that leave as little, the one with
-        the fewest gains first.
+        Sorted by the held-out control error; of laws with an equal error, the one with the fewest
+        gains comes first.
     explained : bool
-        Whether the first leaves as little as the law check allows.
+        True if the control error of the first law is within the limit of the law check.
     as_well : int
-        How many of the first leave as little as the best.
+        Number of first laws with a control error equal to the smallest.
     """
 
     axis: str
@@ -120,12 +121,12 @@ class LawSearch(Checked, Presentable):
 
     @property
     def best(self) -> ExplainedLaw:
-        """The first of them."""
+        """First of the laws."""
         return self.laws[0]
 
     @property
     def checks(self) -> tuple[Check, ...]:
-        """Whether a law explains the control."""
+        """Check of the control error of the best law."""
         best, left = self.best.title, self.best.held_out_percent
         fault = (
             f"No ready law explains the control: the best, {best}, leaves {left:.3g} % of it. The "
@@ -136,25 +137,25 @@ class LawSearch(Checked, Presentable):
         return (Check.unless("control law", fault, held, left, MAX_LAW_RESIDUAL.value),)
 
 
-@np.errstate(all="ignore")  # a law that runs away along the record is left out
+@np.errstate(all="ignore")  # a law that diverges along the record is left out
 @in_one_thread
 def find_law(
     axis: Axis | GeneratedAxis, record: Record, *, progress: Progress | None = None
 ) -> LawSearch:
-    """Which of the ready laws explains a recorded control, with which gains and delay.
+    """Find the ready law, its gains and delay, that explain a recorded control.
 
-    Each form of the ready laws is started by a regression of the control on what it is made of,
-    at every delay; its gains are then found by runs along half of the record, in blocks, and it is
-    judged on the other half.
+    For each form of the ready laws, a regression of the control on the signals of the law gives
+    start values at every delay. The gains are then fitted by replay along half of the record, in
+    blocks, and the control error is evaluated on the other half.
 
     Parameters
     ----------
     axis : Axis or GeneratedAxis
-        Whose drive and signals the record has; a law that it declares plays no part.
+        Axis with the drive and signals of the record; its declared law is not used.
     record : Record
-        With position, reference and control. Of several pieces the longest is taken.
+        With position, reference and control. The longest segment is used.
     progress : callable, optional
-        Called with how many forms are done, how many there are, and what is done.
+        Called with the number of finished forms, their total, and a text.
 
     Raises
     ------
@@ -168,13 +169,15 @@ def find_law(
         DataError,
         (
             lacking,
-            f"the record has no {''.join(lacking[:1])}; a law is found from position, reference "
-            "and control. Name its columns, columns={...}",
+            f"the record has no {''.join(lacking[:1])}; the search for a law needs position, "
+            f"reference and control. Name the column: {setting('columns', {lacking[0]: 'NAME'})}"
+            if lacking
+            else "",
             "missing-column",
         ),
         (
             len(piece) < needed,
-            f"the record has {len(piece)} samples; to find a law it takes {needed:g} or more",
+            f"the record has {len(piece)} samples; the search for a law needs {needed:g} or more",
             "too-short",
         ),
     )
@@ -183,7 +186,8 @@ def find_law(
         law = along.begun(form)
         if law is not None and (explained := along.fitted(form, law)) is not None:
             found.append(explained)
-            if explained.held_out_percent > _NEGLIGIBLE_LEFT:  # else no anti-windup explains more
+            # Anti-windup cannot improve a law with a negligible error.
+            if explained.held_out_percent > _NEGLIGIBLE_LEFT:
                 found += along.wound(form, explained.law)
     if not found:
         raise DataError(
@@ -195,16 +199,16 @@ def find_law(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _AlongRecord:
-    """A record of one piece, along which laws are run.
+    """A record without gaps, along which laws are fitted.
 
     Attributes
     ----------
     axis : GeneratedAxis
     record : Record
     used, held_out : (N,) array of bool
-        Samples that gains are found from, and those that a law is judged by.
+        True for samples to fit the gains, and for held-out samples.
     ticks : LawInputs
-        What a law reads.
+        Inputs of a law.
     """
 
     axis: GeneratedAxis
@@ -215,7 +219,7 @@ class _AlongRecord:
 
     @classmethod
     def of(cls, axis: GeneratedAxis, record: Record) -> "_AlongRecord":
-        """A record of one piece with position, reference and control."""
+        """Return the fit along a record without gaps with position, reference and control."""
         told = unlimited(axis, record, (0, len(record))).copy()
         settling = round(1 / COMPARISON_CUTOFF.value)  # of a low-pass, at either end
         told[: settling + _DELAYS] = told[len(record) - settling :] = False
@@ -235,15 +239,14 @@ class _AlongRecord:
         )
 
     def begun(self, form: LawForm, *, apart: bool = False) -> ControlLaw | None:
-        """The law with the delay and the filter of whose regression least is left.
+        """Return the law with the delay and filter of the regression with the smallest residual.
 
-        `apart` leaves open what an integral is after each time at the limit.
+        None if no regression gives valid gains. With `apart`, the integral is free in each stretch
+        between times at the limit.
         """
-        starts = [
-            start
-            for extra in form.begun(self.record.period)
-            for start in self._starts(form, extra, apart=apart)
-        ]
+        starts: list[tuple[float, int, dict[str, float]]] = []
+        for extra in form.begun(self.record.period):
+            starts += self._starts(form, extra, apart=apart)
         for _, delay, gains in sorted(starts, key=lambda start: start[0]):
             with suppress(ModelError):  # a negative time
                 return form.made(gains, self.record.period, delay)
@@ -252,7 +255,7 @@ class _AlongRecord:
     def _starts(
         self, form: LawForm, extra: float | None, *, apart: bool
     ) -> Iterator[tuple[float, int, dict[str, float]]]:
-        """What a regression leaves, the delay, and the gains that it starts with."""
+        """Yield residual norm, delay and gains of the regression for each delay."""
         columns = form.signals(self.ticks, self.record.period, extra)
         if apart:
             columns.pop("constant")
@@ -274,6 +277,7 @@ class _AlongRecord:
                 yield float(np.linalg.norm(control - regressor @ values)), delay, gains
 
     def _by_gains(self, law: ControlLaw) -> GainRegression:
+        """Return the regression of the control on the gains of a law, on the fitted samples."""
         smooth = comparison_filter(law, self.record)
         along = LawReplay.of(self.axis, law, self.ticks, self.record)
         return GainRegression(
@@ -285,10 +289,9 @@ class _AlongRecord:
         )
 
     def fitted(self, form: LawForm, law: ControlLaw) -> ExplainedLaw | None:
-        """A law with the gains that explain the rows best, from those that it has.
+        """Return a law with its gains fitted, starting from its gains; None if it diverges.
 
-        None where it does not explain the control at all. Deviations are of the gains that the
-        record tells apart.
+        Standard errors are those of the gains that the record identifies.
         """
         best, smooth = self._by_gains(law).best([*law.gains]), comparison_filter(law, self.record)
         along, gains = best.along, best.gains
@@ -311,34 +314,37 @@ class _AlongRecord:
         )
 
     def wound(self, form: LawForm, law: ControlLaw) -> list[ExplainedLaw]:
-        """A law with each anti-windup, where the drive came near its limit; each the best start."""
+        """Return the law fitted with each anti-windup, if the drive came near its limit.
+
+        Each fit starts from the best start values.
+        """
         along = LawReplay.of(self.axis, law, self.ticks, self.record)
         if "sum of error" not in form.columns or not np.any(np.isfinite(along.limit)):
             return []  # no integral that may have wound up
         starts, found = [law, self.begun(form, apart=True)], list[ExplainedLaw | None]()
         for how in ANTI_WINDUP[1:]:
             wound = replace(form, words={**form.words, "anti_windup": how})
-            laws = [
-                wound.made(gains, self.record.period, start.delay)
-                for start in starts
-                if start is not None
-                for gains in wound.wound_gains(start.gains)
-            ]
-            found.append(self.fitted(wound, min(laws, key=self._left)))
+            laws: list[ControlLaw] = []
+            for start in starts:
+                if start is None:
+                    continue
+                period, delay = self.record.period, start.delay
+                laws += [wound.made(g, period, delay) for g in wound.wound_gains(start.gains)]
+            found.append(self.fitted(wound, min(laws, key=self._control_error)))
         return [each for each in found if each is not None]
 
-    def _left(self, law: ControlLaw) -> float:
-        """What a law leaves of the rows as it is; infinite where it runs away along them."""
+    def _control_error(self, law: ControlLaw) -> float:
+        """Return the control error of a law on the fitted samples; infinite if it diverges."""
         by_gains = self._by_gains(law)
-        left = np.linalg.norm(by_gains.control - by_gains.output)
-        return float(np.nan_to_num(left, nan=np.inf, posinf=np.inf))
+        error = np.linalg.norm(by_gains.control - by_gains.output)
+        return float(np.nan_to_num(error, nan=np.inf, posinf=np.inf))
 
 
 def _commands(axis: GeneratedAxis, record: Record) -> tuple[Array, NDArray[np.bool_]]:
-    """Commands of which the recorded control comes, (N,), and where it tells them, (N,).
+    """Return the commands behind the recorded control, (N,), and True where they are known, (N,).
 
-    Behind a dead band it is less than they are, and 0 for many of them; behind a rate limit many
-    are one where it changes as fast as it may.
+    Behind a dead band, the control is smaller than the command, and 0 for many commands; behind a
+    rate limit, commands are not known where the control changes at the limit.
     """
     control, path = np.asarray(record.control), axis.drive.path
     told = np.ones(len(control), dtype=bool)
@@ -352,7 +358,7 @@ def _commands(axis: GeneratedAxis, record: Record) -> tuple[Array, NDArray[np.bo
 
 
 def _about_means(rows: Array, stretches: NDArray[np.intp]) -> Array:
-    """Rows (n, k) less their mean over the stretch that each is in."""
+    """Return rows (n, k) minus their mean over each stretch."""
     firsts = np.flatnonzero(np.diff(stretches, prepend=-1))
     lengths = np.diff([*firsts, len(stretches)])
     means = np.add.reduceat(rows, firsts, axis=0) / lengths[:, None]
@@ -360,9 +366,9 @@ def _about_means(rows: Array, stretches: NDArray[np.intp]) -> Array:
 
 
 def _ranked(axis: GeneratedAxis, record: Record, found: list[ExplainedLaw]) -> LawSearch:
-    """The laws in their order: those that leave as little as the best by their gains.
+    """Return the ranked laws: laws with an error equal to the smallest by number of gains.
 
-    An ideal velocity is in no log; a law that reads one comes first where no other explains the
+    An ideal velocity is not logged; a law that reads one is only first if no other law explains the
     control.
     """
     least = min(
@@ -396,7 +402,7 @@ def _ranked(axis: GeneratedAxis, record: Record, found: list[ExplainedLaw]) -> L
 
 
 def _says_no_more(law: ExplainedLaw, than: ExplainedLaw) -> bool:
-    """Whether a law is another one with more gains or words, which explain nothing more."""
+    """Return True if a law has more gains or words than another, but no smaller error."""
     (gains, words), (fewer_gains, fewer_words) = (
         (len(each.law.gains), len(each.words)) for each in (law, than)
     )
@@ -410,5 +416,5 @@ def _says_no_more(law: ExplainedLaw, than: ExplainedLaw) -> bool:
 
 
 def _as_well(least: float) -> float:
-    """Up to what a law leaves as little as one that leaves this."""
+    """Return the largest control error that counts as equal to a given one, %."""
     return max(_MAX_AS_WELL * least, _NEGLIGIBLE_LEFT)

@@ -1,17 +1,18 @@
-"""Whether other estimates, noise or weak instruments speak against the estimate that is judged.
+"""Checks of the reported estimate: other estimates, noise, and the strength of the instruments.
 
-The strength of instruments is told by the first-stage F, alone and conditional on the other
+The strength of instruments is measured by the first-stage F, alone and conditional on the other
 columns, and by Shea's partial R squared.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
-from axisid.estimation.choices import OPEN_LOOP_FIT, instruments_of
+from axisid.estimation.choices import instruments_of
 from axisid.estimation.estimates import Estimate
+from axisid.estimation.findings import Finding
 from axisid.estimation.regression import factor
 from axisid.estimation.thresholds import MAX_RELATIVE_DEVIATION, MIN_FIRST_STAGE_F
 from axisid.estimation.verdict_checks import (
@@ -19,17 +20,31 @@ from axisid.estimation.verdict_checks import (
     WORST_FIRST,
     Check,
     Levels,
+    Status,
     status_of,
     unless_faulty,
 )
 from axisid.support.arrays import Array, MaybeInfinite, MaybeNan
-from axisid.support.errors import Missing, first_case, unless_missing
+from axisid.support.errors import Missing, unless_missing
 
+from .agreement_findings import (
+    AgreementOfEstimates,
+    DirectAgainstInverse,
+    EstimateComparison,
+    InstrumentsAgainstOutputError,
+    LeastSquaresAgainstInstruments,
+    NoiseBias,
+    ParameterBias,
+    ParameterDifference,
+    QuantisationBias,
+    WeakestInstrument,
+)
 from .hausman import NOTICEABLE_SHIFT, HausmanTest, significant_differences
 
-#: Of a logged position: fewer are no noise.
-FEWEST_STEPS = 64  # in a motion: 32 moved a stiffness by 22 %, of which as much again told nothing
-#: Between two methods of which estimates are compared, the one less the other.
+#: Fewest steps of a logged position in a motion that act as noise: with 32 the bias of a stiffness
+#: was 22 %, and as much noise again showed nothing of it.
+FEWEST_STEPS = 64
+#: Between the two methods of a comparison: the first minus the second.
 LESS = " less "
 SECOND_OPINION = f"idm-iv{LESS}didim"
 LS_LESS_IV = f"idm-ls{LESS}idm-iv", f"ddm-ls{LESS}ddm-iv"
@@ -48,7 +63,7 @@ def method_check(
     *,
     law_passed: bool | None,
 ) -> Check | Missing:
-    """Whether another estimate, or what noise is known to do, speaks against the judged one.
+    """Compare the reported estimate with other estimates, and with the known bias by noise.
 
     Parameters
     ----------
@@ -56,211 +71,270 @@ def method_check(
     estimates : mapping of str to Estimate
         By method.
     compared : mapping of str to mapping of str to HausmanTest, or Missing
-        By parameter, of one estimate less another; by what is compared, see `SECOND_OPINION`.
+        Tests by parameter, of one estimate minus another; by the pair of methods, see
+        `SECOND_OPINION`.
     steps : mapping of str to float
-        What the steps of a logged position move a judged least squares by, see
+        Bias of the judged least squares by the steps of a logged position, see
         `DiagnosticInputs.steps`.
     levels : Levels
     law_passed : bool or None
-        Whether the recorded control is the declared law's; None where that cannot be checked.
+        Whether the recorded control follows the declared law; None where that cannot be checked.
     """
     made = (
-        _by_difference(
-            SECOND_OPINION,
-            compared,
-            estimates,
-            levels,
-            "idm-iv and didim, whose regressor has no noise and no filter's error, are one "
-            "estimate but for chance",
-            lambda moved, listed: (
-                f"idm-iv differs from didim, {listed}: "
-                f"{_which_to_believe(moved, estimates, law_passed)}"
-            ),
-        ),
-        _by_difference(
-            next((pair for pair in LS_LESS_IV if pair in compared), ""),
-            compared,
-            estimates,
-            levels,
-            "least squares and instruments are one estimate but for chance",
-            lambda _, listed: f"least squares differs from the instruments, {listed}, by noise",
-            matters=False,  # as another estimate is judged
-        ),
-        _least_squares_judged(judged, steps, levels),
+        _second_opinion_check(compared, estimates, levels, law_passed),
+        _instruments_check(compared, estimates, levels),
+        _bias_check(judged, steps, levels),
     )
-    if not (found := [each for each in made if isinstance(each, Check)]):
-        why = (each for each in compared.values() if isinstance(each, Missing))
-        return next(why, Missing(f"nothing is compared with {judged.method}"))
+    found = [each for each in made if isinstance(each, Check)]
+    if not found:
+        reasons = (each for each in compared.values() if isinstance(each, Missing))
+        return next(reasons, Missing(f"no other estimate to compare {judged.method.upper()} with"))
     worst = min(found, key=lambda each: (WORST_FIRST.index(each.status), -(each.figure or 0.0)))
-    told = "; ".join(each.meaning for each in found if each.status == worst.status)
-    return replace(
-        worst, meaning=f"{judged.method} is judged: {told}" if worst.status == "pass" else told
+    agreement = AgreementOfEstimates(
+        reported=judged.method,
+        findings=tuple(each.finding for each in found if each.status == worst.status),
+        all_pass=worst.status == "pass",
     )
+    return replace(worst, finding=agreement)
 
 
-def _by_difference(
-    pair: str,
+def _second_opinion_check(
     compared: Compared,
     estimates: Mapping[str, Estimate],
     levels: Levels,
-    same: str,
-    apart: Callable[[Mapping[str, HausmanTest], str], str],
-    *,
-    matters: bool = True,
-) -> Check | Missing | None:
-    """Two estimates against each other, where they are compared.
+    law_passed: bool | None,
+) -> Check | None:
+    """Return the check of IDM-IV against DIDIM, which relies on the declared control law."""
+    comparison = _comparison_of(SECOND_OPINION, compared, estimates, levels)
+    if comparison is None:
+        return None
+    names = [each.name for each in comparison.differences]
+    less_sure = less_precise(names, estimates["idm-iv"], estimates["didim"])
+    finding = InstrumentsAgainstOutputError(
+        comparison=comparison,
+        reported="didim" if law_passed and not less_sure else "idm-iv",
+        law_passed=law_passed,
+        less_precise=tuple(less_sure),
+    )
+    return _check_of(comparison, finding, levels)
 
-    What is said is `same`, or `apart` of what they part in and a list of it. It is no more than a
-    note where it does not matter.
+
+def _instruments_check(
+    compared: Compared, estimates: Mapping[str, Estimate], levels: Levels
+) -> Check | None:
+    """Return the check of least squares against instruments; at most a note.
+
+    Another estimate than least squares is judged then.
     """
-    found = compared.get(pair)
-    if found is None or isinstance(found, Missing):
-        return found
-    one, other = (estimates[method].parameters for method in pair.split(LESS))
-    moved, is_large, listed = significant_differences(found, levels.level), False, []
-    for name, each in moved.items():
-        value, by = other[name], each.difference
-        precise = one[name].relative_deviation_percent < MAX_RELATIVE_DEVIATION.value
-        widest = max(float(np.ptp(of[name].interval)) for of in (one, other))
-        least = max(widest / 2, levels.least_share * abs(one[name].value))
-        is_large |= matters and precise and abs(by) > least
-        percent = f"{100 * by / value.value:+.2g} %, " if value.value else ""
-        listed.append(f"{name} by {by:+.2g} {value.unit} ({percent}{each.shift:.2g} deviations)")
-    worst = max((moved or found).values(), key=lambda each: each.shift)
-    return Check(
-        name="method",
-        threshold=NOTICEABLE_SHIFT,
-        status="fail" if is_large else "note" if moved else "pass",
-        meaning=apart(moved, ", ".join(listed)) if moved else same,
-        figure=worst.shift,
-        source="largest difference of two estimates in deviations of the other; counts where a HAC "
-        "test of all differences at once (Hausman, Hotelling, the p-value) rejects at "
-        f"{100 * levels.level:g} %; a failure where it is more than {100 * levels.least_share:g} % "
-        "of the value and more than either 95 % interval allows for",
-        p_value=worst.joint_p_value,
+    for pair in LS_LESS_IV:
+        if pair in compared:
+            comparison = _comparison_of(pair, compared, estimates, levels)
+            if comparison is None:
+                return None
+            finding = LeastSquaresAgainstInstruments(comparison=comparison)
+            return _check_of(comparison, finding, levels, matters=False)
+    return None
+
+
+def _comparison_of(
+    pair: str, compared: Compared, estimates: Mapping[str, Estimate], levels: Levels
+) -> EstimateComparison | None:
+    """Return the differences between two estimates; None where they are not compared."""
+    tests = compared.get(pair)
+    if tests is None or isinstance(tests, Missing):
+        return None
+    first, second = pair.split(LESS)
+    significant = significant_differences(tests, levels.level)
+    shown = significant or tests
+    largest = max(shown, key=lambda name: shown[name].shift)
+    differences, is_large = list[ParameterDifference](), False
+    for name, test in significant.items():
+        differences.append(_difference(name, test, estimates[second]))
+        if _is_large(name, test.difference, estimates[first], estimates[second], levels):
+            is_large = True
+    return EstimateComparison(
+        first=first,
+        second=second,
+        differences=tuple(differences),
+        largest=_difference(largest, shown[largest], estimates[second]),
+        p_value=float(shown[largest].joint_p_value),
+        is_large=is_large,
     )
 
 
-def less_precise(moved: Mapping[str, HausmanTest], iv: Estimate, didim: Estimate) -> list[str]:
-    """What DIDIM knows less of among the parameters that the two part in.
+def _difference(name: str, test: HausmanTest, other: Estimate) -> ParameterDifference:
+    """Return a difference with its size relative to the other estimate."""
+    value = other.parameters[name]
+    percent = 100 * test.difference / value.value if value.value else None
+    return ParameterDifference(
+        name=name,
+        difference=float(test.difference),
+        unit=str(value.unit),
+        percent=None if percent is None else float(percent),
+        standard_errors=float(test.shift),
+    )
 
-    In these instruments are to be believed though the control is the law's: they differ from DIDIM
-    in what they know more of. The encoder's steps, or a force that the model lacks, move both.
+
+def _is_large(name: str, difference: float, one: Estimate, other: Estimate, levels: Levels) -> bool:
+    """Return whether a difference exceeds both intervals and the least share of a precise value."""
+    values = one.parameters[name], other.parameters[name]
+    if not values[0].relative_deviation_percent < MAX_RELATIVE_DEVIATION.value:
+        return False
+    widest = max(float(np.ptp(each.interval)) for each in values)
+    return abs(difference) > max(widest / 2, levels.least_share * abs(values[0].value))
+
+
+def _check_of(
+    comparison: EstimateComparison,
+    finding: Finding,
+    levels: Levels,
+    *,
+    name: str = "method",
+    matters: bool = True,
+) -> Check:
+    """Return the check of two estimates; significant differences are a note unless they are large.
+
+    They are at most a note where they do not matter.
+    """
+    status: Status = "pass"
+    if comparison.differences:
+        status = "fail" if matters and comparison.is_large else "note"
+    return Check(
+        name=name,
+        threshold=NOTICEABLE_SHIFT,
+        status=status,
+        finding=finding,
+        figure=comparison.largest.standard_errors,
+        source="largest difference between the two estimates, in standard errors of the second. It "
+        "counts where a HAC test of all differences at once (Hausman, with Hotelling's "
+        f"distribution; the p-value) rejects at {100 * levels.level:g} %. The check fails where "
+        f"the difference is more than {100 * levels.least_share:g} % of the value and more than "
+        "either 95 % interval allows",
+        p_value=comparison.p_value,
+    )
+
+
+def less_precise(moved: Iterable[str], iv: Estimate, didim: Estimate) -> list[str]:
+    """Return the parameters of which DIDIM has a larger standard error than IDM-IV.
+
+    For these IDM-IV is the better estimate although the control follows the declared law. Steps of
+    the encoder, or an unmodelled force, bias both methods.
+
+    Parameters
+    ----------
+    moved : iterable of str
+        Parameters in which the two differ significantly.
+    iv, didim : Estimate
     """
     return [
         name for name in moved if didim.parameters[name].deviation > iv.parameters[name].deviation
     ]
 
 
-def _which_to_believe(
-    moved: Mapping[str, HausmanTest], estimates: Mapping[str, Estimate], law_passed: bool | None
-) -> str:
-    """Which of the two a control law speaks for, on which DIDIM alone rests."""
-    less_sure = less_precise(moved, estimates["idm-iv"], estimates["didim"])
-    return first_case(
-        (
-            law_passed and less_sure,
-            "the encoder's steps, or a force that the model lacks, move both, and didim is the "
-            f"vaguer in {', '.join(less_sure)}, so the verdict is of the instruments",
-        ),
-        (
-            law_passed,
-            "the control is the declared law's, so believe didim; a coarse encoder or a filter "
-            "that does not suit moves the instruments, a force that the model lacks moves both",
-        ),
-        (
-            law_passed is None,
-            "the control law could not be checked, on which didim rests, so believe the "
-            "instruments",
-        ),
-        (
-            True,
-            "the control law is not the declared one, on which didim rests, so believe the "
-            "instruments where units and columns are right",
-        ),
-    )
-
-
-def _least_squares_judged(
-    judged: Estimate, steps: Mapping[str, float], levels: Levels
-) -> Check | None:
-    """What noise and steps move a judged least squares by: by its twins, or by the steps alone."""
-    values, bias = judged.parameters, judged.filter_bias
-    moved = steps if bias is None else dict(zip(values, map(float, bias), strict=True))
-    if judged.Z is not None or not moved:
+def _bias_check(judged: Estimate, steps: Mapping[str, float], levels: Levels) -> Check | None:
+    """Return the check of a judged least squares for bias; None where no bias is known."""
+    if judged.Z is not None:
         return None
-    what, whose, source, told = first_case(
-        (
-            bias is None,
-            (
-                "the steps of the logged position move",
-                "",
-                "what as much noise again as the steps of the position make moves least squares "
-                f"by, in deviations; a failure where it is more than {100 * levels.least_share:g} "
-                "% of the value",
-                "its intervals miss for it: log the position as finely as the drive measures it, "
-                "record the reference, from which instruments are made, or lower the cut-off",
-            ),
-        ),
-        (
-            True,
-            (
-                "noise moves",
-                ", as its twins tell",
-                "bias of least squares, as its twins tell, in deviations",
-                "its intervals are less that: identify by instruments "
-                f"({instruments_of(judged.method)})",
-            ),
-        ),
-    )
-    shifts = {n: abs(by) / values[n].deviation for n, by in moved.items() if values[n].deviation}
-    far = {n: moved[n] for n, shift in shifts.items() if shift > NOTICEABLE_SHIFT}
-    by = (
-        ", ".join(f"{n} by about {by:+.2g} {values[n].unit}" for n, by in far.items())
-        if np.all(np.isfinite([*far.values()]))
-        else f"by what none tells, as there are fewer than {FEWEST_STEPS} in the whole motion"
-    )
-    large = bias is None and any(
-        abs(by) > levels.least_share * abs(values[n].value) for n, by in far.items()
-    )
+    if judged.filter_bias is not None:
+        return _noise_check(judged, judged.filter_bias)
+    if steps:
+        return _quantisation_check(judged, steps, levels)
+    return None
+
+
+def _noise_check(judged: Estimate, bias: Array) -> Check | None:
+    """Return the check for bias by noise, which simulated replicas show; at most a note.
+
+    The intervals of the estimate are corrected for it.
+    """
+    by_parameter = dict(zip(judged.parameters, map(float, bias), strict=True))
+    if not by_parameter:
+        return None
+    biases = _biases(judged, by_parameter)
+    noticeable = _noticeable(biases)
+    largest = max((each.standard_errors for each in biases), default=0.0)
     return Check(
         name="method",
         threshold=NOTICEABLE_SHIFT,
-        status="fail" if large else "note" if far else "pass",
-        meaning=f"{what} least squares, {by}{whose}, and {told}"
-        if far
-        else f"{what} least squares by less than half a deviation{whose}",
-        figure=max(shifts.values(), default=0.0),
-        source=source,
+        status="note" if noticeable else "pass",
+        finding=NoiseBias(
+            method=judged.method,
+            biases=noticeable,
+            largest=largest,
+            most=NOTICEABLE_SHIFT,
+            instruments=instruments_of(judged.method),
+        ),
+        figure=largest,
+        source="bias of least squares, found with simulated replicas of the record, in standard "
+        "errors",
     )
+
+
+def _quantisation_check(judged: Estimate, steps: Mapping[str, float], levels: Levels) -> Check:
+    """Return the check for bias by the steps of the logged position."""
+    biases = _biases(judged, steps)
+    noticeable = _noticeable(biases)
+    largest = max((each.standard_errors for each in biases), default=0.0)
+    is_unknown = not all(np.isfinite(each.bias) for each in noticeable)
+    status: Status = "note" if noticeable else "pass"
+    for each in noticeable:
+        if abs(each.bias) > levels.least_share * abs(judged.parameters[each.name].value):
+            status = "fail"
+    return Check(
+        name="method",
+        threshold=NOTICEABLE_SHIFT,
+        status=status,
+        finding=QuantisationBias(
+            method=judged.method,
+            biases=() if is_unknown else noticeable,
+            largest=None if is_unknown else largest,
+            most=NOTICEABLE_SHIFT,
+            fewest_steps=FEWEST_STEPS if is_unknown else None,
+        ),
+        figure=largest,
+        source="change of least squares when as much noise again is added as the steps of the "
+        "position make, in standard errors. The check fails where the change is more than "
+        f"{100 * levels.least_share:g} % of the value",
+    )
+
+
+def _biases(judged: Estimate, by_parameter: Mapping[str, float]) -> tuple[ParameterBias, ...]:
+    """Return the biases of the parameters that have a standard error."""
+    found = list[ParameterBias]()
+    for name, bias in by_parameter.items():
+        value = judged.parameters[name]
+        if value.deviation:
+            found.append(
+                ParameterBias(
+                    name=name,
+                    bias=float(bias),
+                    unit=str(value.unit),
+                    standard_errors=float(abs(bias) / value.deviation),
+                )
+            )
+    return tuple(found)
+
+
+def _noticeable(biases: Sequence[ParameterBias]) -> tuple[ParameterBias, ...]:
+    """Return the biases beyond the threshold."""
+    return tuple(each for each in biases if each.standard_errors > NOTICEABLE_SHIFT)
 
 
 def forms_check(
     compared: Compared, estimates: Mapping[str, Estimate], levels: Levels = DEFAULT_LEVELS
 ) -> Check | Missing | None:
-    """The two forms of least squares: noise alone parts them, each to another side of the truth.
+    """Compare the two forms of least squares, which noise biases in different ways.
 
-    None where instruments tell what noise does, or one of the forms is not there.
+    None where there are instruments, or one of the forms is missing.
     """
-    check = _by_difference(
-        DDM_LESS_IDM,
-        compared,
-        estimates,
-        levels,
-        "least squares of the inverse and of the direct model are one estimate but for chance",
-        lambda _, listed: (
-            f"ddm-ls differs from idm-ls, {listed}: noise of the acceleration makes an inertia by "
-            "idm-ls too small, that of the force one by ddm-ls too large, and without instruments "
-            "nothing tells which"
-        ),
-    )
-    if not isinstance(check, Check):
-        return check
-    advice = (
-        "; take a fit of the position under the recorded control, which no noise of a derivative "
-        f"moves: {OPEN_LOOP_FIT}"
-    ) * (check.status == "fail")
-    return replace(check, name="inverse against direct", meaning=check.meaning + advice)
+    tests = compared.get(DDM_LESS_IDM)
+    if isinstance(tests, Missing):
+        return tests
+    comparison = _comparison_of(DDM_LESS_IDM, compared, estimates, levels)
+    if comparison is None:
+        return None
+    finding = DirectAgainstInverse(comparison=comparison)
+    return _check_of(comparison, finding, levels, name="inverse against direct")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -270,15 +344,15 @@ class InstrumentStrength:
     Attributes
     ----------
     r_squared : float
-        Of the column's regression on the instruments.
+        Of the regression of the column on the instruments.
     shea : float
-        The same beyond what the other columns' regressions explain.
+        Shea's partial R squared: the same for the part that the other columns do not explain.
     f : float
         F statistic of the regression; infinite, or null, for an exact one.
     conditional_f : float
-        Conditional on the other columns [SandersonWindmeijer2016]_, of what they leave of this one:
-        instruments may explain each of two columns well and yet not tell them apart. Infinite, or
-        null, where it is exact.
+        Conditional on the other columns [SandersonWindmeijer2016]_, for the part of this column
+        that the others do not explain. The instruments may explain two columns well and still not
+        distinguish them. Infinite, or null, where it is exact.
     """
 
     r_squared: MaybeNan
@@ -289,7 +363,7 @@ class InstrumentStrength:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InstrumentTests:
-    """Instruments against the regressor.
+    """Tests of the instruments against the regressor.
 
     Attributes
     ----------
@@ -304,28 +378,35 @@ class InstrumentTests:
 
 @unless_missing
 def strength_check(tests: InstrumentTests, judged: Estimate) -> Check:
-    """The weakest column of the regressor of an instrumental estimate, or of one beside `judged`.
+    """Check the column of the regressor that the instruments explain least.
 
-    Beside an estimate by output error, which rests on the loop's own rows, weak ones are a note.
+    Weak instruments are a note where the estimate is by output error, which uses the rows of the
+    simulated loop alone.
     """
     j, f = min(enumerate(c.conditional_f for c in tests.columns), key=lambda each: each[1])
-    strong = f >= MIN_FIRST_STAGE_F.value
+    figure = float(f) if np.isfinite(f) else None
+    strong = bool(f >= MIN_FIRST_STAGE_F.value)
     return Check(
         name="instrument strength",
         status=status_of(strong, matters=not judged.by_output_error),
-        figure=f if np.isfinite(f) else None,
+        figure=figure,
         threshold=MIN_FIRST_STAGE_F.value,
         source="first-stage F of 10, the rule of Staiger and Stock (1997); conditional on the "
         "other columns as in Sanderson and Windmeijer (2016)",
-        meaning="the simulated loop explains every column of the regressor"
-        if strong
-        else "the simulated loop hardly explains the column of "
-        f"{judged.form.quantities[j].label}: its estimate by instruments cannot be believed",
+        finding=WeakestInstrument(
+            column=judged.form.quantities[j].label,
+            conditional_f=figure,
+            least_f=MIN_FIRST_STAGE_F.value,
+            is_strong=strong,
+        ),
     )
 
 
 def tests_of_instruments(estimate: Estimate | None) -> InstrumentTests | Missing:
-    """`instrument_tests` of an estimate's rows, weighted by their records, where they tell it."""
+    """Return `instrument_tests` of the rows of an estimate, or the reason why there are none.
+
+    The rows have the weights of their records.
+    """
     if estimate is None or estimate.Z is None:
         return Missing("no method with instruments gave an estimate")
     X, Z = (estimate.weights[:, None] * each for each in (estimate.X, estimate.Z))
@@ -336,7 +417,7 @@ def tests_of_instruments(estimate: Estimate | None) -> InstrumentTests | Missing
 
 @np.errstate(divide="ignore")
 def instrument_tests(X: Array, Z: Array, names: Sequence[str]) -> InstrumentTests:
-    """First stage of every column, as in linearmodels' diagnostics.
+    """Return the first stage of every column, as in linearmodels' diagnostics.
 
     Parameters
     ----------
@@ -348,7 +429,8 @@ def instrument_tests(X: Array, Z: Array, names: Sequence[str]) -> InstrumentTest
     Raises
     ------
     EstimationError
-        Either has not full column rank, as where one of several records does not show what all do.
+        Either has not full column rank, as where one of several records does not identify a
+        parameter that all records together identify.
     """
     n, k = X.shape
     regressor, instruments = factor(X, names), factor(Z, names, "the simulated loop")
@@ -358,8 +440,8 @@ def instrument_tests(X: Array, Z: Array, names: Sequence[str]) -> InstrumentTest
     plain, projected = (np.sum(each.inverse**2, axis=1) for each in (regressor, seen))
     explained, unseen = np.sum(fitted**2, axis=0), X - fitted
     unexplained = np.sum(unseen**2, axis=0)
-    # Of each column what the others, by two-stage least squares, leave; they take k - 1 of the
-    # k instruments.
+    # Residual of each column on the others, by two-stage least squares, which use k - 1 of the k
+    # instruments.
     beside = unseen @ (seen.inverse @ seen.inverse.T / projected).astype(float)
     is_exact = unexplained <= (1e-9 * regressor.scale) ** 2
     columns = zip(

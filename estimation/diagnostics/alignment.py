@@ -17,8 +17,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.diagnostics.control_law import LawAgreement
+from axisid.estimation.diagnostics.control_law import FoundByReading, LateControl, LawAgreement
 from axisid.estimation.estimation_problem import Problem
+from axisid.estimation.findings import Finding
 from axisid.estimation.methods import METHODS, filtered_record
 from axisid.estimation.misspecification import Misspecification, RecordScores, scores_of
 from axisid.estimation.records import Record, law_clock
@@ -31,7 +32,17 @@ from axisid.estimation.thresholds import (
 )
 from axisid.estimation.verdict_checks import Check, status_of
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import Missing, first_case, unless_missing
+from axisid.support.errors import Missing, unless_missing
+
+from .alignment_findings import (
+    DeclaredTooLong,
+    DelayBeyondRange,
+    EffectOfDelay,
+    ForceDelay,
+    LoggedAtOtherTime,
+    OtherHold,
+    UndeclaredDelay,
+)
 
 _EARLIEST, _LATEST = -1, 3  # samples
 _MOST_DECLARED = 8  # samples of a declared delay that may be told as none
@@ -174,25 +185,6 @@ def alignment_check(
             f"the record tells the force's delay to +-{delay.deviation:.2g} samples only, which "
             "is no more than a guess"
         )
-    moved = ", ".join(
-        f"{name} by {slope:+.2g} {unit}"
-        for name, slope, unit in zip(delay.names, delay.sensitivity, delay.units, strict=True)
-    )
-    size = first_case(
-        (
-            delay.at_the_end,
-            f"{abs(delay.best):g} samples, the end of the range that was tried, or more",
-        ),
-        (True, f"{abs(delay.best):.2f} +- {delay.deviation:.2g} samples"),
-    )
-    side, supposed = ("before" if each < 0 else "after" for each in (delay.best, used))
-    fits = (
-        f"the force fits the motion best {size} {side} it is recorded; "
-        f"hold {data.prefilter.hold} supposes {abs(used):g} samples {supposed}"
-        f"{'' if delay.by_instruments else ' (by least squares, which noise may bias)'}"
-    )
-    advice = _advice(delay, data, timing, role, by_log=by_log)
-    off = f"the {role} is {abs(apart):.2g} samples {'early' if apart > 0 else 'late'}"
     is_early = apart < -MIN_DISTANCE_FROM_NOISE.value * delay.deviation and any(
         abs(slope * apart) > half_widths[name]
         for name, slope in zip(delay.names, delay.sensitivity, strict=True)
@@ -204,68 +196,68 @@ def alignment_check(
         figure=apart,
         p_value=late.p_value if isinstance(late, Misspecification) else None,
         source="samples between the estimated delay and the one that is used; fails where the "
-        "model lacks a delay, see missing terms, or, where twins do not tell that, the estimate "
-        "leaves its range, or is earlier by more than three standard errors and moves a parameter "
-        "beyond half of its interval; a drive that holds its force is half a sample late",
-        meaning=fits
-        if aligned
-        else f"{fits}, so that {off} beside the position. {f'{advice}. ' * bool(advice)}"
-        f"A sample of delay moves {moved}",
-    )
-
-
-def _advice(
-    delay: Alignment, data: FilteredRecord, timing: int | Missing, role: str, *, by_log: bool
-) -> str:
-    """The other hold, where the delay is its own; what a drive declares, before what else."""
-    remedy = ""
-    if timing and not isinstance(timing, Missing):  # whole samples, as where the log shifts it
-        when = "before the drive applies it" if timing > 0 else "after it acted"
-        remedy = (
-            f"Where the log writes the {role} {when}, move it there (add {timing} to shift.{role} "
-            "in run.toml)"
-        )
-    axis, period, declared = data.axis, data.record.period, declared_lateness(data)
-    late, rest = delay.best - data.hold_delay, ". " if remedy else ""
-    zoh = law_clock(axis.control, data.record).hold_delay
-    other, own = ("zoh", zoh) if data.prefilter.hold == "raw" else ("raw", 0.0)
-    is_declared = 0 < -late * period * (1 - NO_DELAY.value) < declared  # one that is not there
-    by_hold = abs(delay.best - own) <= MAX_MISALIGNMENT.value and not is_declared
-    is_continuous = axis.control is not None and axis.control.continuous
-    left = declared + late * period
-    instead = "none" if left < NO_DELAY.value * declared else f"{left:.3g} s"
-    too_long = (
-        f"The drive's delay or lag, declared as {declared:.3g} s in all, is "
-        f"{'at least ' * delay.at_the_end}{-late * period:.3g} s too long: declare {instead}"
-        f"{' or less' * (delay.at_the_end and left > 0)}"
-    )
-    # A log that is slower than the loop has its control for a part of a sample.
-    by_law = (
-        " or, if the loop is faster than the log, declare the control law with its period"
-        if axis.control is None and other == "raw"
-        else ""
-    )
-    return first_case(
-        (by_hold, f'Try hold="{other}"{by_law}'),
-        (delay.at_the_end and late > 0 and not remedy, _beyond_the_range(late, period, role)),
-        (by_log or data.record.force is not None or is_continuous, remedy),
-        (late < 0 and declared, f"{too_long}{rest}{remedy}"),
-        (late <= 0 or delay.at_the_end, remedy),
-        (
-            True,
-            f"Declare what lies between command and force, the drive's delay or its lag, "
-            f"{late * period:.3g} s {'more ' * bool(declared)}in all{rest}{remedy}",
+        "model lacks a delay, see missing terms, or, where no simulated replicas show that, where "
+        "the estimate leaves its range, or is earlier by more than three standard errors and moves "
+        "a parameter by more than half of its interval; a drive that holds its force is half a "
+        "sample late",
+        finding=ForceDelay(
+            delay=delay.best,
+            standard_error=delay.deviation,
+            is_at_end=delay.at_the_end,
+            by_instruments=delay.by_instruments,
+            hold=data.prefilter.hold,
+            supposed=used,
+            apart=apart,
+            is_aligned=aligned,
+            role=role,
+            remedies=() if aligned else _remedies(delay, data, timing, role, by_log=by_log),
+            effects=_effects(delay),
         ),
     )
 
 
-def _beyond_the_range(late: float, period: float, role: str) -> str:
-    """What to do where the delay is larger than any that was tried."""
-    return (
-        f"Compare the times of {role} and position in the log: if the {role} is written early, add "
-        f"{round(late)} to shift.{role} in run.toml. If the drive is late, declare its delay, "
-        f"{late * period:.3g} s or more. Then identify again, to see how much is left"
+def _effects(delay: Alignment) -> tuple[EffectOfDelay, ...]:
+    """Return the change of each parameter per sample of delay."""
+    slopes = delay.sensitivity.tolist()
+    return tuple(
+        EffectOfDelay(parameter=name, per_sample=slope, unit=unit)
+        for name, slope, unit in zip(delay.names, slopes, delay.units, strict=True)
     )
+
+
+def _remedies(
+    delay: Alignment, data: FilteredRecord, timing: int | Missing, role: str, *, by_log: bool
+) -> tuple[Finding, ...]:
+    """Return the other hold, where the delay is its own; otherwise what the drive or log needs."""
+    axis, period, late = data.axis, data.record.period, delay.best - data.hold_delay
+    declared = declared_lateness(data)
+    is_declared = 0 < -late * period * (1 - NO_DELAY.value) < declared  # one that is not there
+    zoh = law_clock(axis.control, data.record).hold_delay
+    other, own = ("zoh", zoh) if data.prefilter.hold == "raw" else ("raw", 0.0)
+    if abs(delay.best - own) <= MAX_MISALIGNMENT.value and not is_declared:
+        # A log that is slower than the loop has its control for a part of a sample.
+        return (OtherHold(hold=other, or_law_period=axis.control is None and other == "raw"),)
+    by_shift: tuple[Finding, ...] = ()
+    if timing and not isinstance(timing, Missing):  # whole samples, as where the log shifts it
+        by_shift = (LoggedAtOtherTime(role=role, samples=timing),)
+    if delay.at_the_end and late > 0 and not by_shift:
+        return (DelayBeyondRange(role=role, samples=round(late), seconds=late * period),)
+    is_continuous = axis.control is not None and axis.control.continuous
+    if by_log or data.record.force is not None or is_continuous:
+        return by_shift
+    if late < 0 and declared:
+        remaining = declared + late * period
+        too_long = DeclaredTooLong(
+            declared=declared,
+            excess=-late * period,
+            is_at_least=delay.at_the_end,
+            remaining=0.0 if remaining < NO_DELAY.value * declared else remaining,
+        )
+        return (too_long, *by_shift)
+    if late <= 0 or delay.at_the_end:
+        return by_shift
+    undeclared = UndeclaredDelay(seconds=late * period, is_further=bool(declared))
+    return (undeclared, *by_shift)
 
 
 def declared_lateness(data: FilteredRecord) -> float:
@@ -287,34 +279,28 @@ def force_timing(found: Alignment, data: FilteredRecord) -> int | Missing:
 
 
 def law_in_time(law: LawAgreement, data: FilteredRecord, timing: int | Missing) -> LawAgreement:
-    """A law check that says which of shift and delay the motion supports, where it is one."""
-    declared = data.axis.control
-    if not (law.delay and law.advice) or declared is None or declared.continuous:
-        return law
-    late = declared.delay + law.delay
-    return replace(
-        law,
-        advice=first_case(
-            (
-                isinstance(timing, Missing),
-                f"{law.advice}. Which of them, this record does not tell: {timing}",
-            ),
-            (data.record.force is not None, law.advice),
-            (
-                timing,
-                "the log is to blame, as the motion shows: move the control to where it acts (add "
-                f"{timing} to shift.control in run.toml)",
-            ),
-            (
-                late < 0 and not declared.delay,
-                "and the control acts when it is recorded: see whether position or reference is "
-                f"written late, and move it (add {law.delay} to shift.reference, or to "
-                "shift.position, in run.toml)",
-            ),
-            (
-                True,
-                f"declare delay={max(late, 0)}. The motion supports that: the control acts when it "
-                "is recorded",
-            ),
-        ),
-    )
+    """Return a comparison of the law that says what is wrong by the motion, law or log."""
+    finding = law.finding
+    if isinstance(finding, FoundByReading) and isinstance(finding.finding, LateControl):
+        late = _blamed(finding.finding, data, timing)
+        return replace(law, finding=replace(finding, finding=late))
+    if isinstance(finding, LateControl):
+        return replace(law, finding=_blamed(finding, data, timing))
+    return law
+
+
+def _blamed(late: LateControl, data: FilteredRecord, timing: int | Missing) -> LateControl:
+    """Return a control that is not in time with what the motion says is wrong."""
+    law = data.axis.control
+    if late.is_at_least or law is None or law.continuous:
+        return late
+    if isinstance(timing, Missing):
+        return replace(late, unknown=timing.reason)
+    if data.record.force is not None:
+        return late
+    if timing:
+        return replace(late, blame="log", shift=timing, delay=None)
+    delay = law.delay + late.samples
+    if delay < 0 and not law.delay:
+        return replace(late, blame="position or reference", shift=late.samples, delay=None)
+    return replace(late, blame="law", delay=max(delay, 0), shift=0)

@@ -1,7 +1,7 @@
-"""Every diagnostic of a result, in the order of the verdict, and what was measured of it.
+"""All diagnostics of a result, in the order of the verdict, and their measurements.
 
-No check passes silently: one that could not be made says so. None is a universal gate; each names
-where its threshold comes from.
+No check passes silently: a check that could not be made is reported as such. None is a universal
+gate; each names the source of its threshold.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -15,7 +15,6 @@ from axisid.estimation.diagnostics.control_law import (
 )
 from axisid.estimation.misspecification import JackknifeInterval, LackOfFit
 from axisid.estimation.records import record_labels
-from axisid.estimation.signals import advice_on_rests
 from axisid.estimation.verdict_checks import Check, joined, made, unless_faulty, value_or
 from axisid.support.arrays import Exact
 from axisid.support.errors import Missing
@@ -53,22 +52,22 @@ from .sudden_steps import SUDDEN_STEPS, sudden_steps_check
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RecordDiagnosis(Exact):
-    """What was measured of a record.
+    """Measurements of the diagnostics of one record.
 
     Attributes
     ----------
     law : LawAgreement or Missing
-        The control law against the record, or why it cannot be checked.
+        Agreement of the recorded control with the declared law, or why it cannot be checked.
     alignment : Alignment or Missing
         The delay of the force, or why it cannot be measured.
     verdict : tuple of Check
-        All of it against thresholds; of one of several records what is of that record.
+        All checks; for one of several records those of that record.
     lack_of_fit : LackOfFit or None
         Of the judged estimate; None where the reference does not repeat, or there is none.
     motions : mapping of str to ColumnComparison or Missing
-        A measured velocity and acceleration beside what is differentiated, by role.
+        Comparison of a measured velocity and acceleration with a derivative, by role.
     apart : RecordDifference or Missing
-        The record alone beside the others.
+        Difference of the record from the others.
     """
 
     law: LawAgreement | Missing
@@ -81,23 +80,26 @@ class RecordDiagnosis(Exact):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Diagnosis(RecordDiagnosis):
-    """What was measured of a result: of several records the first whose check fails, or the first.
+    """Measurements of the diagnostics of a result.
+
+    Those of one record are, for several records, of the first with a failed check, otherwise of the
+    first.
 
     Attributes
     ----------
     preferred : str
-        The method that the checks of one estimate are of.
+        Method whose estimate the checks apply to.
     instruments : InstrumentTests or None
-        Of `preferred`, or of idm-iv beside it where that is by output error; None without any.
+        Of `preferred`, or of IDM-IV where that is by output error; None without instruments.
     excitation : tuple of Excitation
         By physical parameter.
     bands : mapping of str to mapping of str to JackknifeInterval
-        Of the model's error, by method and physical parameter.
+        Of the model error, by method and physical parameter.
     with_missing_terms : mapping of str to tuple of float
-        By physical parameter, where *missing terms* fails: its value if the model had what is
-        named. Two values, forward and backward, where that differs between directions.
+        By physical parameter, where *missing terms* fails: its value in a model with the missing
+        term. Two values, forward and backward, where that differs between directions.
     differences : mapping of str to mapping of str to HausmanTest
-        Of two estimates, ``idm-iv less didim``, by physical parameter.
+        Between two estimates, ``idm-iv less didim`` for IDM-IV minus DIDIM, by physical parameter.
     records : tuple of RecordDiagnosis
         By record, where there are several.
     """
@@ -113,18 +115,18 @@ class Diagnosis(RecordDiagnosis):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Diagnostic:
-    """One thing that is held against a result.
+    """One check of the verdict, and how it is made.
 
     Attributes
     ----------
     name : str
         Of its check.
     check : callable
-        Check of a case, or why it cannot be made; None where the case has nothing to check.
+        Returns the check of a case, or why it cannot be made; None where there is nothing to check.
     by_record : bool
-        Whether it looks at one record, so that of several it looks at each.
+        Whether it checks one record; of several records it then checks each.
     several : bool
-        Whether it is of several records alone.
+        Whether it applies to several records only.
     """
 
     name: str
@@ -135,7 +137,7 @@ class Diagnostic:
 
 def _method(case: DiagnosticInputs) -> Check | Missing | None:
     if len(case.estimates) == 1 and case.preferred.Z is not None:
-        return None  # nothing is beside it
+        return None  # there is no other estimate
     return method_check(
         case.preferred,
         case.estimates,
@@ -179,16 +181,12 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
         ),
         Diagnostic(
             name="rows",
-            check=lambda case: rows_check(
-                len(case.preferred.y), len(case.preferred.theta), "record longer, or decimate less"
-            ),
+            check=lambda case: rows_check(len(case.preferred.y), len(case.preferred.theta)),
         ),
         Diagnostic(name="precision", check=lambda case: precision(case.preferred, case.excitation)),
         Diagnostic(
             name="bounds",
-            check=lambda case: within_bounds(
-                case.preferred, advice_on_rests(case.problem.rest), case.problem.held
-            ),
+            check=lambda case: within_bounds(case.preferred, case.problem.rest, case.problem.held),
         ),
         Diagnostic(
             name=NOMINAL_VALUES,
@@ -309,7 +307,7 @@ DIAGNOSTICS: dict[str, Diagnostic] = {
 
 @in_one_thread
 def diagnose(case: DiagnosticInputs) -> Diagnosis:
-    """What every diagnostic finds in a result."""
+    """Return the measurements and checks of all diagnostics of a result."""
     by_record = {
         d.name: [made(d.name, partial(d.check, part)) for part in case.parts]
         for d in DIAGNOSTICS.values()
@@ -358,9 +356,9 @@ def diagnose(case: DiagnosticInputs) -> Diagnosis:
 
 
 def _first_failing(found: Sequence[Check | None]) -> int:
-    """The record whose law or alignment is told of: the first that fails, else the first.
+    """Return the record shown in the report: the first with a failed check, otherwise the first.
 
-    A check that faults fails too, and measures nothing: one that does comes before it.
+    A check that raised an error counts as failed but has no figure: one with a figure comes first.
     """
     fails = (
         (each.figure is None, i) for i, each in enumerate(found) if each and each.status == "fail"

@@ -1,24 +1,27 @@
-"""A measured column against what it should be, whatever the model: a factor, a delay, a constant.
+"""Comparison of a measured column with a computed one: a factor, a delay and a constant.
 
-Either may be noisy. The factor of a regression is then too small, and the inverse of the other
-way's too large, so that the truth lies between the two [Frisch1934]_. A delay is found by moving
-the computed column until the regression asks for no more: there noise has nothing to attenuate.
+The comparison does not depend on the model. Both columns may be noisy. The factor of a regression
+is then too small, and the inverse of the factor of the reverse regression is too large, so that the
+true factor lies between the two [Frisch1934]_. The delay is found by shifting the computed column
+until the regression gives a delay of 0, where noise attenuates nothing.
 
-A force is held against what the drive makes of the control, a velocity against the position's
-derivative, an acceleration against the velocity's. A factor between them is a unit or a scale, a
-delay the drive's filter or the logger's, a constant the zero of a sensor.
+A force is compared with the force that the drive makes of the control, a velocity with the
+derivative of the position, an acceleration with the derivative of the velocity. A factor between
+them is a unit or a scale, a delay is that of a filter in the drive or the logger, a constant is the
+zero of a sensor.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.records import Record, advised_interpolation, advised_shift, samples_apart
-from axisid.estimation.records.columns import scale_remedy
+from axisid.estimation.records import AdvisedShift, Record, samples_apart, shift_into_time
+from axisid.estimation.records.columns import likely_unit
 from axisid.estimation.regression import Hac, Solution, factor, least_squares
 from axisid.estimation.signals import (
     DriveReplay,
@@ -37,56 +40,74 @@ from axisid.estimation.thresholds import (
 )
 from axisid.estimation.verdict_checks import Check, status_of
 from axisid.support.arrays import Array, MaybeNan, mask_of, relative_error_percent
-from axisid.support.errors import EstimationError, Missing, first_case, unless_missing
+from axisid.support.errors import EstimationError, Missing, unless_missing
+
+from .column_findings import (
+    ColumnCorrections,
+    ColumnFault,
+    ControlAgainstLimit,
+    ForceAgainstControl,
+    GainOfForce,
+    MeasuredMotion,
+    MotionReference,
+)
 
 # Hz, up to which columns are compared: far below any current loop's bandwidth
 _MAX_CUTOFF = 30.0
-# samples, by those in which the low-pass settles; fewer are not compared
+# fewest samples that are compared, in settling times of the low-pass
 _MIN_SETTLING_TIMES = 10
-MAX_COLUMN_OFFSET = 0.01  # constant between the two, by the computed one's root mean square
-# % of the computed one, left by factor, delay and constant; from there on the column is another
-# signal, as noise in the band is far less
+MAX_COLUMN_OFFSET = 0.01  # constant between the two, relative to the rms of the computed one
+# % of the computed column, unexplained by factor, delay and constant; beyond it the column is
+# another signal, as noise in the band is far less
 _MAX_DIFFERENCE = 30.0
 
-_OFTEN = 4  # rows in a period of the highest frequency that is left
+_OFTEN = 4  # rows per period of the highest frequency in the band
 _STEPS, _STILL = 12, 1e-3  # of the search for the delay, samples
-_FARTHEST = 50.0  # samples of delay that are looked for
+_FARTHEST = 50.0  # largest delay that is searched for, samples
 _MAX_FORCE_DIFFERENCE = 20.0  # % between the recorded force and what the drive makes of the control
 _TINY = 1e-300
 _MAX_FORCE_LAG = 5e-3  # s, of the recorded force behind the control
-# of the samples, at which the control may be beyond the limit: spikes may be
+# share of the samples at which the control may be beyond the limit, such as spikes
 _MAX_LIMIT_EXCESS_SHARE = 1e-3
+# in the order in which they are corrected
+_CORRECTED: tuple[ColumnFault, ...] = ("delay", "factor", "offset")
+_PARTS: dict[str, Literal["factor", "delay", "offset", "unexplained part"]] = {
+    "factor": "factor",
+    "delay": "delay",
+    "offset": "offset",
+    "left": "unexplained part",
+}
 
 
-#: Two columns, (N,) each, the rows that tell all of them, and how many samples these are apart.
+#: Two columns, (N,) each, the rows to compare, and the distance of these rows in samples.
 Columns = tuple[Array, Array, NDArray[np.int64], int]
 
 
 def unmasked(record: Record) -> NDArray[np.bool_]:
-    """Which samples are not masked, (N,)."""
+    """Return a mask of the samples that are not masked in the record, (N,)."""
     return ~mask_of(record.masked, len(record))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColumnComparison:
-    """A measured column against a computed one.
+    """Comparison of a measured column with a computed one.
 
     Attributes
     ----------
     factor : float
-        Of the measured one, in the middle of what noise leaves open; null where nothing is alike.
+        Measured over computed, the middle of its range; null where the two have nothing in common.
     factor_deviation : float
-        Half of what noise leaves open.
+        Half the range of the factor that noise allows.
     delay : float
-        Of the measured one, samples.
+        Of the measured column, samples.
     delay_deviation : float
     offset : float
-        What is constant between the two, SI.
+        Constant between the two, SI.
     offset_deviation : float
     size : float
-        Root mean square of the computed one, SI.
+        Root mean square of the computed column, SI.
     left_percent : float
-        What remains of either beside the other, percent of it.
+        Residual of one column after regression on the other, percent of the column.
     """
 
     factor: MaybeNan
@@ -100,7 +121,10 @@ class ColumnComparison:
 
     @property
     def distances(self) -> dict[str, float]:
-        """Of the factor from 1, of delay, constant and what is left, by what each may be."""
+        """Distances of the factor from 1, and of delay, constant and residual from 0.
+
+        Each is relative to its tolerance.
+        """
         far = MIN_DISTANCE_FROM_NOISE.value
         return {
             "factor": abs(self.factor - 1)
@@ -113,16 +137,16 @@ class ColumnComparison:
 
     @property
     def worst(self) -> float:
-        """The largest of them; beyond 1 something is wrong."""
+        """Return the largest distance; a column is wrong where it is more than 1."""
         return max(self.distances.values())
 
 
 @unless_missing
 def compared_columns(columns: Columns) -> ColumnComparison | Missing:
-    """The one beside the other, in one row of so many; missing where the axis hardly moves there.
+    """Return the comparison of two columns; missing where the axis hardly moves in the rows.
 
-    The delay is the one that leaves none to be fitted. Two signals that have nothing to do with
-    each other have none.
+    The computed column is shifted by the delay until the regression finds no further delay. Signals
+    that have nothing in common have a delay of 0.
     """
     computed, measured, rows, step = columns
     order = RowTimes(rows // step)
@@ -150,7 +174,7 @@ def compared_columns(columns: Columns) -> ColumnComparison | Missing:
             fitted = fit(moved, measured)
         back = fit(measured, moved)
     except EstimationError:
-        return Missing("the axis hardly moves in what is compared")
+        return Missing("the axis hardly moves in the compared samples")
     deviations = np.sqrt(np.diag(Hac(2 * _OFTEN).matrix(fitted)))
     ways = float(fitted.theta[0]), 1 / (float(back.theta[0]) or _TINY)
     gain = sum(ways) / 2
@@ -170,17 +194,17 @@ def compared_columns(columns: Columns) -> ColumnComparison | Missing:
 def low_passed(
     record: Record, computed: Array, measured: Array, times: int = 0
 ) -> Columns | Missing:
-    """Two columns of a record of one piece, low-passed alike, and the rows that tell all of them.
+    """Return two columns of a record of one segment after the same low-pass, and rows to compare.
 
-    The computed one is differentiated so many times. Of the samples one in so many is a row: what
-    is slow needs no more.
+    The computed column is differentiated the given number of times. The rows are decimated samples,
+    which suffices below the cut-off.
     """
     period = record.period
     cutoff = min(COMPARISON_CUTOFF.value / period, _MAX_CUTOFF)
     settle = round(1 / (cutoff * period))
     used = scipy.ndimage.minimum_filter1d(unmasked(record), 2 * settle + 1, mode="constant", cval=0)
     if used.sum() < _MIN_SETTLING_TIMES * settle:
-        return Missing("too few samples that follow one another were measured for it")
+        return Missing("the record has too few consecutive samples that are not masked")
     smooth = SampledFilter(Prefilter(cutoff=cutoff), period)
     computed, measured = smooth.low_passed(computed), smooth.low_passed(measured)
     for _ in range(times):
@@ -192,71 +216,74 @@ def low_passed(
 
 
 def force_check(axis: GeneratedAxis, record: Record) -> Check | Missing | None:
-    """The recorded force against what the drive makes of the control; nothing without both."""
+    """Compare the recorded force with the force from the control; None without both columns."""
     if record.force is None or record.control is None:
         return None
     drive, longest = axis.drive, record.longest()
-    maker, of_maker = (
-        ("the drive's gain", "gain times control")
-        if drive.is_gain
-        else ("the drive", "what the drive makes of the control")
+    of_maker = (
+        "gain times control" if drive.is_gain else "the force that the drive makes of the control"
     )
     commanded, by_gain = _commanded(axis, longest)
-    # Behind a low-pass, so that what a current loop and its sensor do is no factor.
+    # Behind a low-pass, so that the current loop and its sensor make no factor.
     compared = _compared(low_passed(longest, commanded, np.asarray(longest.force)))
     if isinstance(compared, Missing):
         return compared
     apart, found = compared
+    lag = found.delay * record.period
     deviation = float(np.hypot(found.factor_deviation, drive.relative_sd * by_gain))
-    far = replace(found, factor_deviation=deviation).distances
-    scaled, shifted, q = far["factor"] > 1, far["offset"] > 1, axis.coordinate
-    lag, near = found.delay * record.period, apart <= _MAX_FORCE_DIFFERENCE
-    late = abs(lag) > _MAX_FORCE_LAG
-    good = near and not (scaled or late or shifted)
-    suspect = (
-        f"the gain, which would be {found.factor * drive.gain:.4g} {q.force_unit}/{drive.unit} "
-        f"for {drive.gain:g}"
-        if drive.is_gain
-        else f"the drive ({drive.force_text(q)})"
-    )
-    meaning = "the force column is " + first_case(
-        (good, f"what {maker} makes of the control"),
-        (
-            near and scaled,
-            f"{found.factor:.4g} +- {max(found.factor_deviation, 1e-4):.1g} "
-            f"times what {maker} makes of the control, and otherwise the same: every parameter is "
-            f"scaled by it. Check the force column's scale and {suspect}, or declare how well the "
-            "gain is known (relative_sd)",
-        ),
-        (
-            near and not late,
-            f"{found.offset:+.4g} +- {found.offset_deviation:.1g} "
-            f"{q.force_unit} beside what {maker} makes of the control, and otherwise the same: a "
-            "constant force, and friction that differs with the direction, take it up. Check the "
-            "zero of the force's sensor, or of the control's converter",
-        ),
-        (
-            True,
-            f"{found.factor:.3g} times what {maker} makes of the control, "
-            f"{1e3 * lag:.2g} ms later and {apart:.3g} % off it: check the column, its "
-            f"unit and timing, and the {'gain' if drive.is_gain else 'drive'}",
-        ),
-    )
+    fault = _fault_of_force(replace(found, factor_deviation=deviation), apart, lag)
     return Check(
         name="force against control",
-        status=status_of(good),
+        status=status_of(fault is None),
         figure=apart if np.isfinite(apart) else None,
         threshold=_MAX_FORCE_DIFFERENCE,
-        source=f"difference in percent of {of_maker}, in what is slow against a current "
-        "loop; fails too for a lag beyond 5 ms, and where the factor between the two is off 1 by "
-        "more than 1 % and three deviations, that of the gain among them, or a constant between "
-        "them more than 1 % of the force and three deviations",
-        meaning=meaning,
+        source=f"difference in percent of {of_maker}, at frequencies far below the bandwidth of a "
+        "current loop. The check fails too for a lag of more than 5 ms, for a factor that differs "
+        "from 1 by more than 1 % and three standard errors (including that of the gain), and for "
+        "a constant of more than 1 % of the force and three standard errors",
+        finding=ForceAgainstControl(
+            fault=fault,
+            difference_percent=apart,
+            factor=found.factor,
+            factor_uncertainty=found.factor_deviation,
+            offset=found.offset,
+            offset_uncertainty=found.offset_deviation,
+            lag=lag,
+            force_unit=str(axis.coordinate.force_unit),
+            drive=drive.force_text(axis.coordinate),
+            gain=_gain_of_force(axis, found.factor),
+        ),
+    )
+
+
+def _fault_of_force(
+    found: ColumnComparison, apart: float, lag: float
+) -> Literal["scale", "offset", "other"] | None:
+    """Return the difference of the recorded force from that of the control; None without any."""
+    far = found.distances
+    is_near, is_late = apart <= _MAX_FORCE_DIFFERENCE, abs(lag) > _MAX_FORCE_LAG
+    is_scaled = far["factor"] > 1
+    if is_near and is_scaled:
+        return "scale"
+    if not is_near or is_late:
+        return "other"
+    return "offset" if far["offset"] > 1 else None
+
+
+def _gain_of_force(axis: GeneratedAxis, factor: float) -> GainOfForce | None:
+    """Return the declared gain and the one that the force has; None for another drive."""
+    drive = axis.drive
+    if not drive.is_gain:
+        return None
+    return GainOfForce(
+        declared=float(drive.gain),
+        fitting=float(factor * drive.gain),
+        unit=f"{axis.coordinate.force_unit}/{drive.unit}",
     )
 
 
 def limit_check(axis: GeneratedAxis, record: Record) -> Check | None:
-    """The recorded control against the drive's limit; nothing without either."""
+    """Compare the recorded control with the limit of the drive; None without either."""
     drive = axis.drive
     if record.control is None or not np.isfinite(drive.limit):
         return None
@@ -264,32 +291,30 @@ def limit_check(axis: GeneratedAxis, record: Record) -> Check | None:
     if not size.size:
         return None
     share = float(np.mean(size > (1 + most_excess) * drive.limit))
-    good, used = share <= _MAX_LIMIT_EXCESS_SHARE, record.force is None
+    good, has_force = share <= _MAX_LIMIT_EXCESS_SHARE, record.force is not None
     return Check(
         name="control against limit",
-        status=status_of(good, matters=used),
+        status=status_of(good, matters=not has_force),
         figure=100 * share,
         threshold=100 * _MAX_LIMIT_EXCESS_SHARE,
         source=f"percent of the samples at which the control is more than {100 * most_excess:g} % "
         "beyond the drive's limit",
-        meaning=f"the control stays within the drive's limit of {drive.limit:g} {drive.unit}"
-        if good
-        else f"the control is beyond the drive's limit of {drive.limit:g} {drive.unit} in "
-        f"{100 * share:.2g} % of the samples, up to {size.max():.3g} {drive.unit}: "
-        + (
-            "a control that is recorded before the drive limits it gives no force there; record "
-            "what the drive applies, or the force, or correct the limit or the control's unit"
-            if used
-            else "the force is measured, so that it matters to the simulated loop alone; correct "
-            "the limit or the control's unit, unless it is recorded before the drive limits it"
+        finding=ControlAgainstLimit(
+            is_beyond=not good,
+            share_percent=100 * share,
+            excess_percent=100 * most_excess,
+            limit=float(drive.limit),
+            largest=float(size.max()),
+            unit=str(drive.unit),
+            has_force=has_force,
         ),
     )
 
 
 def _commanded(axis: GeneratedAxis, record: Record) -> tuple[Array, float]:
-    """What the drive makes of the control of a record of one piece, (N,), and how far by its gain.
+    """Return the force from the control of a record of one segment, (N,), and its gain's part.
 
-    The latter is the slope of the logarithms: 1 for a force that is all the gain's.
+    The latter is the slope of the logarithms: 1 for a force that is proportional to the gain.
     """
     velocity = np.gradient(record.position, record.period)  # its noise is filtered with the force
     along = (
@@ -308,10 +333,10 @@ def _commanded(axis: GeneratedAxis, record: Record) -> tuple[Array, float]:
 
 @unless_missing
 def _compared(columns: Columns) -> tuple[float, ColumnComparison] | Missing:
-    """How far a measured force is apart from the computed one, percent, and what is between them.
+    """Return the difference of a measured force from the computed one, percent, and its parts.
 
-    What is left is no noise where the force is measured behind a gear: a factor that explains no
-    more than that is none.
+    The residual is not noise where the force is measured behind a gear. A factor that explains no
+    more than this residual does not count.
     """
     computed, measured, rows, _ = columns
     if isinstance(found := compared_columns(columns), Missing):
@@ -327,11 +352,11 @@ def _compared(columns: Columns) -> tuple[float, ColumnComparison] | Missing:
 def compared_motion(
     record: Record, role: str, velocities: Sequence[Array] = ()
 ) -> ColumnComparison | Missing:
-    """Hold a measured velocity or acceleration against the derivative of what was measured before.
+    """Compare a measured velocity or acceleration with the derivative of a measured column.
 
-    A velocity without a position is held against that of the simulated loop, where there is one:
-    it follows the recorded reference, whatever its parameters are but for a little, and has the
-    scale and the zero of the motion.
+    A velocity without a position is compared with that of the simulated loop, where there is one.
+    It follows the recorded reference nearly independently of the parameters, and has the scale and
+    the zero of the motion.
 
     Parameters
     ----------
@@ -339,12 +364,12 @@ def compared_motion(
         With that column.
     role : {"velocity", "acceleration"}
     velocities : sequence of (N,) array
-        Of the loop, by segment.
+        Of the simulated loop, by segment.
 
     Returns
     -------
     ColumnComparison or Missing
-        Missing where there is no such derivative, or the record is too short or still to tell.
+        Missing where there is no such derivative, or the record is too short or hardly moves.
     """
     longest = record.longest()
     by_position = role == "velocity" or record.velocity is None
@@ -353,8 +378,8 @@ def compared_motion(
     if by_position and record.integrated:
         if role != "velocity" or not velocities:
             return Missing(
-                f"no position was recorded that the {role} could be held against, and no loop can "
-                f"be simulated: the scale of the motion rests on the column of the {role} alone"
+                f"no position was recorded to compare the {role} with, and no loop can be "
+                f"simulated. The scale of the motion relies on the column of the {role} alone"
             )
         basis, times = max(velocities, key=len), 0
     return compared_columns(low_passed(longest, basis, np.asarray(getattr(longest, role)), times))
@@ -363,76 +388,69 @@ def compared_motion(
 def derivative_check(
     axis: GeneratedAxis, record: Record, role: str, found: ColumnComparison | Missing | None
 ) -> Check | Missing | None:
-    """What was found of a measured velocity or acceleration; nothing without the column."""
+    """Check the comparison of a measured velocity or acceleration; None without the column."""
     if found is None or isinstance(found, Missing):
         return found
-    q, way = axis.coordinate, "late" if found.delay >= 0 else "early"
+    q, far = axis.coordinate, found.distances
     unit = str(q.velocity_unit if role == "velocity" else q.acceleration_unit)
-    against = first_case(
-        (
-            role == "velocity" and record.integrated,
-            "that of the simulated loop, which follows the reference",
-        ),
-        (role == "velocity", "the position's derivative"),
-        (record.velocity is None, "the position's second derivative"),
-        (True, "the measured velocity's derivative"),
-    )
-    told = (
-        f"{found.factor:.4g} +- {max(found.factor_deviation, 1e-4):.1g} times, "
-        f"{abs(found.delay):.2f} +- {max(found.delay_deviation, 1e-2):.1g} samples {way} and "
-        f"{found.offset:+.3g} +- {found.offset_deviation:.1g} {unit}"
-    )
-    meaning = first_case(
-        (
-            found.distances["left"] > 1,
-            f"is not {against}: {found.left_percent:.3g} % are left whatever factor, delay and "
-            f"constant ({told}): check the column (columns {role}=NAME:UNIT)",
-        ),
-        (
-            found.worst > 1,
-            f"is {told} beside {against}: {_remedy(record, found, role, unit)}",
-        ),
-        (True, f"is {against} ({told})"),
-    )
+    worst = max(far, key=lambda part: far[part])
     return Check(
         name=f"measured {role}",
         status=status_of(found.worst <= 1),
         figure=found.worst if np.isfinite(found.worst) else None,
         threshold=1.0,
-        source="largest of the factor's distance from 1 by "
-        f"{MAX_SCALE_ERROR.value:g}, the delay by {MAX_MISALIGNMENT.value:g} samples and "
-        f"the constant by {100 * MAX_COLUMN_OFFSET:g} % of the {role}, or by three of their "
-        "deviations where these are more",
-        meaning=f"the measured {role} {meaning}",
+        source="largest of four distances relative to their tolerances: of the factor from 1 "
+        f"({MAX_SCALE_ERROR.value:g}), the delay ({MAX_MISALIGNMENT.value:g} samples), the "
+        f"constant ({100 * MAX_COLUMN_OFFSET:g} % of the {role}), each at least three standard "
+        f"errors, and the unexplained part ({_MAX_DIFFERENCE:g} % of the {role})",
+        finding=MeasuredMotion(
+            role=role,
+            reference=_reference_of(record, role),
+            is_other_signal=bool(far["left"] > 1),
+            is_wrong=not found.worst <= 1,
+            worst=found.worst,
+            worst_of=_PARTS[worst],
+            unexplained_percent=found.left_percent,
+            factor=found.factor,
+            factor_uncertainty=found.factor_deviation,
+            delay=found.delay,
+            delay_uncertainty=found.delay_deviation,
+            offset=found.offset,
+            offset_uncertainty=found.offset_deviation,
+            unit=unit,
+            corrections=_corrections(record, found, role, unit),
+        ),
     )
 
 
-def _remedy(record: Record, found: ColumnComparison, role: str, unit: str) -> str:
-    """What sets right what is wrong."""
-    far, name = found.distances, record.provenance.columns.get(role, "NAME")
+def _reference_of(record: Record, role: str) -> MotionReference:
+    """Return the signal that a measured velocity or acceleration is compared with."""
+    if role == "velocity":
+        if record.integrated:
+            return "velocity of the simulated loop"
+        return "derivative of the position"
+    if record.velocity is None:
+        return "second derivative of the position"
+    return "derivative of the measured velocity"
+
+
+def _corrections(
+    record: Record, found: ColumnComparison, role: str, unit: str
+) -> ColumnCorrections:
+    """Return the corrections of a column that differs from its derivative."""
+    far = found.distances
+    faults = tuple(part for part in _CORRECTED if far[part] > 1)
+    shift: AdvisedShift | None = None
+    if "delay" in faults and samples_apart(getattr(record, role)) == 1:
+        shift = shift_into_time(role, found.delay, MAX_MISALIGNMENT.value)
     vague = MIN_DISTANCE_FROM_NOISE.value * found.factor_deviation / (abs(found.factor) or _TINY)
     vague += MAX_SCALE_ERROR.value
-    column, of_sign, zero = (
-        f"columns {role}={name}:UNIT{change}"
-        for change in ("", "*-1", f"{-found.offset:+.3g}{unit}")
+    is_by_loop = role == "velocity" and record.integrated
+    return ColumnCorrections(
+        column=record.provenance.columns.get(role, "NAME"),
+        faults=faults,
+        shift=shift,
+        likely_unit=likely_unit(unit, found.factor, vague) if "factor" in faults else None,
+        is_reversed=abs(found.factor + 1) <= vague,
+        scale_reference="reference" if is_by_loop else "position",
     )
-    beside = "reference" if role == "velocity" and record.integrated else "position"
-    parts = {
-        "delay": first_case(
-            (
-                samples_apart(getattr(record, role)) > 1,
-                f"draw it between its values ({advised_interpolation(role)})",
-            ),
-            (True, advised_shift(role, found.delay, MAX_MISALIGNMENT.value)),
-        ),
-        "factor": scale_remedy(role, name, unit, found.factor, vague)
-        or first_case(
-            (abs(found.factor + 1) <= vague, f"turn its sign ({of_sign})"),
-            (
-                True,
-                f"check its unit and scale, and those of the {beside} ({column})",
-            ),
-        ),
-        "offset": f"take off its zero ({zero})",
-    }
-    return ", and ".join(part for what, part in parts.items() if far[what] > 1)

@@ -1,11 +1,12 @@
-"""Two estimates of the same records, held against each other and against chance.
+"""Hausman test of two estimators on the same records.
 
-Either is linear in the residuals of its rows, so that their difference has the scores
-``A_1 e_1 - A_2 e_2``, row by row; its covariance is theirs, consistent with autocorrelation. Unlike
-Hausman's own, which subtracts two covariances, it is never negative and supposes neither estimator
-to be efficient. Two estimates of one equation have one error, which is taken from the regression
-with the columns of both, as in Durbin, Wu and Hausman's: else what parts the two would hide itself.
-Twins would not do: they know of noise, and not of a loop that starts elsewhere than the record.
+Each estimate is linear in the residuals of its rows, so that the difference has the scores
+``A_1 e_1 - A_2 e_2``, row by row. Its covariance is that of the scores, consistent with
+autocorrelation. Unlike Hausman's original, which subtracts two covariances, it is never negative
+and assumes neither estimator to be efficient. Two estimates of one equation have one error, which
+is taken from the regression with the columns of both, as in the test of Durbin, Wu and Hausman:
+otherwise a difference would increase its own covariance. Simulated replicas would not suffice: they
+contain noise, but not a loop that starts at another position than the record.
 """
 
 from collections.abc import Mapping
@@ -27,25 +28,26 @@ from axisid.estimation.thresholds import CHECK_LEVEL
 from axisid.support.arrays import Array, MaybeNan
 from axisid.support.errors import EstimationError, Missing
 
-NOTICEABLE_SHIFT = 0.5  # deviations: up to there a 95 % interval holds the truth in 92 % of cases
+NOTICEABLE_SHIFT = 0.5  # standard errors: up to it a 95 % interval contains the truth in 92 %
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HausmanTest:
-    """How far a parameter of one estimate is from that of another.
+    """Difference of a parameter between two estimates, with its tests.
 
     Attributes
     ----------
     difference : float
-        In the parameter's unit; both less the bias of filter and noise where it is known.
+        In the unit of the parameter; both estimates are corrected for the bias of filter and noise
+        where it is known.
     deviation : float
-        HAC, of the difference.
+        Standard error of the difference, HAC.
     p_value : float
-        Hausman, of this parameter: of a difference of none, by Student's distribution.
+        Hausman test of a difference of zero in this parameter, by Student's distribution.
     joint_p_value : float
-        The same of all parameters at once, Hotelling's.
+        The same for all parameters at once, by Hotelling's distribution.
     shift : float
-        Size of the difference, in deviations of the other estimate.
+        Size of the difference, in standard errors of the second estimate.
     """
 
     difference: float
@@ -56,7 +58,7 @@ class HausmanTest:
 
 
 def hausman(one: Estimate, other: Estimate) -> dict[str, HausmanTest] | Missing:
-    """One estimate less another by physical parameter, or why that cannot be tested.
+    """Return the difference of two estimates by physical parameter, or why it cannot be tested.
 
     Parameters
     ----------
@@ -68,20 +70,21 @@ def hausman(one: Estimate, other: Estimate) -> dict[str, HausmanTest] | Missing:
     [Hausman1978]_.
     """
     if (one.filter_bias is None) != (other.filter_bias is None):
-        return Missing("what filter and noise move is known of one of the two alone")
+        return Missing("the bias by filter and noise is known for only one of the two estimates")
     if one.X.shape != other.X.shape:
-        return Missing("the two are not of the same rows")
+        return Missing("the two estimates do not have the same rows")
     try:
         scores = np.subtract(*_scores(one, other))
     except EstimationError as error:
         return Missing(str(error))
     model = other.covariance_model if isinstance(other.covariance_model, Hac) else Hac()
-    # What parts two fits of the same rows is a direction that neither took: the kernel alone.
+    # Two fits of the same rows differ in a direction that neither of them fitted, so that no
+    # degrees of freedom are lost: the kernel alone.
     scatter = model.of_scores(scores, other.neighbours)
     covariance, freedom = scatter.matrix, scatter.freedom
     difference = one.corrected - other.corrected
     if not (np.isfinite(covariance).all() and np.isfinite(difference).all()):
-        return Missing("the difference of the two is not finite")
+        return Missing("the difference of the two estimates is not finite")
     deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     square, directions = wald(difference, covariance)
     together = hotelling_p_value(square, directions, float(freedom.min())) if directions else 1.0
@@ -101,10 +104,10 @@ def hausman(one: Estimate, other: Estimate) -> dict[str, HausmanTest] | Missing:
 def significant_differences(
     differences: Mapping[str, HausmanTest], level: float = CHECK_LEVEL.value
 ) -> dict[str, HausmanTest]:
-    """Parameters that two estimates part in: those that do alone, or else together.
+    """Return the significantly different parameters: alone, or otherwise all together.
 
-    What one gives to another, as friction's two parts do, neither of them need show by itself.
-    What is less than half a deviation is none, however sure.
+    Where parameters compensate each other, such as two parts of friction, neither needs to be
+    significant alone. A difference below half a standard error does not count.
 
     Parameters
     ----------
@@ -121,7 +124,7 @@ def significant_differences(
 
 
 def _scores(one: Estimate, other: Estimate) -> tuple[Array, Array]:
-    """What each row moves the physical parameters of each by, (n, p)."""
+    """Return the scores of the physical parameters of both estimates, row by row, (n, p)."""
     residuals = one.net_residuals, other.net_residuals
     if np.array_equal(one.X, other.X):
         weights = other.weights[:, None]
@@ -133,12 +136,12 @@ def _scores(one: Estimate, other: Estimate) -> tuple[Array, Array]:
 
 
 def _influence(estimate: Estimate) -> Array:
-    """Of each row's residual on the physical parameters, (n, p).
+    """Return the influence of the residual of each row on the physical parameters, (n, p).
 
     Raises
     ------
     EstimationError
-        The simulated loop's columns cannot be told apart.
+        The columns of the simulated loop are linearly dependent.
     """
     weights, names = estimate.weights, [q.label for q in estimate.form.quantities]
     regressor, instruments = (
@@ -149,6 +152,6 @@ def _influence(estimate: Estimate) -> Array:
     Z = factor(instruments, names, "the simulated loop")
     counts = estimate.counts
     influence = instrumental_variables(y, X, Z, counts).influence
-    if counts is not None:  # residuals are as they are
+    if counts is not None:  # residuals have no weights
         influence = counts.weights[:, None] * influence
     return np.asarray(weights[:, None] * (influence @ estimate.jacobian.T), dtype=float)

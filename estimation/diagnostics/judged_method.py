@@ -21,7 +21,7 @@ def judged_method(
     """Return the method to judge: instruments, output error, or least squares.
 
     Output error (DIDIM) rests on the declared control law. It is judged where every record follows
-    its law, except where instruments differ from it significantly and are the more precise. Else
+    its law, except where instruments differ from it significantly and are more precise. Otherwise
     instruments are judged where there are any. The inverse model comes before the direct one.
 
     Parameters

@@ -1,18 +1,28 @@
-"""Checks of what a model leaves: terms, signals or samples that it lacks, and what repeats."""
+"""Checks of the residual and of the simulated loop: missing terms, late signals, outliers."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.estimates import Estimate, NotSimulated
-from axisid.estimation.misspecification import LackOfFit, Misspecification, misspecification_text
-from axisid.estimation.records import Record, advised_shift
-from axisid.estimation.records.columns import scale_remedy
-from axisid.estimation.signals import advice_on_rests
+from axisid.estimation.findings import Finding
+from axisid.estimation.misspecification import (
+    ChangedParameter,
+    LackOfFit,
+    LateSignal,
+    MissingTerm,
+    Misspecification,
+    OutlyingSample,
+    ScaledSignal,
+    misspecification_finding,
+)
+from axisid.estimation.noise_models import NoiseSources, noise_sources
+from axisid.estimation.records import Record
+from axisid.estimation.signals import RestingAxis, resting_axis
 from axisid.estimation.thresholds import (
     MAX_MOVED_PERCENT,
     MAX_SIMULATION_ERROR,
-    MIN_DISTANCE_FROM_NOISE,
     MIN_MODEL_SHARE,
 )
 from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Levels, status_of
@@ -22,21 +32,155 @@ from .agreement_of_estimates import method_check
 from .alignment import declared_lateness
 from .diagnostic_inputs import DiagnosticInputs
 
-#: By check of what is lacking: what is said where there is nothing.
-_NOTHING: Mapping[str, str] = {
-    "missing terms": "nothing that was looked for is in the residuals",
-    "recorded signals": "the recorded signals are in time with the forces that they make, and of "
-    "their size",
-    "outliers": "no single sample leaves its course",
-}
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MissingTerms(Finding):
+    """Terms that the model lacks, and parameters that change or are given wrongly.
+
+    Attributes
+    ----------
+    found : tuple of MissingTerm or ChangedParameter
+        The one that explains most of the force first; empty for none.
+    may_be_long_delay : bool
+        Whether a delay or lag of the drive that is declared too long may be the cause.
+    """
+
+    found: tuple[MissingTerm | ChangedParameter, ...]
+    may_be_long_delay: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecordedSignals(Finding):
+    """Recorded signals that are late, early, or of another size than their force needs.
+
+    Attributes
+    ----------
+    found : tuple of LateSignal or ScaledSignal
+        The one that explains most of the force first; empty for none.
+    """
+
+    found: tuple[LateSignal | ScaledSignal, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outliers(Finding):
+    """Single samples of a measured column that do not fit the samples around them.
+
+    Attributes
+    ----------
+    found : tuple of OutlyingSample
+        Empty for none.
+    is_bounded : bool
+        Whether the loss bounds the effect of outliers.
+    """
+
+    found: tuple[OutlyingSample, ...]
+    is_bounded: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MovedParameter(Finding):
+    """A parameter that a missing term moves, or that changes in the record, by most.
+
+    Attributes
+    ----------
+    parameter : str
+    percent : float
+        By which it changes, of its value.
+    most_percent : float
+        Above which a value must not be used.
+    is_changing : bool
+        Whether the parameter itself changes in the record; otherwise a missing term moves it.
+    """
+
+    parameter: str
+    percent: float
+    most_percent: float
+    is_changing: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ResidualAtRepeats(Finding):
+    """The residual split where the motion repeats.
+
+    Attributes
+    ----------
+    kind : {"systematic", "steps", "small", "none"}
+        Most of the residual repeats, as the model is incomplete; or a part of it repeats but is not
+        smooth, as encoder steps are; or a small part of it repeats; or no significant part does.
+    percent : float
+        Power of the part that repeats, of the residual's power.
+    repeated, noise : float
+        Root mean squares of the two parts, in `unit`.
+    repeated_percent : float
+        `repeated`, of the root mean square of the left side.
+    unit : str
+    left : str
+        The left side of the equations, "force" or "acceleration".
+    period : float or None
+        Of the motion, s; None where it repeats after pauses of other lengths.
+    """
+
+    kind: Literal["systematic", "steps", "small", "none"]
+    percent: float
+    repeated: float
+    noise: float
+    repeated_percent: float
+    unit: str
+    left: str
+    period: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SimulatedLoop(Finding):
+    """How closely the simulated closed loop follows the record.
+
+    Attributes
+    ----------
+    percent : float
+        Simulation error, of the left side of the equations.
+    left : str
+        The left side of the equations, "force" or "acceleration".
+    reproduces : bool
+        Whether the error is below the threshold.
+    is_misspecified : bool
+        Whether the model lacks something under a control law that is right, which may be the cause.
+    rest : RestingAxis or None
+        An axis that rests in too many samples, which may be the cause; None for no such axis.
+    noise : NoiseSources or None
+        Of the record; None where it was not measured.
+    """
+
+    percent: float
+    left: str
+    reproduces: bool
+    is_misspecified: bool
+    rest: RestingAxis | None
+    noise: NoiseSources | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoopNotSimulated(Finding):
+    """An estimate with which the loop cannot be simulated.
+
+    Attributes
+    ----------
+    reason : str
+        Of the simulation.
+    is_misspecified : bool
+        As of `SimulatedLoop`.
+    """
+
+    reason: str
+    is_misspecified: bool
 
 
 def outliers_check(case: DiagnosticInputs) -> Check | Missing:
-    """Whether single samples leave their course, by twins of the record."""
+    """Check for outliers among single samples, by comparison with simulated replicas."""
     if not isinstance(case.lacking, Missing) and not case.preferred.inference.chains:
         # HAC takes their size from the samples themselves.
         return Missing(
-            "single samples are held against twins of the record, of which there are none"
+            "single samples are compared with simulated replicas of the record, and there are none"
         )
     return misspecification_check(
         case.lacking,
@@ -52,7 +196,7 @@ def outliers_check(case: DiagnosticInputs) -> Check | Missing:
 def missing_terms_check(
     lacking: Sequence[Misspecification], case: DiagnosticInputs
 ) -> Check | Missing:
-    """Whether the model lacks terms, unless what else is wrong may make them."""
+    """Check for missing terms; a note if another failed check may be the cause."""
     aligned = case.aligned  # which says how late, where it fails
     terms = [lack for lack in lacking if not (lack.kind == "delay" and fails(aligned))]
     found = misspecification_check(
@@ -64,24 +208,20 @@ def missing_terms_check(
         return replace(found, status="note")  # what the steps move is left, and counts once
     early = isinstance(aligned, Check) and fails(aligned) and (aligned.figure or 0.0) < 0
     if early and declared_lateness(case.data) > 0:  # friction is wrong at low speed then
-        return replace(
-            found,
-            status="note",
-            meaning=f"{found.meaning}; the delay or lag that is declared too long, see alignment, "
-            "may make it: mend that first",
-        )
+        finding = _missing_terms(terms, case.data.axis, case.data.record)
+        return replace(found, status="note", finding=replace(finding, may_be_long_delay=True))
     return found
 
 
 def moved_parameters_check(
     found: Check | Missing | None, lacking: Sequence[Misspecification] | Missing
 ) -> Check | None:
-    """Whether what the model lacks moves a parameter so far that its value means nothing.
+    """Check that no missing term moves a parameter so far that its value must not be used.
 
     Parameters
     ----------
     found : Check or Missing or None
-        Whether the model lacks terms: None is returned unless that fails.
+        Of missing terms: None is returned unless it fails.
     lacking : sequence of Misspecification or Missing
     """
     if not fails(found) or isinstance(lacking, Missing):
@@ -91,16 +231,18 @@ def moved_parameters_check(
     worst = max(own, key=lambda each: each.moved_percent, default=None)
     if worst is None or worst.moved_percent <= most:
         return None
-    does = "changes" if worst.parameter == worst.moved else "is moved"
     return Check(
         name="moved parameters",
         status="fail",
         figure=worst.moved_percent,
         threshold=most,
         source=MAX_MOVED_PERCENT.source,
-        meaning=f"{worst.moved} {does} by {worst.moved_percent:.2g} % of its value by what the "
-        f"model lacks. Do not use a value that is more than {most:g} % off: correct the model or "
-        "the record first",
+        finding=MovedParameter(
+            parameter=worst.moved,
+            percent=worst.moved_percent,
+            most_percent=most,
+            is_changing=worst.parameter == worst.moved,
+        ),
     )
 
 
@@ -119,7 +261,7 @@ def misspecification_check(
     *,
     bounded: bool = False,
 ) -> Check:
-    """Whether something of a kind is in the residuals that the model lacks.
+    """Check for one kind of misspecification.
 
     Parameters
     ----------
@@ -127,120 +269,122 @@ def misspecification_check(
         Of any kind.
     name : {"missing terms", "recorded signals", "outliers"}
         A term or a parameter that changes; a recorded signal that is late or of another size; or a
-        single sample of what was measured that leaves its course.
+        single measured sample that is an outlier.
     axis : GeneratedAxis
     record : Record
     levels : Levels
     bounded : bool
-        Whether the loss has bounded what outliers do, which are no more than a note then.
+        Whether the loss bounds the effect of outliers, which are no more than a note then.
     """
     own = [lack for lack in found if lack.check == name]
-    meaning = "; ".join(misspecification_text(lack, axis, record) for lack in own) or _NOTHING[name]
-    if own and name == "recorded signals":
-        meaning += f": {_advice(axis, record, own[0])}"
-    elif own and name == "outliers" and not bounded:
-        meaning += (
-            '; empty such cells and read with resample="auto", or let such rows count for '
-            'less, loss="huber"'
-        )
     return Check(
         name=name,
         status=status_of(not own, matters=not bounded),
         figure=100 * max((lack.own_share for lack in own), default=0.0),
         threshold=100 * levels.least_share,
         p_value=min((lack.p_value for lack in own), default=None),
-        source="percent of the force, root mean square; fails where the residuals hold more of it "
-        f"than those of twins (Hotelling's test, {100 * levels.level:g} % over all that is looked "
-        f"for, by Holm's rule) and it is more than {100 * levels.least_share:g} % of the force "
-        "beside what the parameters make of it, or moves one by more than its interval",
-        meaning=meaning,
+        source="percent of the force, root mean square, beyond the declared terms; fails where the "
+        "residual has more of it than the residuals of simulated replicas (Hotelling's test, "
+        f"{100 * levels.level:g} % over all that is looked for, by Holm's rule) and it is more "
+        f"than {100 * levels.least_share:g} % of the force, or moves a parameter by more than its "
+        "interval",
+        finding=_finding_of(own, name, axis, record, bounded=bounded),
     )
 
 
-def _advice(axis: GeneratedAxis, record: Record, found: Misspecification) -> str:
-    value, deviation, name = found.values[0], found.deviation, found.parameter
-    if found.at_the_end:
-        return (
-            f"check that the column of {name} is the right one, and its clock. Check first what "
-            "else fails"
-        )
-    if found.kind == "late signal":
-        return advised_shift(name, value, max(MIN_DISTANCE_FROM_NOISE.value * deviation, 0.5))
-    column = record.provenance.columns.get(name, "NAME")
-    (declared,) = (s for s in axis.signals if s.name == name)
-    # A factor within 2 % of that of another unit is that.
-    vague = 0.02 + MIN_DISTANCE_FROM_NOISE.value * deviation / abs(value)
-    return scale_remedy(name, column, str(declared.unit), 1 / value, vague) or (
-        f"check its unit and its scale (columns {name}={column}:UNIT*{value:.4g}), and what is "
-        "declared as known of its force"
-    )
+def _finding_of(
+    own: Sequence[Misspecification],
+    name: str,
+    axis: GeneratedAxis,
+    record: Record,
+    *,
+    bounded: bool,
+) -> MissingTerms | RecordedSignals | Outliers:
+    """Return the finding of a check of one kind of misspecification."""
+    if name == "missing terms":
+        return _missing_terms(own, axis, record)
+    found = [misspecification_finding(lack, axis, record) for lack in own]
+    if name == "recorded signals":
+        signals = [each for each in found if isinstance(each, LateSignal | ScaledSignal)]
+        return RecordedSignals(found=tuple(signals))
+    samples = [each for each in found if isinstance(each, OutlyingSample)]
+    return Outliers(found=tuple(samples), is_bounded=bounded)
+
+
+def _missing_terms(
+    lacking: Sequence[Misspecification], axis: GeneratedAxis, record: Record
+) -> MissingTerms:
+    """Return the missing terms among misspecifications of any kind."""
+    found = [misspecification_finding(lack, axis, record) for lack in lacking]
+    terms = [each for each in found if isinstance(each, MissingTerm | ChangedParameter)]
+    return MissingTerms(found=tuple(terms))
 
 
 def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | None:
-    """How much of what is left is the model's, by what is left again where the motion repeats."""
+    """Check how much of the residual repeats with the motion, and is therefore systematic."""
     if found is None:
         return None
     coordinate = preferred.form.axis.coordinate
     unit = coordinate.acceleration_unit if preferred.is_direct else coordinate.force_unit
-    noise = f"{found.noise:.2g} {unit} is noise"
-    again = "repeats" if found.period is None else f"repeats every {found.period:.4g} s"
+    finding = ResidualAtRepeats(
+        kind=_kind_of_residual(found),
+        percent=100 * found.share,
+        repeated=found.repeated,
+        noise=found.noise,
+        repeated_percent=100 * found.repeated / found.left,
+        unit=str(unit),
+        left=preferred.form.left,
+        period=found.period,
+    )
     return Check(
         name="lack of fit",
         status=status_of(not found.is_mostly_model, matters=False),
-        figure=100 * found.share,
+        figure=finding.percent,
         threshold=100 * MIN_MODEL_SHARE.value,
-        source="percent of the residuals' power that is left again where the reference repeats, "
-        "from the products of residuals of different repeats; it counts where noise "
-        "repeats as much but for a chance of 1e-3 (HAC over the phases), and where it goes on from "
-        "row to row",
-        meaning=f"{100 * found.share:.0f} % of what the model leaves is the model: "
-        f"{found.repeated:.2g} {unit} ({100 * found.repeated / found.left:.2g} % of the "
-        f"{preferred.form.left}) {again}, {noise}"
-        if found.is_mostly_model
-        else f"{found.repeated:.2g} {unit} of what the model leaves {again} but jumps from "
-        f"row to row, as the steps of an encoder do, {noise}"
-        if found.is_there and not found.is_smooth
-        else f"most of what the model leaves is noise: {found.repeated:.2g} {unit} {again}, {noise}"
-        if found.is_there
-        else f"what the model leaves is noise: nothing of it {again}, {noise}",
+        source="percent of the residual's power that repeats with the reference, from the products "
+        "of residuals of different repeats; it counts where noise repeats as much with a "
+        "probability below 1e-3 (HAC over the phases), and where it is smooth from row to row",
+        finding=finding,
     )
+
+
+def _kind_of_residual(found: LackOfFit) -> Literal["systematic", "steps", "small", "none"]:
+    if found.is_mostly_model:
+        return "systematic"
+    if not found.is_there:
+        return "none"
+    return "small" if found.is_smooth else "steps"
 
 
 def simulation_error_check(
     preferred: Estimate, rest: float, *, misspecified: bool = False
 ) -> Check | Missing:
-    """The simulation error of an estimate.
+    """Check the simulation error of an estimate.
 
     Parameters
     ----------
     preferred : Estimate
     rest : float
-        Part of the record's samples at which the axis stands.
+        Part of the record's samples at which the axis rests.
     misspecified : bool
-        Whether the model lacks something under a law that is right, from which this follows.
+        Whether the model lacks something under a control law that is right, which may be the cause.
     """
     simulated, form = preferred.simulated, preferred.form
-    cause = "mend first what the model lacks, which may make it" * misspecified
     if isinstance(simulated, NotSimulated):
         failed = Check(
             name="simulation",
             status="fail",
             source="an axis that was recorded can be simulated",
-            meaning="the loop cannot be simulated with the estimate, as that of an axis that was "
-            f"recorded can: {str(simulated).removesuffix('.')}{f'; {cause}' * misspecified}",
+            finding=LoopNotSimulated(
+                reason=str(simulated).removesuffix("."), is_misspecified=misspecified
+            ),
         )
         return failed if simulated.by_estimate else simulated
     error = preferred.simulation_error_percent or 0.0  # none but where nothing was simulated
-    good = error < MAX_SIMULATION_ERROR.value
-    but = f" but for {error:.2g} %" * (error >= 10.0)  # less is not said
-    units = form.axis.coordinate.unit, form.axis.drive.unit
-    noise = "".join(f" ({chain.told(*units)})" for chain in preferred.inference.chains[:1])
-    blamed = (
-        advice_on_rests(rest)
-        or cause
-        or f"check the law, signs and units, or see whether the record is noise{noise}, or a "
-        "motion that the model does not have"
-    )
+    good, noise = error < MAX_SIMULATION_ERROR.value, None
+    if preferred.inference.chains:
+        units = form.axis.coordinate.unit, form.axis.drive.unit
+        noise = noise_sources(preferred.inference.chains[0], *units)
     return Check(
         name="simulation",
         status=status_of(good),
@@ -248,7 +392,12 @@ def simulation_error_check(
         threshold=MAX_SIMULATION_ERROR.value,
         source="simulation error in percent of the left side; at 50 the loop explains three "
         "quarters of its power, at 100 nothing",
-        meaning=f"the simulated loop follows the record{but}"
-        if good
-        else f"the simulated loop leaves {error:.3g} % of the {form.left} unexplained; {blamed}",
+        finding=SimulatedLoop(
+            percent=error,
+            left=form.left,
+            reproduces=good,
+            is_misspecified=misspecified,
+            rest=resting_axis(rest),
+            noise=noise,
+        ),
     )

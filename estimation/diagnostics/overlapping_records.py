@@ -8,16 +8,51 @@ resampled the rows before are compared, where they are kept: those of columns of
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.estimation.findings import Finding
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.thresholds import MAX_REPEATED_SAMPLES, MIN_COMMON_SAMPLES
 from axisid.estimation.verdict_checks import Check
 
 _MIN_COMMON_ROWS = 25  # each once in either record
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CommonSamples:
+    """Samples that two records have in common.
+
+    Attributes
+    ----------
+    names : (str, str)
+        Of the records.
+    samples : int
+    spans : ((float, float), (float, float))
+        Times of the first and the last of them in either record, s.
+    """
+
+    names: tuple[str, str]
+    samples: int
+    spans: tuple[tuple[float, float], tuple[float, float]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RepeatedSamples(Finding):
+    """Samples that several records have in common.
+
+    Attributes
+    ----------
+    pairs : tuple of CommonSamples
+    repetitions : float
+        Mean number of records that have a sample; variances are too small by this factor.
+    """
+
+    pairs: tuple[CommonSamples, ...]
+    repetitions: float
 
 
 def common_samples(one: Record, other: Record) -> tuple[NDArray[np.bool_], ...] | None:
@@ -54,21 +89,21 @@ def common_samples(one: Record, other: Record) -> tuple[NDArray[np.bool_], ...] 
 def repeated_check(records: Sequence[Record]) -> Check | None:
     """Whether samples are given more than once, which says nothing new; None where none are."""
     counts, names = [np.ones(len(record)) for record in records], record_labels(records)
-    said = []
+    pairs = list[CommonSamples]()
     for i, j in combinations(range(len(records)), 2):
         if (common := common_samples(records[i], records[j])) is None:
             continue
         counts[i] += common[0]
         counts[j] += common[1]
-        first, second = (
-            "from {:.6g} to {:.6g} s".format(*records[k].time[each][[0, -1]])
-            for k, each in zip((i, j), common, strict=True)
+        spans = [_time_span(records[k], each) for k, each in zip((i, j), common, strict=True)]
+        pairs.append(
+            CommonSamples(
+                names=(names[i], names[j]),
+                samples=int(common[0].sum()),
+                spans=(spans[0], spans[1]),
+            )
         )
-        said.append(
-            f"{names[i]} and {names[j]} have {common[0].sum()} samples in common, {first} of the "
-            f"first and {second} of the second"
-        )
-    if not said:
+    if not pairs:
         return None
     times = float(np.mean(np.concatenate(counts)))
     return Check(
@@ -78,9 +113,14 @@ def repeated_check(records: Sequence[Record]) -> Check | None:
         threshold=MAX_REPEATED_SAMPLES.value,
         source="how often a sample is among the records, on average: variances are too small by as "
         "much",
-        meaning=f"{'; '.join(said)}; deviations are up to {times**0.5:.3g} times too small: give "
-        "each sample once",
+        finding=RepeatedSamples(pairs=tuple(pairs), repetitions=times),
     )
+
+
+def _time_span(record: Record, chosen: NDArray[np.bool_]) -> tuple[float, float]:
+    """Return the times of the first and the last chosen sample, s."""
+    first, last = record.time[chosen][[0, -1]]
+    return float(first), float(last)
 
 
 @np.errstate(all="ignore")

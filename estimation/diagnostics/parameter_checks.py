@@ -1,16 +1,17 @@
-"""What is printed of each parameter, against the motion, what was declared, and how sure it is.
+"""Checks of each parameter: its excitation, its precision, its bounds and its declared value.
 
-Too few rows, a value within its own deviation, one beyond its bounds or of another order of size
-than declared, a record that contradicts what was fixed, and a drive gain that is not the declared
-one.
+They find too few rows, a value within its own standard error, a value beyond its bounds or of
+another order of magnitude than its nominal value, a record that contradicts fixed values, and a
+drive gain that is not the declared one.
 
-A parameter is vague for one of two reasons: its column nearly repeats others, or its part of the
-force drowns in what the model leaves unexplained. What the motion lacks (a reversal, a second
-speed, acceleration, travel) explains either.
+A parameter is imprecise for one of two reasons: its column nearly repeats others, or its part of
+the force is below the residual. A motion that lacks something (a reversal, a second speed,
+acceleration, travel) explains either.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from axisid.estimation.estimation_problem import (
     SignalRanges,
     typical_magnitudes,
 )
+from axisid.estimation.findings import Finding
 from axisid.estimation.regression import Equations, Form, InverseForm
 from axisid.estimation.signals import (
     FilteredRecord,
@@ -29,6 +31,7 @@ from axisid.estimation.signals import (
     columns_by_signal,
     one_direction,
     one_speed,
+    resting_axis,
 )
 from axisid.estimation.thresholds import (
     CHECK_LEVEL,
@@ -41,10 +44,29 @@ from axisid.estimation.thresholds import (
 )
 from axisid.estimation.unknowns import GAIN
 from axisid.estimation.verdict_checks import Check, status_of
-from axisid.modeling.declaration import Drive, known_text
+from axisid.modeling.declaration import Drive
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array, MaybeInfinite
-from axisid.support.errors import Missing, first_case
+from axisid.support.errors import Missing
+
+from .parameter_findings import (
+    BeyondBounds,
+    BoundsAdvice,
+    FarFromNominal,
+    FarFromNominalValues,
+    FewRows,
+    FixedAtBounds,
+    FixedValue,
+    FixedValues,
+    IdentifiedGain,
+    Obscurity,
+    OutsideBounds,
+    Precision,
+    Unidentified,
+    WithinBounds,
+    finite,
+    relative_error,
+)
 
 _MIN_REPETITION_WEIGHT = 0.3  # of the largest, from which another column in a repetition is named
 _MIN_ACCELERATION_SHARE = 0.05  # of the force; an axis with less hardly accelerates
@@ -54,7 +76,7 @@ _MIN_POSITION_VARIATION = 0.1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Excitation:
-    """What the motion shows of one parameter.
+    """Excitation of one parameter by the motion.
 
     Attributes
     ----------
@@ -62,20 +84,19 @@ class Excitation:
     share : float
         Norm of its part of the force over that of the force.
     inflation : float
-        Variance inflation: 1 for a column unlike all others, large for one that nearly repeats
-        them.
+        Variance inflation factor: 1 for a column that is orthogonal to all others, large for a
+        column that nearly repeats them.
     alike : tuple of str
         The parameters whose columns it nearly repeats.
     lacking : tuple of str
-        What the motion lacks of what this parameter acts by, in words: why, where it is vague.
-        One that is not acts enough by the rest, as a mass does by its weight.
+        What the motion lacks of the signals that the parameter acts by: the reason, where it is
+        imprecise. A precise parameter acts enough by the other signals, as a mass by its weight.
     rows : float
-        How many rows as heavy as one another would tell of it what the rows do: few where the term
-        acts in few.
+        Equivalent number of rows of equal weight: small where the term acts in few rows.
     largest_share : float
         Its largest part of the force, anywhere along the record, over the largest force.
     natural : float
-        What the force and the motion make of its unit, see `typical_magnitudes`.
+        Typical magnitude of its unit by force and motion, see `typical_magnitudes`.
     """
 
     name: str
@@ -88,24 +109,21 @@ class Excitation:
     natural: float
 
     @property
-    def reason(self) -> str:
-        """Why the record does not show the parameter, for after "because"."""
-        why = first_case(
-            (self.alike, f"its column nearly repeats that of {', '.join(self.alike)}"),
-            (
-                self.rows < MIN_ROWS_PER_PARAMETER.value,
-                f"it acts in few rows (as if in {self.rows:.2g})",
-            ),
-            (self.share >= 1, "others cancel its part of the force"),
-            (True, "its part of the force drowns in what the model leaves unexplained"),
-        )
-        return f"{why}: {', and '.join(self.lacking)}" if self.lacking else why
+    def obscurity(self) -> Obscurity:
+        """Return the reason why the record does not show the parameter, where it is imprecise."""
+        if self.alike:
+            return "repeated column"
+        if self.rows < MIN_ROWS_PER_PARAMETER.value:
+            return "few rows"
+        if self.share >= 1:
+            return "cancelled"
+        return "below residual"
 
 
 def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
-    """Judge every parameter's column of the inverse model.
+    """Return the excitation of every parameter by its column of the inverse model.
 
-    What the motion of several records lacks, it lacks in all of them.
+    The motion of several records lacks something only if it lacks it in all of them.
 
     Parameters
     ----------
@@ -126,7 +144,7 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
             for i, (data, own) in enumerate(zip(problem.data, each, strict=True))
         ]
     )
-    # How much of a record's own columns is in those of all.
+    # Which columns of all records each column of a record is part of.
     mixed = [form.record_jacobian(i) != 0 for i in range(len(problem.data))]
     theta, names = form.regressed(physical), [q.name for q in form.quantities]
     anywhere, natural = np.zeros(len(names)), np.full(len(names), np.inf)
@@ -169,9 +187,10 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
 
 
 def _repetition(unit: Array, j: int) -> tuple[float, list[int], float]:
-    """Variance inflation of a column, those it is made of where that is large, and its rows.
+    """Return the variance inflation of a column, the columns it repeats where large, and its rows.
 
-    The rows are those of the part that is its own: the inverse of the sum of their squared weights.
+    The rows are those of its part that is orthogonal to the others: the inverse of the sum of their
+    squared weights.
     """
     others = [i for i in range(unit.shape[1]) if i != j]
     weights = np.linalg.lstsq(unit[:, others], unit[:, j], rcond=None)[0]
@@ -188,7 +207,7 @@ def _repetition(unit: Array, j: int) -> tuple[float, list[int], float]:
 def _inertial_share(
     form: Form, record: int, data: FilteredRecord, moving_rows: Equations, theta: Array
 ) -> float:
-    """Norm of the force that accelerates, known terms too, over that of the modelled force."""
+    """Return the norm of the accelerating force, with known terms, over the modelled force's."""
 
     def force(rows: Equations) -> Array:
         intercept, columns = form.placed(record, rows.intercept, rows.regressor)
@@ -225,8 +244,15 @@ NOMINAL_VALUES = "nominal values"
 _MAX_GAIN_RATIO = 2.0
 
 
-def rows_check(rows: int, parameters: int, remedy: str) -> Check | None:
-    """Whether rows are enough to tell how sure so many parameters are."""
+def rows_check(rows: int, parameters: int, samples_per_row: int | None = None) -> Check | None:
+    """Return a failed check where rows are too few for standard errors of so many parameters.
+
+    Parameters
+    ----------
+    rows, parameters : int
+    samples_per_row : int, optional
+        Of a fit: the number of samples that count as one row.
+    """
     if rows >= MIN_ROWS_PER_PARAMETER.value * parameters:
         return None
     return Check(
@@ -235,13 +261,12 @@ def rows_check(rows: int, parameters: int, remedy: str) -> Check | None:
         figure=rows / parameters,
         threshold=MIN_ROWS_PER_PARAMETER.value,
         source=MIN_ROWS_PER_PARAMETER.source,
-        meaning=f"{rows} rows for {parameters} parameters are few: standard deviations cannot be "
-        f"believed; {remedy}",
+        finding=FewRows(rows=rows, parameters=parameters, samples_per_row=samples_per_row),
     )
 
 
 def precision(estimate: Estimate, excitation: Sequence[Excitation]) -> Check:
-    """Every parameter against its own deviation; a vague one with the reason."""
+    """Compare every parameter with its standard error; an imprecise one has the reason."""
     values, relative = estimate.parameters, dict[str, float]()
     for s in excitation:
         value = values[s.name]
@@ -251,63 +276,73 @@ def precision(estimate: Estimate, excitation: Sequence[Excitation]) -> Check:
         relative[s.name] = 100 * deviation / abs(value.corrected) if value.corrected else np.inf
     vague = [s for s in excitation if relative[s.name] > MAX_RELATIVE_DEVIATION.value]
     small = [s for s in vague if _is_nothing(s, values[s.name])]
-    by_reason: dict[str, list[str]] = {}
-    for s in vague:
-        if s not in small:
-            by_reason.setdefault(s.reason, []).append(s.name)
+    unidentified = [s for s in vague if s not in small]
+    others = [relative[s.name] for s in excitation if s not in small]
+    finding = Precision(
+        largest_percent=finite(max(others, default=0.0)),
+        negligible=tuple(relative_error(s.name, relative[s.name]) for s in small),
+        unidentified=_by_reason(unidentified, relative),
+    )
     return precision_check(
         max(relative.values()),
-        [
-            f"{'none of ' * (len(names) > 1)}{', '.join(names)} is {'not ' * (len(names) == 1)}"
-            f"identified by this record, because {reason}"
-            for reason, names in by_reason.items()
-        ],
-        [s.name for s in small],
-        "force",
-        "relative HAC deviation in percent, or the i.i.d. one where it is larger and few "
-        "rows tell of the parameter; one whose part of the force is below 1 %, deviation "
-        "included, may be as vague as it is, unless it could be as large as the unit allows",
+        finding,
+        "relative HAC standard error in percent, or the i.i.d. one where it is larger and the "
+        "parameter acts in few rows; not limited for a parameter whose part of the force is below "
+        "1 %, standard error included, unless the parameter could be as large as its unit allows",
+        passed=not unidentified,
     )
 
 
-def precision_check(
-    worst: float, unclear: Sequence[str], small: Sequence[str], of: str, source: str
-) -> Check:
-    """The check of parameters against their deviations.
+def _by_reason(
+    unidentified: Iterable[Excitation], relative: Mapping[str, float]
+) -> tuple[Unidentified, ...]:
+    """Return imprecise parameters, those with one reason together.
+
+    Parameters
+    ----------
+    unidentified : iterable of Excitation
+    relative : mapping of str to float
+        Relative standard errors by name, %.
+    """
+    groups: dict[tuple[object, ...], list[Excitation]] = {}
+    for s in unidentified:
+        groups.setdefault((s.obscurity, s.alike, s.lacking), []).append(s)
+    return tuple(
+        Unidentified(
+            parameters=tuple(relative_error(s.name, relative[s.name]) for s in group),
+            reason=group[0].obscurity,
+            alike=group[0].alike,
+            rows=max(s.rows for s in group),
+            lacking=group[0].lacking,
+        )
+        for group in groups.values()
+    )
+
+
+def precision_check(worst: float, finding: Finding, source: str, *, passed: bool) -> Check:
+    """Return the check of parameters against their standard errors.
 
     Parameters
     ----------
     worst : float
-        Largest relative deviation, %.
-    unclear : sequence of str
-        What is said of each parameter that is not known.
-    small : sequence of str
-        Names of those that are as vague, and matter little.
-    of : str
-        What these are less than 1 % of.
+        Largest relative standard error, %.
+    finding : Finding
     source : str
-        What the figure is.
+        Definition of the figure.
+    passed : bool
     """
-    clear = first_case(
-        (not small, "every"),
-        (
-            True,
-            f"{', '.join(small)} cannot be told from zero and is less than 1 % of the {of}; every "
-            "other",
-        ),
-    )
     return Check(
         name="precision",
-        status=status_of(not unclear),
-        figure=worst if np.isfinite(worst) else None,
+        status=status_of(passed),
+        figure=finite(worst),
         threshold=MAX_RELATIVE_DEVIATION.value,
         source=source,
-        meaning="; ".join(unclear) or f"{clear} parameter stands well above its deviation",
+        finding=finding,
     )
 
 
 def _is_nothing(excitation: Excitation, value: Value) -> bool:
-    """Known to be small, not unknown: no other column and no missing motion hides it.
+    """Tell whether a parameter is known to be small: neither columns nor the motion hide it.
 
     A term that acts beyond the rows, or beyond the motion, is small in them whatever it is.
     """
@@ -323,17 +358,23 @@ def _is_nothing(excitation: Excitation, value: Value) -> bool:
 
 
 def within_bounds(
-    estimate: Estimate, cause: str | None, held: Sequence[ParameterAtBound] = ()
+    estimate: Estimate,
+    rest: float = 0.0,
+    held: Sequence[ParameterAtBound] = (),
+    *,
+    explained_by_others: bool = False,
 ) -> Check | Missing:
-    """Every parameter against the bounds that it was declared with, physical ones too.
+    """Compare every parameter, physical ones too, with its declared bounds.
 
     Parameters
     ----------
     estimate : Estimate
-    cause : str
-        What to blame before signs and units, if anything is.
+    rest : float
+        Part of the rows in which the axis rests.
     held : sequence of ParameterAtBound
-        Parameters that are none of the estimate, since they are held at a bound.
+        Parameters that are not among the estimate's, since they are fixed at a bound.
+    explained_by_others : bool
+        Whether another candidate model explains more, so that this one lacks terms.
     """
     axis, values = estimate.form.axis, dict(estimate.parameters)
     physical = physical_parameters(estimate.method, estimate.form, estimate.distribution)
@@ -344,103 +385,141 @@ def within_bounds(
     declared = [p for name, p in bounded.items() if p.is_bounded and name in values]
     outside = [p for p in declared if not p.lower < values[p.name].corrected < p.upper]
     if held and not outside:
-        return at_bound_check(held, cause)
+        return at_bound_check(held, rest)
     if not declared:
         return Missing("no parameter is declared with bounds")
-    reaching = zip(outside, (values[p.name].interval for p in outside), strict=True)
-    if outside and all(low < p.upper and high > p.lower for p, (low, high) in reaching):
-        cause = (
-            f"the 95 % interval of {'each' if len(outside) > 1 else 'it'} reaches within; "
-            "leave it at the bound with bounded"
+    if not outside:
+        finding: Finding = WithinBounds(parameters=tuple(p.name for p in declared))
+    else:
+        resting = resting_axis(rest)
+        advice: BoundsAdvice = "rests" if resting else "signs, units and gain"
+        if explained_by_others:
+            advice = "other candidates explain more"
+        if all(_reaches_within(p, values[p.name]) for p in outside):
+            advice = "interval reaches within"
+        finding = BeyondBounds(
+            parameters=tuple(_outside(p, values[p.name]) for p in outside),
+            advice=advice,
+            rest=resting if advice == "rests" else None,
         )
-    listed = "; ".join(p.out_of_bounds(values[p.name].corrected) for p in outside)
     return Check(
         name="bounds",
         status=status_of(not outside),
         figure=float(len(outside)),
         threshold=0.0,
-        source="declared physical bounds; parameters outside or at them, none is clipped",
-        meaning=f"{listed}: {cause or 'check signs and units of the record and the drive gain'}"
-        if outside
-        else "every parameter is within its declared bounds",
+        source="declared physical bounds; number of parameters outside or at them, none is clipped",
+        finding=finding,
     )
 
 
-def at_bound_check(held: Sequence[ParameterAtBound], cause: str | None = None) -> Check:
-    """Parameters at their bounds: what chance takes there, or what contradicts the bound.
+def _reaches_within(parameter: Parameter, value: Value) -> bool:
+    """Tell whether the 95 % interval of a value reaches within its bounds."""
+    low, high = value.interval
+    return bool(low < parameter.upper and high > parameter.lower)
+
+
+def _outside(parameter: Parameter, value: Value) -> OutsideBounds:
+    return OutsideBounds(
+        name=parameter.name,
+        unit=parameter.unit,
+        value=float(value.corrected),
+        lower=float(parameter.lower),
+        upper=float(parameter.upper),
+        is_at_bound=bool(parameter.allows(value.corrected)),
+    )
+
+
+def at_bound_check(held: Sequence[ParameterAtBound], rest: float = 0.0) -> Check:
+    """Return the check of parameters at their bounds, by chance or against the record.
 
     Parameters
     ----------
     held : sequence of ParameterAtBound
-        One at least.
-    cause : str, optional
-        What to blame before signs and units.
+        At least one.
+    rest : float
+        Part of the rows in which the axis rests.
     """
     farthest = max(each.distance for each in held)
     against = farthest > MIN_DISTANCE_FROM_NOISE.value
-    blamed = cause or "check the signs and units of the record, and what the model lacks"
+    resting = resting_axis(rest) if against else None
+    advice: BoundsAdvice | None = None
+    if against:
+        advice = "rests" if resting else "signs, units and model"
     return Check(
         name="bounds",
         status="fail" if against else "note",
         figure=farthest,
         threshold=MIN_DISTANCE_FROM_NOISE.value,
-        source="deviations by which a parameter that is held would be beyond its bound",
-        meaning="; ".join(each.text for each in held)
-        + f", {farthest:.2g} deviations beyond: {blamed}" * against,
+        source="standard errors by which a parameter that is fixed at its bound would be beyond it",
+        finding=FixedAtBounds(
+            parameters=tuple(held),
+            distance=float(farthest),
+            advice=advice,
+            rest=resting,
+        ),
     )
 
 
 def fixed_check(estimate: Estimate, level: float = CHECK_LEVEL.value) -> Check | Missing | None:
-    """Whether the record contradicts what was fixed; nothing if nothing could be asked."""
+    """Test whether the record contradicts the fixed values; None where nothing can be tested."""
     physical = physical_parameters(estimate.method, estimate.form, estimate.distribution)
     if physical is None or not (physical.known or physical.dof):
         return None
     if physical.p_value is None:
-        why = "the record alone does not determine what was fixed, so that it cannot contradict it"
+        why = "the record alone does not determine the fixed values, so it cannot contradict them"
         return Missing([why, *physical.undetermined][-1])
-    sides = []
-    for p in physical.known:
-        sides.append(f"{p.name} is fixed at {known_text(p.known, p.known_sd)} {p.unit}")
-        if alone := estimate.parameters.get(p.name):
-            deviation = np.hypot(alone.deviation, alone.sd_gain)
-            sides[-1] += f", the record alone gives {alone.corrected:.4g} +- {deviation:.2g}"
-    fault = (
-        f"no values of the parameters agree with the record{' and what was fixed' * bool(sides)} "
-        f"(squared distance {physical.statistic:.3g}, restrictions {physical.dof})"
-        f"{': ' * bool(sides)}{'; '.join(sides)}. "
-        "Check what was fixed, the drive gain and the terms of the model"
-        + "; its bias, which could do it too, is not known without a control law"
-        * (estimate.filter_bias is None)
-    )
-    good = physical.p_value >= level
+    agree = bool(physical.p_value >= level)
     return Check(
         name="fixed values" if physical.known else "physical parameters",
-        status=status_of(good),
+        status=status_of(agree),
         figure=physical.statistic,
         threshold=None,
         p_value=physical.p_value,
         source=f"Hotelling's T squared with {physical.dof} restrictions, covariance of the "
-        "estimate and declared deviations, less the bias of filter and noise; fails below "
-        f"{100 * level:g} %",
-        meaning="the record agrees with them" if good else fault,
+        "estimate and declared standard deviations, corrected for the bias of filter and noise; "
+        f"fails below {100 * level:g} %",
+        finding=FixedValues(
+            values=tuple(_fixed_value(p, estimate) for p in physical.known),
+            statistic=float(physical.statistic),
+            restrictions=int(physical.dof),
+            p_value=float(physical.p_value),
+            agree=agree,
+            is_bias_known=estimate.filter_bias is not None,
+        ),
+    )
+
+
+def _fixed_value(parameter: Parameter, estimate: Estimate) -> FixedValue:
+    """Return a known parameter with its estimate from the record alone."""
+    of_record = standard_error = None
+    if alone := estimate.parameters.get(parameter.name):
+        of_record = float(alone.corrected)
+        standard_error = float(np.hypot(alone.deviation, alone.sd_gain))
+    return FixedValue(
+        name=parameter.name,
+        unit=parameter.unit,
+        value=float(parameter.known or 0.0),
+        standard_error=float(parameter.known_sd),
+        of_record=of_record,
+        standard_error_of_record=standard_error,
     )
 
 
 def nominal_check(
     found: Iterable[tuple[Parameter, float, tuple[float, float]]],
 ) -> Check | None:
-    """Remark values that are another order of size than declared; None where none is.
+    """Return a note on values of another order of magnitude than declared; None without any.
 
-    A column in another unit makes such values, which nothing else shows where no law is simulated.
-    A nominal value of 0 says nothing of the size. Of a parameter that may have either sign, the
-    sizes are compared.
+    A column in another unit makes such values, which no other check shows where no law is
+    simulated. A nominal value of 0 says nothing of the size. Of a parameter that may have either
+    sign, the absolute values are compared.
 
     Parameters
     ----------
     found : iterable of (Parameter, float, (float, float))
         Each with its value and its interval, all of which is as far.
     """
-    most, far = _MAX_FROM_NOMINAL, dict[Parameter, float]()
+    most, far = _MAX_FROM_NOMINAL, list[FarFromNominal]()
     for parameter, value, interval in found:
         if not parameter.nominal:
             continue
@@ -451,58 +530,55 @@ def nominal_check(
             sizes = np.abs(ratios)
             least, greatest = 0.0 if has_zero else float(sizes.min()), float(sizes.max())
         if least > most or greatest < 1 / most:
-            far[parameter] = float(ratios[0])
+            far.append(
+                FarFromNominal(
+                    name=parameter.name,
+                    unit=parameter.unit,
+                    value=float(value),
+                    nominal=float(parameter.nominal),
+                    ratio=float(ratios[0]),
+                )
+            )
     if not far:
         return None
-    listed = ", ".join(
-        f"{p.name} = {ratio * p.nominal:.4g} {p.unit} is {ratio:.2g} times its nominal "
-        f"{p.nominal:.4g}"
-        for p, ratio in far.items()
-    )
     return Check(
         name=NOMINAL_VALUES,
         status="note",
-        figure=next(iter(far.values())),
+        figure=far[0].ratio,
         threshold=most,
-        source="chosen: units are apart by 6.28, 9.81, 57.3 or powers of ten",
-        meaning=f"{listed}: check the units of the record's columns and the drive's gain, or "
-        "declare another nominal value",
+        source="chosen: units differ by 6.28, 9.81, 57.3 or powers of ten",
+        finding=FarFromNominalValues(parameters=tuple(far)),
     )
 
 
 def gain_check(estimate: Estimate, drive: Drive) -> Check | None:
-    """Whether the identified gain is the declared one; None where none is identified.
+    """Compare the identified drive gain with the declared one; None where none is identified.
 
-    The parameters are of the identified gain whatever comes of it.
+    The parameters are relative to the identified gain in either case.
     """
     if GAIN not in estimate.parameters:
         return None
     value = estimate.parameters[GAIN]
     deviation = float(np.hypot(value.deviation, drive.relative_sd * drive.gain))
     distance = abs(value.corrected - drive.gain) / deviation if deviation > 0 else np.inf
-    same = distance <= MIN_DISTANCE_FROM_NOISE.value
-    ratio = value.corrected / drive.gain
-    near = 1 / _MAX_GAIN_RATIO < ratio < _MAX_GAIN_RATIO
-    found = f"the drive gain is {value.corrected:.5g} +- {value.deviation:.2g} {value.unit}"
-    said = first_case(
-        (same, "the identified gain is the declared one"),
-        (
-            near,
-            f"{found}, {100 * (ratio - 1):+.2g} % from the declared {drive.gain:g}: the parameters "
-            "are of the identified one; declare it for what is identified without a known force",
-        ),
-        (
-            True,
-            f"{found}, and {drive.gain:g} is declared: check that the known values are in the "
-            "order of the records, and their units",
-        ),
-    )
+    same = bool(distance <= MIN_DISTANCE_FROM_NOISE.value)
+    near = bool(1 / _MAX_GAIN_RATIO < value.corrected / drive.gain < _MAX_GAIN_RATIO)
+    agreement: Literal["same", "near", "far"] = "near" if near else "far"
+    if same:
+        agreement = "same"
     return Check(
         name="drive gain",
         status=status_of(same, matters=not near),
-        figure=distance if np.isfinite(distance) else None,
+        figure=finite(distance),
         threshold=MIN_DISTANCE_FROM_NOISE.value,
-        source="distance of the identified gain from the declared one, in deviations of both; a "
-        "note, and a failure where one is twice the other or more, or of the other sign",
-        meaning=said,
+        source="distance of the identified gain from the declared one, in standard errors of both; "
+        "a note, and a failure where one is twice the other or more, or of the other sign",
+        finding=IdentifiedGain(
+            identified=float(value.corrected),
+            standard_error=float(value.deviation),
+            declared=float(drive.gain),
+            unit=value.unit,
+            distance=finite(distance),
+            agreement=agreement,
+        ),
     )

@@ -1,15 +1,16 @@
-"""Whether several records are of one machine, or one differs from the rest by more than chance.
+"""Test of several records for equal parameters: each record against the others.
 
-A record gets parameters of its own beside those of all: its columns of them, zero in every other
-record, are added to the estimate, which is solved once more. What is found of them is the record's
-difference from the others; its covariance is that of twins, and without them HAC for rows, and for
-a fit that of its errors. ``d' V^-1 d`` is held against Hotelling's distribution with the degrees of
-freedom of that. One that is odd makes the others differ from a rest that it is part of, by less:
-that which differs most is named, with the parameters that differ by themselves, or all where only
-together they do.
+A record gets parameters of its own in addition to the common ones: its columns of them, zero in
+every other record, are added to the estimate, which is solved again. The added parameters are the
+difference of the record from the others. Its covariance is that of simulated replicas; without them
+it is HAC for rows, and that of the errors for a fit. ``d' V^-1 d`` is compared with Hotelling's
+distribution with the degrees of freedom of the covariance. An odd record makes the others differ
+too, by less, because it is among the records that they are compared with. The record that differs
+most is named, with the parameters that differ significantly alone, or with all parameters where
+they do so only together.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -27,35 +28,43 @@ from axisid.estimation.regression import (
     wald,
 )
 from axisid.estimation.thresholds import MIN_ROWS_PER_PARAMETER
-from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Levels
+from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Levels, Status
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, Missing, first_case, unless_missing
+from axisid.support.errors import EstimationError, Missing, unless_missing
 
-_OWN_PART = 1e-3  # of a column, below which others span it: slopes by differences are as exact
-_FEWEST = 5.0  # degrees of freedom from which scores tell what is chance
+from .pooling_findings import (
+    ComparedRecords,
+    DifferingParameter,
+    OddRecord,
+    UnidentifiedInRecord,
+)
+
+# part of a column below which it counts as spanned by others; numerical slopes are as exact
+_OWN_PART = 1e-3
+_FEWEST = 5.0  # least degrees of freedom of a covariance
 _LOAD_UNITS = ("kg", "kg m^2", "kg*m^2")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordRegressor:
-    """What a record has of an estimate's rows, by parameters that may be its own.
+    """Rows of one record in an estimate of several, by parameters that may be its own.
 
     Attributes
     ----------
     names, units : tuple of str
         Of its p parameters.
     values : (p,) array
-        As all records have them.
+        Estimates from all records.
     slopes : (p, k) array
-        Of those by the parameters of all.
+        Of these values by the common parameters.
     span : slice
         Its rows.
     columns, instruments : (n, p) array
-        There.
+        In these rows.
     size : float
-        Norm of what their part is told of.
+        Norm of the output, of which effects of parameters are a share.
     every : int
-        How many of these rows say as much as one whose neighbours are independent of it.
+        Rows that carry as much information as one independent row.
     """
 
     names: tuple[str, ...]
@@ -70,42 +79,42 @@ class RecordRegressor:
 
     @property
     def independent_rows(self) -> int:
-        """Rows that tell a parameter, each as much as one beside independent neighbours."""
+        """Number of independent rows with information on a parameter."""
         return int(np.count_nonzero(self.instruments.any(axis=1))) // self.every
 
 
-#: An estimate of all, once more with further columns and their instruments, (N, q) each: its change
-#: from the estimate of all, and from zero, (m,), and the covariance and the degrees of freedom of
-#: that, (m, m) and (m,).
+#: Solution of the common estimate with further columns and their instruments, (N, q) each: the
+#: change of the common parameters and the added parameters, (m,), and their covariance, (m, m), and
+#: degrees of freedom, (m,).
 Solved = Callable[[Array, Array], tuple[Array, Array, Array]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordDifference:
-    """A record alone beside the others, in the parameters that both tell.
+    """Difference of a record from the others, in the parameters that both identify.
 
     Attributes
     ----------
     own : mapping of str to float
-        As the record alone has them, SI.
+        Estimates from the record alone, SI.
     common : mapping of str to float
-        As the others have them without it, SI.
+        Estimates from the others without it, SI.
     deviations : mapping of str to float
-        Of the difference, as twins scatter, or HAC.
+        Standard errors of the difference, by simulated replicas or HAC.
     statistic : float
         Hotelling's, over its degrees of freedom.
     freedom : (float, float)
         Of F.
     p_value : float
-        That chance alone makes as much, of one record.
+        Probability of such a difference by chance, of one record.
     share_percent : float
-        What the difference makes, percent of the record's force, or of what the largest parameter
-        makes of its output.
+        Effect of the difference, percent of the force of the record, or of the effect of the
+        largest parameter on its output.
     untold : tuple of str
-        Parameters that the record alone does not tell.
+        Parameters that the record alone does not identify.
     units : mapping of str to str
     shares : mapping of str to float
-        What each parameter's difference makes, of the same.
+        Effect of the difference of each parameter, relative to the same.
     """
 
     own: Mapping[str, float]
@@ -121,32 +130,38 @@ class RecordDifference:
 
     @property
     def distances(self) -> dict[str, float]:
-        """Of the record's own from the others, in deviations of the difference."""
+        """Differences of the record from the others, in standard errors of the difference."""
         return {n: (own - self.common[n]) / self.deviations[n] for n, own in self.own.items()}
 
     def matters(self, levels: Levels) -> bool:
-        """Whether it is beyond chance, and makes any force to speak of."""
+        """Return whether the difference is significant and its effect is relevant."""
         return self.p_value < levels.level and self.share_percent > 100 * levels.least_share
 
     def differing(self, levels: Levels) -> tuple[str, ...]:
-        """Parameters that differ by themselves, and matter: all where none does.
+        """Return the parameters with a significant and relevant difference; all if there are none.
 
-        By Bonferroni's rule, and by what each makes.
+        Significant by Bonferroni's rule, relevant by the effect of each.
         """
         q, freedom = len(self.own), sum(self.freedom) - 1
         chances = {n: 2 * q * float(stdtr(freedom, -abs(d))) for n, d in self.distances.items()}
         beyond = (n for n, p in chances.items() if p < levels.level)
         return tuple(n for n in beyond if self.shares[n] > levels.least_share) or tuple(self.own)
 
-    def told(self, names: Sequence[str], whose: str, rest: str) -> str:
-        """What parameters are in the record and in the others."""
-        first, *further = (
-            f"{n} is {self.own[n]:.4g} {self.units[n]} in {whose} and {self.common[n]:.4g} in "
-            f"{rest} ({self.own[n] - self.common[n]:+.2g} +- {self.deviations[n]:.1g})"
-            for n in names
-        )
-        load = ", as under another load" * any(self.units[n] in _LOAD_UNITS for n in names)
-        return ", ".join([first, *further]) + load
+    def parameters(self, names: Iterable[str]) -> tuple[DifferingParameter, ...]:
+        """Return some of the parameters with the estimates of the record and of the others."""
+        found = list[DifferingParameter]()
+        for name in names:
+            found.append(
+                DifferingParameter(
+                    name=name,
+                    own=float(self.own[name]),
+                    common=float(self.common[name]),
+                    standard_error=float(self.deviations[name]),
+                    unit=self.units[name],
+                    is_load=self.units[name] in _LOAD_UNITS,
+                )
+            )
+        return tuple(found)
 
 
 def difference_of(
@@ -158,28 +173,30 @@ def difference_of(
     effects: Array,
     untold: Sequence[str] = (),
 ) -> RecordDifference:
-    """What a record has more of its q parameters than the others, and the test of that.
+    """Return the difference of a record from the others in its q parameters, with its test.
 
     Parameters
     ----------
     units : mapping of str to str
         Of the q parameters, by name.
     common, difference : (q,) array
-        As the others have them, and what the record has more.
+        Estimates from the others, and from the record minus those.
     covariance : (q, q) array
         Of the difference.
     freedom : float
-        Of that.
+        Degrees of freedom of the covariance.
     effects : (n, q) array
-        What each parameter's difference makes of the output, by the size of that.
+        Effect of the difference of each parameter on the output, relative to its size.
     untold : sequence of str
         As of `RecordDifference`.
     """
     q, square = len(difference), wald(difference, covariance)[0]
     return RecordDifference(
-        own=dict(zip(units, common + difference, strict=True)),
-        common=dict(zip(units, common, strict=True)),
-        deviations=dict(zip(units, np.sqrt(np.maximum(np.diag(covariance), 0.0)), strict=True)),
+        own=dict(zip(units, (common + difference).tolist(), strict=True)),
+        common=dict(zip(units, common.tolist(), strict=True)),
+        deviations=dict(
+            zip(units, np.sqrt(np.maximum(np.diag(covariance), 0.0)).tolist(), strict=True)
+        ),
         statistic=square / q,
         freedom=(float(q), freedom - q + 1),
         p_value=hotelling_p_value(square, q, freedom),
@@ -192,17 +209,17 @@ def difference_of(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PoolingTest:
-    """Whether several records may be pooled: each against the others.
+    """Test of several records for equal parameters.
 
     Attributes
     ----------
     records : tuple of RecordDifference or Missing
-        By record: beside all of the others; missing where one alone does not tell the parameters.
+        By record, compared with all others; missing where it does not identify the parameters.
     odd : int or None
-        The record that differs most, one that makes any force to speak of first; None where chance
-        explains all.
+        The record that differs most, those with a relevant effect first; None where all differences
+        are within chance.
     p_value : float
-        The least of them, allowed for their number.
+        The least of all records, corrected for their number.
     """
 
     records: tuple[RecordDifference | Missing, ...]
@@ -213,14 +230,16 @@ class PoolingTest:
 def pooling_test(
     problem: Problem, estimate: Estimate, levels: Levels = DEFAULT_LEVELS
 ) -> PoolingTest | Missing:
-    """Hold each record against the others, by the rows of an estimate of all.
+    """Compare each record with the others, by the rows of the common estimate.
 
-    Chance is what twins of the records make of them, or HAC of too few.
+    The covariance is that of simulated replicas, or HAC where there are too few.
     """
     if estimate.is_direct:
         return Missing("the rows of a direct model are accelerations")
     if estimate.counts is not None:
-        return Missing("rows count by residuals, in a record alone by others than in all of them")
+        return Missing(
+            "the weights of rows depend on residuals, which differ between one record and all"
+        )
     weights, inference = estimate.weights, estimate.inference
     residuals, common = inference.twins_residuals, inference.twin_errors
     X, Z = (weights[:, None] * each for each in (estimate.X, estimate.score_columns))
@@ -238,7 +257,7 @@ def pooling_test(
         by_twins = None
         if residuals is not None and common is not None:
             moved = solution.influence.T @ (weights[:, None] * residuals)
-            # Twins' residuals are beside what each of them has in common, which scatters too.
+            # The residuals of replicas do not contain their common errors, which scatter too.
             moved[: common.shape[1]] += common.T
             by_twins = covariance_of_twins(moved, columns.shape[1])
         applied = by_twins or Hac().applied(solution)
@@ -262,15 +281,16 @@ def pooling_test(
 
 
 def covariance_of_twins(moved: Array, columns: int) -> CovarianceEstimate | None:
-    """Covariance of an estimate by what twins make of it, (m, R); None of too few.
+    """Return the covariance of the estimates from simulated replicas; None for too few replicas.
 
     Parameters
     ----------
     moved : (m, R) array
+        Errors of the estimates.
     columns : int
-        Parameters that are held against zero.
+        Number of parameters that are tested for zero.
     """
-    pairs = moved.shape[1] / 2  # opposite twins are one sample
+    pairs = moved.shape[1] / 2  # antithetic replicas are one sample
     if pairs - columns + 1 < _FEWEST:
         return None
     return CovarianceEstimate(
@@ -284,22 +304,22 @@ def pooling_test_of(
     extended: Solved,
     levels: Levels = DEFAULT_LEVELS,
 ) -> PoolingTest | Missing:
-    """Hold each record against the others.
+    """Compare each record with the others.
 
     Parameters
     ----------
     instruments : (N, k) array
-        Of the parameters of all records: what residuals are without.
+        Of the common parameters, to which the residuals are orthogonal.
     records : sequence of RecordRegressor
     extended : callable
-        Solves the estimate of all once more, see `Solved`.
+        Solves the common estimate again, see `Solved`.
     levels : Levels
     """
     found = tuple(_tested(instruments, records, extended, i) for i in range(len(records)))
     tests = {i: each for i, each in enumerate(found) if isinstance(each, RecordDifference)}
     if not tests:
         return next(each for each in found if isinstance(each, Missing))
-    # Bonferroni's; of two records there is one difference, which both tests are of.
+    # Bonferroni's rule; two records have a single difference, so that both tests are the same.
     number = len(tests) if len(found) > 2 else 1
     odd = min(
         [i for i, each in tests.items() if number * each.p_value < levels.level],
@@ -317,67 +337,87 @@ def pooling_check(
     levels: Levels = DEFAULT_LEVELS,
     output: str = "force",
 ) -> Check:
-    """Whether the records are alike, as a check; each record has a name."""
-    untold = "; ".join(
-        f"{name} alone would not tell {'them' if isinstance(e, Missing) else ', '.join(e.untold)}"
-        for name, e in zip(names, found.records, strict=True)
-        if isinstance(e, Missing) or e.untold
-    )
-    odd = None if found.odd is None else found.records[found.odd]
-    fails, said, advice = False, "", ""
-    if found.odd is not None and isinstance(odd, RecordDifference):
-        whose, fails, differing = names[found.odd], odd.matters(levels), odd.differing(levels)
-        rest, lead = "the rest", f"{whose} speaks against the rest"
-        if len(names) == 2:
-            rest, lead = names[1 - found.odd], f"{' and '.join(names)} speak against one another"
-        said = f"{lead}: {odd.told(differing, whose, rest)}"
-        advice = (
-            "; say what is known to differ, as a payload that the axis declares (known "
-            f"NAME=V1,V2), or let each record have its own (local {','.join(differing)})"
-        )
-    meaning = first_case(
-        (
-            fails,
-            f"{said}. What is estimated of all is no record's, nor need the other parameters be",
-        ),
-        (
-            odd,
-            "the records differ by more than chance, in what makes less than "
-            f"{100 * levels.least_share:g} % of the {output}: {said}",
-        ),
-        (True, "each record alone would give the same parameters, but for chance"),
-    )
+    """Return the check that all records have the same parameters.
+
+    Parameters
+    ----------
+    found : PoolingTest
+    names : sequence of str
+        Of the records.
+    levels : Levels
+    output : str
+        The estimate explains this: ``force``, or ``output`` of a fit.
+    """
+    odd = _odd_record(found, names, levels)
+    status: Status = "pass"
+    if odd is not None:
+        status = "fail" if odd.matters else "note"
+    tests = [each for each in found.records if isinstance(each, RecordDifference)]
+    largest = max(each.share_percent for each in tests)
     return Check(
         name="records alike",
-        status="fail" if fails else "note" if odd else "pass",
-        figure=max(e.share_percent for e in found.records if isinstance(e, RecordDifference)),
+        status=status,
+        figure=largest,
         threshold=100 * levels.least_share,
         p_value=found.p_value,
-        source=f"percent of a record's {output} that the parameters it has alone make otherwise "
-        "than those of the others; fails where that is more, and chance would make as much in less "
-        f"than {100 * levels.level:g} % (Hotelling's test, allowed for the number of records)",
-        meaning=f"{meaning}{f' ({untold})' * bool(untold)}{advice * fails}",
+        source=f"effect of the parameters of a record alone, compared with those of the others, in "
+        f"percent of the {output} of the record. The check fails where an effect is larger and "
+        f"chance makes such a difference in less than {100 * levels.level:g} % (Hotelling's test, "
+        "corrected for the number of records)",
+        finding=ComparedRecords(
+            odd=odd,
+            largest_percent=largest,
+            least_percent=100 * levels.least_share,
+            output=output,
+            unidentified=_unidentified(found, names),
+        ),
     )
+
+
+def _odd_record(found: PoolingTest, names: Sequence[str], levels: Levels) -> OddRecord | None:
+    """Return the record that differs most; None where all agree within chance."""
+    if found.odd is None:
+        return None
+    odd = found.records[found.odd]
+    if isinstance(odd, Missing):
+        return None
+    return OddRecord(
+        name=names[found.odd],
+        other=names[1 - found.odd] if len(names) == 2 else None,
+        parameters=odd.parameters(odd.differing(levels)),
+        matters=odd.matters(levels),
+    )
+
+
+def _unidentified(found: PoolingTest, names: Sequence[str]) -> tuple[UnidentifiedInRecord, ...]:
+    """Return the parameters that single records do not identify."""
+    unidentified = list[UnidentifiedInRecord]()
+    for name, each in zip(names, found.records, strict=True):
+        if isinstance(each, Missing):
+            unidentified.append(UnidentifiedInRecord(record=name, parameters=()))
+        elif each.untold:
+            unidentified.append(UnidentifiedInRecord(record=name, parameters=each.untold))
+    return tuple(unidentified)
 
 
 def _tested(
     base: Array, records: Sequence[RecordRegressor], extended: Solved, number: int
 ) -> RecordDifference | Missing:
-    """A record against the others."""
+    """Return the difference of a record from the others, or the reason why it is unknown."""
     record = records[number]
     around = (record.span.start, len(base) - record.span.stop), (0, 0)
     X, Z = (np.pad(each, around) for each in (record.columns, record.instruments))
     shown = _independent(Z, base[:, :0])
     if not (own := [shown[j] for j in _independent(Z[:, shown], base)]):
-        return Missing("this record tells no parameter that it shares with the others")
-    # An estimate follows few rows, so that what is left of them does not tell what is chance.
+        return Missing("this record identifies no parameter that it shares with the others")
+    # An estimate follows few rows, so that their residuals are smaller than the noise.
     needed = MIN_ROWS_PER_PARAMETER.value * len(own)
     others = sum(each.independent_rows for each in records if each is not record)
     for whose, rows in (("this record has", record.independent_rows), ("the others have", others)):
         if rows < needed:
             return Missing(
-                f"{whose} {rows} rows for {len(own)} parameters, and {needed:g} are needed to "
-                "compare the records; record a longer motion"
+                f"{whose} {rows} rows for {len(own)} parameters; {needed:g} are needed to compare "
+                "the records. Record a longer motion"
             )
     try:
         change, covariance, dof = extended(X[:, own], Z[:, own])
@@ -385,7 +425,7 @@ def _tested(
         return Missing(str(error))
     q, freedom = len(own), float(np.min(dof[-len(own) :]))
     if freedom - q + 1 < _FEWEST:
-        return Missing("too few of the residuals are independent to tell what is chance")
+        return Missing("too few of the residuals are independent for a covariance")
     return difference_of(
         {record.names[j]: record.units[j] for j in own},
         record.values[own] + record.slopes[own] @ change[:-q],
@@ -398,7 +438,7 @@ def _tested(
 
 
 def _independent(columns: Array, beside: Array) -> list[int]:
-    """Which columns neither others nor those before them span."""
+    """Return the columns that neither others nor those before them span."""
     every = np.hstack([beside, columns])
     sizes = np.linalg.norm(every, axis=0)
     own = np.diag(np.linalg.qr(every / np.where(sizes > 0, sizes, 1.0), mode="r"))

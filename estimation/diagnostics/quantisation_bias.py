@@ -1,4 +1,4 @@
-"""How the steps of an encoder bias an estimate, by simulation and extrapolation."""
+"""Bias of an estimate by the steps of an encoder, by simulation and extrapolation."""
 
 import numpy as np
 
@@ -7,24 +7,25 @@ from axisid.estimation.regression import Form
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
 
-_DRAWS = 4  # each once with either sign
+_DRAWS = 4  # each with both signs
 
 
 def quantisation_bias(form: Form, data: FilteredRecord, step: float, physical: Array) -> Array:
-    """About what the steps of a position, that no control answers to, move an estimate by, (p,).
+    """Estimate the bias by steps of a logged position that the control loop does not see, (p,).
 
-    Rounding adds noise that is uniform within a step. As much again moves the estimate about as
-    far again, to first order in its variance: the simulation step of Cook and Stefanski's SIMEX.
+    Rounding adds noise that is uniform within a step. As much noise again changes the estimate by
+    about the same amount again, to first order in its variance: the simulation step of Cook and
+    Stefanski's SIMEX.
 
     Parameters
     ----------
     form : Form
-        At its point, if it is linearised.
+        At its operating point, if it is linearised.
     data : FilteredRecord
     step : float
         Of the position, SI.
     physical : (p,) array
-        Least squares of the record as it is.
+        Least squares of the record without added noise.
     """
     rng, changes = np.random.default_rng(0), []
     for _ in range(_DRAWS):

@@ -6,10 +6,11 @@ its confidence interval. Where the record cannot tell a wrong scale from wrong g
 wrong scale is assumed.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from axisid.estimation.findings import Finding
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.thresholds import MAX_LAW_MOVE, MIN_DISTANCE_FROM_NOISE
 from axisid.estimation.verdict_checks import Check
@@ -18,6 +19,33 @@ from axisid.support.errors import Missing
 
 from .control_law import SCALE, LawAgreement, law_check
 from .diagnostic_inputs import DiagnosticInputs
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ControlScaleMoves(Finding):
+    """A parameter that is wrong if the recorded control has another scale.
+
+    Attributes
+    ----------
+    finding : Finding
+        Of the declared law, which the control follows.
+    scale : float
+        Factor by which the recorded control may be too large.
+    parameter : str
+    change : float
+        Of the parameter by that factor.
+    unit : str
+        Of the parameter.
+    standard_errors : float
+        The change by the standard error of the parameter and of the change.
+    """
+
+    finding: Finding
+    scale: float
+    parameter: str
+    change: float
+    unit: str
+    standard_errors: float
 
 
 def control_law_check(case: DiagnosticInputs) -> Check | Missing:
@@ -60,10 +88,14 @@ def _with_effect_of_scale(check: Check, case: DiagnosticInputs, law: LawAgreemen
         figure=shifts[worst],
         threshold=MAX_LAW_MOVE.value,
         source=MAX_LAW_MOVE.source,
-        meaning=f"{check.meaning}; but the control may be recorded {1 + share:.5g} times as large "
-        f"as it is, which moves {worst} by {moves[worst]:+.2g} {judged[worst].unit} "
-        f"({shifts[worst]:.2g} standard errors). Check the scale of the control and the gains of "
-        "the law",
+        finding=ControlScaleMoves(
+            finding=check.finding,
+            scale=float(1 + share),
+            parameter=worst,
+            change=moves[worst],
+            unit=judged[worst].unit,
+            standard_errors=shifts[worst],
+        ),
     )
 
 

@@ -7,10 +7,12 @@ because a short move from rest to rest can fall into one sample period.
 """
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.findings import Finding
 from axisid.estimation.records import Record, wild_steps
 from axisid.estimation.verdict_checks import Check
 from axisid.support.arrays import Array, mask_of, runs
@@ -20,6 +22,10 @@ _WINDOW = 10  # steps before or after a sudden one, by which the position is in 
 _LEAST_SURPLUS = 3  # of these in one direction
 _STUCK = 2.0  # times the motion that was missed, up to which a stuck encoder catches up
 _WHOLE_RANGE = 0.9  # of the recorded positions, from which a step back is a new turn
+
+Cause = Literal[
+    "new turn", "repeated sample", "stuck encoder", "lost samples", "lost samples or counts"
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +73,47 @@ class SuddenStep:
         """Whether the position stood still and then catches up: the encoder was stuck."""
         missed = (self.held + 1) * abs(self.motion)
         return self.held > 0 and abs(self.size) <= _STUCK * missed
+
+    @property
+    def cause(self) -> Cause:
+        """Most likely cause of the step."""
+        if self.is_new_turn:
+            return "new turn"
+        if self.is_repeat:
+            return "repeated sample"
+        if self.is_asked:
+            return "lost samples"
+        return "stuck encoder" if self.is_release else "lost samples or counts"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SuddenSteps(Finding):
+    """The number of sudden steps of a position, and the largest of them.
+
+    Attributes
+    ----------
+    number : int
+    size : float or None
+        Change of the position in the largest step, in `unit`; None without a step.
+    unit : str
+        Of the position.
+    seconds : float or None
+        Time of the largest step in the log; None without a step.
+    cause : str or None
+        As of a `SuddenStep`; None without a step.
+    held : int
+        Sample periods directly before it in which the position stood still.
+    is_in_reference : bool
+        Whether the reference makes a sudden step at the same place.
+    """
+
+    number: int
+    unit: str
+    size: float | None = None
+    seconds: float | None = None
+    cause: Cause | None = None
+    held: int = 0
+    is_in_reference: bool = False
 
 
 def sudden_steps(record: Record) -> list[SuddenStep]:
@@ -127,9 +174,6 @@ def sudden_steps_check(axis: GeneratedAxis, record: Record) -> Check | None:
     if record.integrated:
         return None
     found = sudden_steps(record)
-    meaning = "no single step of the position stands out"
-    if found:
-        meaning = _meaning(axis, record, found)
     return Check(
         name=SUDDEN_STEPS,
         status="fail" if found else "pass",
@@ -137,40 +181,23 @@ def sudden_steps_check(axis: GeneratedAxis, record: Record) -> Check | None:
         threshold=0.0,
         source="number of steps that differ from their neighbours by twice the largest second "
         "difference elsewhere",
-        meaning=meaning,
+        finding=_finding_of(found, record, axis.coordinate.unit),
     )
 
 
-def _meaning(axis: GeneratedAxis, record: Record, found: list[SuddenStep]) -> str:
+def _finding_of(found: list[SuddenStep], record: Record, unit: str) -> SuddenSteps:
+    if not found:
+        return SuddenSteps(number=0, unit=unit)
     largest = max(found, key=_size)
-    others = ""
-    if len(found) > 1:
-        others = f" (one of {len(found)} such steps)"
-    return (
-        f"the position moves by {largest.size:.3g} {axis.coordinate.unit} in one sample period, "
-        f"{record.time[largest.place]:.6g} s into the log{others}, unlike the periods before and "
-        f"after it. {_cause_and_remedy(largest)}"
+    return SuddenSteps(
+        number=len(found),
+        unit=unit,
+        size=largest.size,
+        seconds=float(record.time[largest.place]),
+        cause=largest.cause,
+        held=largest.held,
+        is_in_reference=largest.is_asked,
     )
-
-
-def _cause_and_remedy(step: SuddenStep) -> str:
-    if step.is_new_turn:
-        return (
-            "It jumps back by its whole range, as a position that starts again after a turn does. "
-            "Declare that range with wrap, or unwrap the position first"
-        )
-    mend = "Leave these places out with windows, or mend the recorder"
-    where = "there"
-    if step.is_asked:
-        where = "there, as the reference makes the same step"
-    if step.is_repeat:
-        return f"A sample is recorded twice {where}, or the encoder stood still. {mend}"
-    if step.is_release and not step.is_asked:
-        stood = f"The position stood still for {step.held} periods before"
-        return f"{stood}: the encoder was stuck. {mend}"
-    if step.is_asked:
-        return f"Samples are missing {where}. {mend}"
-    return f"Samples are missing there, or the encoder lost counts. {mend}"
 
 
 def _size(step: SuddenStep) -> float:

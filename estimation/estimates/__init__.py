@@ -1,4 +1,4 @@
-"""What an estimator returns.
+"""Results of an estimator.
 
 In: the solution of a regression. Out: `Estimate` with its `Value` of each parameter, physical ones.
 Knows nothing of methods, of verdicts and of how it is shown.

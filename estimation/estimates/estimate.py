@@ -1,4 +1,4 @@
-"""What an estimator returns."""
+"""Results of an estimator."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -37,7 +37,7 @@ from .estimated_values import NamedValues, SamplingDistribution, Value
 
 @dataclass(frozen=True, slots=True)
 class NotSimulated(Missing):
-    """Why no loop was simulated with an estimate.
+    """The reason why no loop was simulated with an estimate.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class Iterate(Exact):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Inference(Exact):
-    """What takes further simulated loops to know of an estimate, so that it waits to be asked for.
+    """Inference that takes further simulated loops, and is therefore computed on request.
 
     Attributes
     ----------
@@ -126,7 +126,7 @@ class _HasDistribution(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
 class EstimateFacts:
-    """What an estimate tells without its rows, whether it has them or is of a file.
+    """An estimate without its rows, as it is also read from a file.
 
     Its members are those of an `Estimate`.
     """
@@ -149,7 +149,7 @@ class EstimateFacts:
         return f"{self.method}: {self.parameters.listed()}"
 
     def __getitem__(self: _HasDistribution, name: str) -> Value:
-        """One of `parameters`."""
+        """Return one of `parameters`."""
         return self.parameters[name]
 
     @property
@@ -159,22 +159,22 @@ class EstimateFacts:
 
     @property
     def by_output_error(self) -> bool:
-        """Whether the simulated loop's columns were regressed, so that no noise is in them."""
+        """Whether the regressor is that of the simulated loop, and has no noise."""
         return is_output_error(self.method)
 
     @property
     def filter_bias(self: _HasDistribution) -> Array | None:
-        """What filter and noise move the physical parameters by, (p,), where twins tell it."""
+        """Bias of the physical parameters by filter and noise, (p,), where replicas show it."""
         return self.distribution.bias
 
     @property
     def corrected(self: _HasDistribution) -> Array:
-        """Physical parameters less the bias, where that is known, (p,)."""
+        """Physical parameters minus the bias, where it is known, (p,)."""
         return self.distribution.corrected
 
     @property
     def covariance(self: _HasDistribution) -> Array:
-        """Of the physical parameters, (p, p): the chosen one, whose deviations are printed."""
+        """The chosen covariance of the physical parameters, (p, p), of the printed errors."""
         return self.distribution.covariances[self.distribution.chosen]
 
 
@@ -269,16 +269,16 @@ class Estimate(EstimateFacts, Presentable, Exact):
 
     @property
     def inference(self) -> Inference:
-        """How far the estimate may be from the truth: worked out when it is first asked for."""
+        """Bias and covariances of the estimate, computed on first request."""
         return self.deferred.value
 
     def with_inference(self, **changed: Any) -> "Estimate":
-        """The same estimate, of which other covariances, bias or slopes are known."""
+        """Return the estimate with other covariances, bias or slopes."""
         return replace(self, deferred=Deferred.of(replace(self.inference, **changed)))
 
     @property
     def covariances(self) -> Mapping[str, Array]:
-        """Of the physical parameters, (p, p) each, by name; see `Inference`."""
+        """Covariances of the physical parameters, (p, p) each, by name; see `Inference`."""
         return self.inference.covariances
 
     @property
@@ -293,7 +293,7 @@ class Estimate(EstimateFacts, Presentable, Exact):
 
     @property
     def ddm_covariances(self) -> Mapping[str, Array]:
-        """Of the direct model's parameters, (m, m) each; empty for an inverse model."""
+        """Covariances of the direct model's parameters, (m, m); empty for an inverse model."""
         return self.inference.ddm_covariances
 
     @property
@@ -303,13 +303,13 @@ class Estimate(EstimateFacts, Presentable, Exact):
 
     @property
     def net_residuals(self) -> Array:
-        """Residuals less what is left of the noise-free loop, or of twins in the mean, (n,)."""
+        """Residuals minus those of the noise-free loop, or the mean of the replicas', (n,)."""
         quiet = self.inference.noise_free
         return self.residuals if quiet is None else self.residuals - quiet
 
     @property
     def score_columns(self) -> Array:
-        """What the residuals are without in the solution, (n, k).
+        """Columns to which the residuals are orthogonal in the solution, (n, k).
 
         Instruments, or the regressor, each row as it counted.
         """
@@ -318,13 +318,13 @@ class Estimate(EstimateFacts, Presentable, Exact):
 
     @property
     def slope_columns(self) -> Array:
-        """The same, each row as it would count more with its size: what `X` meets, (n, k)."""
+        """The same with the rows weighted by the slope of the loss, (n, k)."""
         columns = self.X if self.Z is None else self.Z
         return columns if self.counts is None else self.counts.slopes[:, None] * columns
 
     @property
     def light_rows(self) -> Array:
-        """Which rows counted for less than half, (n,)."""
+        """Rows with a weight of less than one half, (n,)."""
         if self.counts is None:
             return np.zeros(len(self.y), dtype=bool)
         return np.asarray(self.counts.weights < LIGHT_ROW.value)
@@ -341,7 +341,7 @@ class Estimate(EstimateFacts, Presentable, Exact):
 
     @property
     def distribution(self) -> SamplingDistribution:
-        """Of the physical parameters."""
+        """Sampling distribution of the physical parameters."""
         by_gain = self.inference.gain_slopes
         return SamplingDistribution(
             quantities=self.quantities,
@@ -375,7 +375,7 @@ class Estimate(EstimateFacts, Presentable, Exact):
         ).values
 
     def derive(self, function: FunctionLike) -> Value:
-        """Any function of the physical parameters, with its unit and interval.
+        """Return a function of the physical parameters, with its unit and interval.
 
         Parameters
         ----------
@@ -404,7 +404,7 @@ class Estimate(EstimateFacts, Presentable, Exact):
 
     @property
     def curvatures(self) -> Array:
-        """Second-order part of each physical parameter's deviation against the first, (p,).
+        """Return the second-order part of each standard error over the first-order part, (p,).
 
         Zero where the regression is in the physical parameters themselves; the delta method is
         enough up to about 0.1.
@@ -420,7 +420,7 @@ class Estimate(EstimateFacts, Presentable, Exact):
         seed: int = 0,
         covariance: str | None = None,
     ) -> DrawSummary:
-        """Any function of the physical parameters over draws from the estimate's distribution.
+        """Return a function of the physical parameters over draws from their distribution.
 
         The regression's own parameters are drawn from Student's multivariate distribution and
         mapped exactly, so that neither map nor function is taken for straight, as `derive` does;
@@ -444,12 +444,12 @@ class Estimate(EstimateFacts, Presentable, Exact):
             UsageError,
             (
                 not is_among(covariance, self.covariances),
-                f"there is no covariance {quoted(covariance)}; choose from "
+                f"there is no covariance {quoted(covariance)}. Choose from "
                 f"{', '.join(self.covariances)}",
             ),
             (
                 not (is_whole(seed) and seed >= 0),
-                f"the seed is {quoted(seed)}; give a whole number of 0 or more",
+                f"the seed is {quoted(seed)}. Give a whole number of 0 or more",
             ),
             code="result",
         )
@@ -463,7 +463,7 @@ class Estimate(EstimateFacts, Presentable, Exact):
 
     @property
     def residual_tests(self) -> ResidualTests:
-        """Tests of the net residuals."""
+        """Return tests of the net residuals."""
         return residual_tests(self.weights * self.net_residuals, neighbours=self.neighbours)
 
     @property
@@ -472,7 +472,7 @@ class Estimate(EstimateFacts, Presentable, Exact):
         return partial(curvature, *scaled_gradients_and_hessians(self.form, self.theta, of_theta))
 
     def _of_theta(self, name: str) -> Array:
-        """Covariance of the regression's own parameters."""
+        """Return the covariance of the regression's own parameters."""
         if self.is_direct:
             return self.ddm_covariances[name]
         inverse = np.asarray(np.linalg.inv(self.jacobian), dtype=float)

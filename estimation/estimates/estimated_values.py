@@ -1,4 +1,4 @@
-"""Estimated numbers: with unit, deviations by covariance and interval, and functions of such."""
+"""Estimated values with unit, standard errors and interval, and functions of them."""
 
 import warnings
 from collections.abc import Callable, Container, Mapping
@@ -22,7 +22,7 @@ COVARIANCES: dict[str, CovarianceRow] = {row.name: row for row in COVARIANCE_ROW
 
 
 def covariance_of(name: str, lags: int | None) -> Covariance:
-    """The covariance of an estimate that is so called; None for lags lets the data choose."""
+    """Return the covariance of a name; None for lags lets the data choose them."""
     row = COVARIANCES[name]
     made: Callable[..., Covariance] = resolve_name(row.covariance)
     return made(lags) if row.takes_lags else made()
@@ -36,7 +36,7 @@ CORRECTED = "without bias"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Value:
-    """A number that leaves the program: with unit, standard deviations and interval.
+    """An estimated number with its unit, standard errors and interval.
 
     Attributes
     ----------
@@ -77,39 +77,39 @@ class Value:
 
     @property
     def deviation(self) -> float:
-        """Standard deviation under the covariance that was chosen."""
+        """Standard error by the chosen covariance."""
         return self.deviations[self.chosen]
 
     @property
     def sd(self) -> float:
-        """For independent residuals, as in the published tables."""
+        """Standard error for independent residuals, as in the published tables."""
         return self.deviations["iid"]
 
     @property
     def sd_robust(self) -> float:
-        """For residuals of any variance."""
+        """Standard error for heteroscedastic residuals."""
         return self.deviations["robust"]
 
     @property
     def sd_hac(self) -> float:
-        """For autocorrelated residuals too."""
+        """Standard error for heteroscedastic and autocorrelated residuals."""
         return self.deviations["hac"]
 
     @property
     def corrected(self) -> float:
-        """The value less the bias of filter and noise, where that is known."""
+        """The value minus the bias of filter and noise, where it is known."""
         return self.value - (self.filter_bias or 0.0)
 
     @property
     def shift(self) -> float:
-        """Size of the bias of filter and noise in deviations; infinite for a bias without one."""
+        """Bias of filter and noise in standard errors; infinite where these are 0."""
         if not self.filter_bias:
             return 0.0
         return abs(self.filter_bias) / self.deviation if self.deviation > 0 else np.inf
 
     @property
     def is_shifted(self) -> bool:
-        """Whether the interval's centre is noticeably not the value, which is then said with it."""
+        """Whether the centre of the interval differs noticeably from the value."""
         return self.shift > _MIN_PRINTED_FILTER_BIAS
 
     @property
@@ -124,29 +124,29 @@ class Value:
 
 
 class NamedValues(dict[str, Value]):
-    """Values by name; a name that is not among them is told with those that are."""
+    """Values by name; an unknown name is refused with the known ones."""
 
     def __getitem__(self, name: str) -> Value:
         if not is_among(name, self):
             raise UsageError(
-                f"there is no {quoted(name)}; choose from {', '.join(self)}.", code="result"
+                f"there is no {quoted(name)}. Choose from {', '.join(self)}.", code="result"
             )
         return super().__getitem__(name)
 
     def listed(self) -> str:
-        """Every value with its deviation and unit, on one line."""
+        """Return every value with its standard error and unit, on one line."""
         values = (f"{n} = {v.value:.6g} +- {v.deviation:.2g} {v.unit}" for n, v in self.items())
         return ", ".join(values)
 
 
 def student_interval(centre: float, deviation: float, freedom: float) -> tuple[float, float]:
-    """The 95 % interval about an estimate, by Student's distribution."""
+    """Return the 95 % interval of an estimate, by Student's distribution."""
     reach = float(stdtrit(freedom, (1 + INTERVAL_LEVEL.value) / 2)) * deviation
     return centre - reach, centre + reach
 
 
 def degrees_of_freedom_of(value: Value) -> float:
-    """Of Student's distribution, by how many deviations the 95 % interval reaches."""
+    """Return the degrees of freedom of Student's distribution that an interval implies."""
     low, high = value.interval
     if not 0 < value.deviation < np.inf:
         return np.inf
@@ -160,7 +160,7 @@ _MAX_CURVATURE = 0.1
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SamplingDistribution(Exact):
-    """Estimated parameters and how far they may be off: what their values are made of.
+    """Sampling distribution of estimated parameters, from which their values are made.
 
     Attributes
     ----------
@@ -193,7 +193,7 @@ class SamplingDistribution(Exact):
 
     @property
     def corrected(self) -> Array:
-        """The estimate less its bias, where that is known, (p,)."""
+        """The estimate minus its bias, where it is known, (p,)."""
         return self.theta if self.bias is None else self.theta - self.bias
 
     @property
@@ -220,7 +220,7 @@ class SamplingDistribution(Exact):
     def through(
         self, quantities: tuple[Quantity, ...], theta: Array, slopes: Array
     ) -> "SamplingDistribution":
-        """That of functions of the parameters, to first order.
+        """Return the distribution of functions of the parameters, to first order.
 
         Parameters
         ----------
@@ -250,7 +250,7 @@ class SamplingDistribution(Exact):
         )
 
     def curvature(self, gradient: Array, hessian: Array) -> float:
-        """Second-order part of a function's deviation against the first.
+        """Return the second-order part of a function's standard error over the first.
 
         Parameters
         ----------
@@ -268,7 +268,7 @@ class SamplingDistribution(Exact):
         advice: str,
         curvature: Callable[[Array, Array], float] | None = None,
     ) -> Value:
-        """A function of the parameters by the delta method, for a method ``derive``.
+        """Return a function of the parameters by the delta method, for methods ``derive``.
 
         Parameters
         ----------
@@ -298,16 +298,15 @@ class SamplingDistribution(Exact):
         names = [q.name for q, slope in zip(self.quantities, gradient, strict=True) if slope]
         if held := [name for name in names if name in self.at_bound]:
             raise UsageError(
-                f"{held[0]} is at a bound, so that its errors go to one side and the delta method "
-                "tells nothing of functions of it; take its own interval, or fit with other "
-                "bounds.",
+                f"{held[0]} is at a bound, so its errors are one-sided and the delta method does "
+                "not apply to functions of it. Use its own interval, or fit with other bounds.",
                 code="bounds",
             )
         second_order = (curvature or self.curvature)(gradient, hessian)
         if second_order > _MAX_CURVATURE:
             warnings.warn(
-                f"{function} bends within the uncertainty: the second-order part of its standard "
-                f"deviation is about {second_order:.2g} of the first; {advice}",
+                f"{function} is nonlinear within the uncertainty: the second-order part of its "
+                f"standard error is about {second_order:.2g} times the first; {advice}",
                 RuntimeWarning,
                 stacklevel=3,  # whoever called `derive`
             )
@@ -317,5 +316,5 @@ class SamplingDistribution(Exact):
 
 
 def least_freedom(freedom: Array, slopes: Array) -> Array:
-    """Degrees of freedom of functions, (r,): the fewest of the parameters that each is made of."""
+    """Return degrees of freedom of functions, (r,): the fewest of their parameters."""
     return np.asarray(np.min(np.where(slopes != 0, freedom, np.inf), axis=1), dtype=float)

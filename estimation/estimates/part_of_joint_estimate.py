@@ -1,4 +1,4 @@
-"""An estimate from several records as one of them has it: its rows, and its own parameters."""
+"""The part of one record in an estimate from several: its rows and its parameters."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ from .estimate import Estimate, NotSimulated
 
 
 def estimate_of_record(estimate: Estimate, problem: Problem, record: int) -> Estimate:
-    """The part of an estimate that is of one of its records, in the parameters of its axis.
+    """Return the part of an estimate that is of one record, in the parameters of its axis.
 
     With the drive gain among the parameters of all, those of the record are of the declared gain,
     as its force is.
@@ -63,7 +63,7 @@ def estimate_of_record(estimate: Estimate, problem: Problem, record: int) -> Est
 
 
 def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record: int) -> Estimate:
-    """A part whose axis has parameters of its own."""
+    """Return a part whose axis has parameters of its own."""
     data, axis = problem.data[record], problem.data[record].axis
     physical = form.own(part.physical, record)
     # Of the record's parameters by those of all.

@@ -1,4 +1,4 @@
-"""Physical parameters from base parameters and from what is known apart from the record.
+"""Physical parameters from base parameters and from values known independently.
 
 Classical minimum distance: with ``z = (beta_hat, fixed values)`` and its covariance V, the
 parameters minimise ``(z - h)' V^-1 (z - h)`` with ``h(theta) = (beta(theta), theta_fixed)``. What
@@ -38,7 +38,7 @@ _MOST_SIGNS = 8  # parameters whose signs are tried in all ways
 
 
 def mapped(base: BaseModel, theta: Array) -> tuple[Array, Array]:
-    """Base parameters (b,) of declared ones (p,), and the Jacobian (b, p).
+    """Return base parameters (b,) of declared ones (p,), and the Jacobian (b, p).
 
     ``beta = weights . monomials(theta)``; dimensions as in `BaseModel`.
     """
@@ -56,7 +56,7 @@ Minimum = tuple[Array, float]
 
 
 class Distance:
-    """How far declared parameters are from base parameters and fixed values.
+    """Distance of declared parameters from base parameters and fixed values.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class Distance:
         self._whiten = self._wider[-1]
 
     def covariance(self, of_beta: Array) -> Array:
-        """Of the target, (z, z), from that of the base parameters."""
+        """Return the covariance of the target, (z, z), from that of the base parameters."""
         b, f = len(of_beta), len(self._spread)
         whole = np.zeros((b + f, b + f))
         whole[:b, :b] = of_beta
@@ -90,14 +90,14 @@ class Distance:
         return whole
 
     def minimum(self) -> Minimum:
-        """The nearest parameters, inside the bounds if any there are as near."""
+        """Return the nearest parameters, inside the bounds if any of them are as near."""
         near = self._valleys()
         theta, cost = near[0]
         candidates = [*near, *((other, cost) for other in self._mirrored(theta))]
         return next((each for each in candidates if self._inside(each[0])), near[0])
 
     def others(self, theta: Array) -> list[Array]:
-        """Further parameters inside the bounds that are as near, each once."""
+        """Return further parameters inside the bounds that are as near, each once."""
         candidates = [*self._mirrored(theta)]
         if not self.base.undetermined:
             candidates += [other for other, _ in self._valleys()]
@@ -108,14 +108,14 @@ class Distance:
         return solutions[1:]
 
     def _valleys(self) -> list[Minimum]:
-        """Where descents from all starts end that come as near as any, but for rounding."""
+        """Return the ends of descents from all starts that are nearest, except for rounding."""
         minima = [self._descend(start) for start in self._starts()]
         least = min(cost for _, cost in minima)
         near = [each for each in minima if each[1] <= least + _SAME_DISTANCE * (1 + least)]
         return near or minima
 
     def are_same(self, theta: Array, other: Array) -> BoolArray:
-        """Which parameters (p,) of two solutions are one, by their size and their deviation."""
+        """Return the parameters (p,) that are equal in two solutions, by size and error."""
         slopes = np.linalg.norm(self._residuals(theta)[1], axis=0)
         deviations = np.zeros(len(theta))
         deviations[self.free] = np.divide(1.0, slopes, out=np.zeros(len(slopes)), where=slopes > 0)
@@ -123,7 +123,7 @@ class Distance:
         return np.asarray(np.abs(other - theta) <= _SAME_PARAMETER * size)
 
     def influence(self, theta: Array, rank: int) -> Array | None:
-        """Derivative of the parameters (p, z) by the target; 0 for those fixed exactly.
+        """Return the derivative of the parameters (p, z) by the target; 0 if fixed exactly.
 
         None where the target hardly changes with one of them, which therefore does not follow.
         """
@@ -140,7 +140,7 @@ class Distance:
         return whole
 
     def _residuals(self, theta: Array, whiten: Array | None = None) -> tuple[Array, Array]:
-        """Of the target less the map, in deviations, and the map's slopes by the unknowns."""
+        """Return the target minus the map, whitened, and the map's slopes by the unknowns."""
         whiten = self._whiten if whiten is None else whiten
         beta, jacobian = mapped(self.base, theta)
         expected = np.concatenate([beta, theta[self._uncertain]])
@@ -148,7 +148,7 @@ class Distance:
         return whiten @ (self.target - expected), whiten @ slopes
 
     def _descend(self, start: Array) -> Minimum:
-        """The nearest parameters from a start, whatever is known sharply being so step by step."""
+        """Return the nearest parameters from a start, with exact values sharpened step by step."""
         from scipy.optimize import least_squares
 
         theta = start.copy()
@@ -179,7 +179,7 @@ class Distance:
         return theta, cost if np.isfinite(cost) else np.inf
 
     def _starts(self) -> Iterator[Array]:
-        """The nominal values first; where one is 0, other sizes; then neighbours."""
+        """Yield starts: the nominal values; where one is 0, other sizes; then neighbours."""
         nonlinear = np.any(self._exponents[self._exponents.sum(axis=1) > 1] > 0, axis=0)
         at_zero = (self._start == 0) & ~self._known & nonlinear
         sizes = _SIZES if np.any(at_zero) else (1.0,)
@@ -189,7 +189,7 @@ class Distance:
             yield np.where(self._known, filled, stretch * filled)
 
     def _mirrored(self, theta: Array) -> Iterator[Array]:
-        """The same base parameters from other signs: flips that leave every monomial's sign."""
+        """Yield parameters of other signs with the same base parameters."""
         odd = np.mod(self._exponents[np.any(np.array(self.base.weights) != 0, axis=0)], 2)
         # Only parameters that enter some monomial evenly or beside others can flip.
         alone = np.any((odd == 1) & (odd.sum(axis=1, keepdims=True) == 1), axis=0)
@@ -205,7 +205,7 @@ class Distance:
 
 
 def _whitening(covariance: Array, values: Array, sharpest: float) -> Array:
-    """``L^-1`` with ``L L' = C``, of values that are known to no more than a share."""
+    """Return ``L^-1`` with ``L L' = C``, with a least relative error of the values."""
     least = sharpest * np.where(values == 0, 1.0, np.abs(values))
     deviations = np.maximum(np.sqrt(np.maximum(np.diag(covariance), 0.0)), least)
     relative = covariance / np.outer(deviations, deviations)
@@ -263,28 +263,28 @@ class Physical(Exact):
 
     @property
     def shows_more(self) -> bool:
-        """Whether it says anything that the base parameters do not."""
+        """Whether it has information beyond the base parameters."""
         return bool(self.parameters) and bool(self.known or {*self.parameters} - {*self.own})
 
 
 class PhysicalByMethod(dict[str, Physical]):
-    """Physical parameters by method; one that is not among them is told with those that are."""
+    """Physical parameters by method; an unknown method is refused with the known ones."""
 
     def __getitem__(self, method: str) -> Physical:
         name = method.lower() if isinstance(method, str) else method
         if is_among(name, self):
             return super().__getitem__(name)
-        there = "the estimates are of the declared ones already; take result[METHOD].parameters"
+        there = "The estimates are the physical parameters already: result[METHOD].parameters"
         if self:
-            there = f"choose from {', '.join(self)}, and of its parameters by name"
+            there = f"Choose from {', '.join(self)}, and from its parameters by name"
         raise UsageError(
-            f"physical parameters are by method, and there is no {quoted(method)}; {there}.",
+            f"physical parameters are by method, and there is no {quoted(method)}. {there}.",
             code="result",
         )
 
 
 def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) -> Physical | None:
-    """Physical parameters from an estimate and what its axis declares as known.
+    """Return physical parameters from an estimate and the known values of its axis.
 
     Parameters
     ----------
@@ -319,13 +319,13 @@ def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) 
     influence, undetermined = None, describe_undetermined(base)
     if not np.isfinite(cost) or (dof == 0 and cost > _MAX_EXACT_DISTANCE):
         undetermined += (
-            "no values of the physical parameters give the base parameters as they are estimated: "
-            "check the equation of motion and what was fixed, or start from better nominal values",
+            "no values of the physical parameters give the estimated base parameters. Check the "
+            "equation of motion and the fixed values, or declare better nominal values",
         )
     elif (influence := distance.influence(theta, rank)) is None:
         undetermined += (
             "at this estimate the base parameters hardly change with the physical ones, which "
-            "therefore do not follow: fix others",
+            "therefore cannot be calculated. Fix other values",
         )
     declared, lost = base.declared.parameters, undetermined_names(base)
     dof_of_base = float(np.min(of_base.freedom[of_base.chosen]))
@@ -367,12 +367,12 @@ def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) 
 
 
 def _others(distance: Distance, theta: Array, kept: list[int]) -> Iterator[str]:
-    """Other physical parameters within their bounds that fit as well."""
+    """Yield remarks on other physical parameters within their bounds that fit as well."""
     names = [p.name for p in distance.base.declared.parameters]
     for other in distance.others(theta):
         same = distance.are_same(theta, other)
         if values := ", ".join(f"{names[j]} = {other[j]:.4g}" for j in kept if not same[j]):
             yield (
-                f"{values} would fit as well; what is given is nearer the nominal values, bounds "
-                "tell the two apart"
+                f"{values} would fit as well. The given values are nearer the nominal ones. "
+                "Declare bounds to exclude one of the two"
             )

@@ -1,7 +1,7 @@
-"""What is to be estimated from what, and what the prefilter does to it.
+"""The estimation problem: an axis and its filtered records.
 
-In: an axis, its records under their filters. Out: `Problem`, with rows, loops, visible parameters.
-Knows nothing of methods and of what becomes of an estimate.
+In: an axis, its records with their filters. Out: `Problem` with rows, loops and detectable
+parameters. Knows nothing of methods and of the use of an estimate.
 """
 
 from .detectability import (

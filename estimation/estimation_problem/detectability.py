@@ -1,10 +1,9 @@
-"""Whether a record shows a parameter at all: said by name, before there is a number to print.
+"""Detectability of parameters: refuse parameters that a record does not show, by name.
 
-Scaled to unit norm, a column of 1e-80 gives a number as any other does. What tells is how large the
-parameter would have to be for its part of the force to stand out of what the model leaves
-unexplained. A record does not show a parameter where that is more than all the force there was,
-at the place of the record where the term acts most; or where it is far beyond the size that the
-parameter's unit and its declaration give it.
+Scaled to unit norm, even a column of 1e-80 gives an estimate. The criterion is the size that a
+parameter needs for its force to stand out of the residual. A record does not show a parameter if
+that force exceeds the whole force of the record at the sample where the term acts most, or if the
+size is far beyond the one that the parameter's unit and declaration suggest.
 """
 
 from collections.abc import Sequence
@@ -20,11 +19,12 @@ from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter, parse_unit
 from axisid.support.arrays import Array, BoolArray
 from axisid.support.errors import EstimationError, ModelError, UsageError, refuse
+from axisid.support.settings import setting
 
-# times the record's largest force that a term would have to make to show: others may cancel it
+# force of a detectable term, relative to the record's largest force: other terms may cancel it
 _MAX_CANCELLED_FORCE = 10.0
-_MAX_TIMES_DECLARED = 1e3  # times the declared value that a parameter would need to be shown
-# times its unit by force and motion, where none is declared: that size is a guess
+_MAX_TIMES_DECLARED = 1e3  # size of a detectable parameter, relative to its declared value
+# the same relative to the size typical for its unit, if no value is declared: that size is a guess
 _MAX_TIMES_UNIT = 1e9
 
 _ROUNDING = float(np.finfo(float).eps)
@@ -32,18 +32,18 @@ _ROUNDING = float(np.finfo(float).eps)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SignalRanges:
-    """How far the force, the motion and the columns of the inverse model go along a record.
+    """Ranges of the force, the motion and the columns of the inverse model over records.
 
     Attributes
     ----------
     force : float
-        Largest.
+        Largest magnitude of the force.
     columns : (p,) array
-        Largest of each column.
+        Largest magnitude of each column.
     travel : (float, float)
-        Least and largest position.
+        Smallest and largest position.
     velocity, acceleration : float
-        Largest.
+        Largest magnitudes.
     """
 
     force: float
@@ -54,21 +54,21 @@ class SignalRanges:
 
     @classmethod
     def of(cls, records: Sequence[tuple[Signals, Equations, BoolArray]]) -> "SignalRanges | None":
-        """Over the samples (N,) that are kept of each record; None where there are none."""
+        """Return the ranges over the kept samples of each record; None without kept samples.
+
+        Parameters
+        ----------
+        records : sequence of (Signals, Equations, (N,) array of bool)
+            Signals, rows, and True for kept samples of each record.
+        """
         every = [each for each in records if each[2].any()]
         if not every:
             return None
-        position, velocity, acceleration, force = (
-            np.concatenate(pieces)
-            for pieces in zip(
-                *(
-                    (s.position[kept], s.velocity[kept], s.acceleration[kept], e.left[kept])
-                    for s, e, kept in every
-                ),
-                strict=True,
-            )
-        )
-        # quicker one by one
+        position = np.concatenate([s.position[kept] for s, _, kept in every])
+        velocity = np.concatenate([s.velocity[kept] for s, _, kept in every])
+        acceleration = np.concatenate([s.acceleration[kept] for s, _, kept in every])
+        force = np.concatenate([e.left[kept] for _, e, kept in every])
+        # Column by column, which is faster.
         columns = [np.abs(np.ascontiguousarray(e.regressor[kept].T)) for _, e, kept in every]
         return cls(
             force=float(np.abs(force).max()),
@@ -80,48 +80,50 @@ class SignalRanges:
 
 
 def check_time_known(axis: GeneratedAxis) -> None:
-    """Refuse an axis whose drive has a lag or a delay that is still to be estimated.
+    """Refuse an axis whose drive has a lag or a delay that is to be estimated.
 
     Raises
     ------
     UsageError
-        It has.
+        The lag or the delay is to be estimated.
     """
     estimated = axis.declared.drive.estimated
     if estimated is not None:
         raise UsageError(
             f"axis {axis.name!r}: the {estimated[0]} of its drive is to be estimated, which "
-            "identify does of one record; declare what it finds as a number here.",
+            "identify does from one record; declare its result as a number here.",
             code="drive-time",
         )
 
 
 def check_has_rows(axis: Axis) -> None:
-    """Refuse an axis whose friction remembers: what it remembers is in no record.
+    """Refuse an axis whose friction has an internal state, which is not recorded.
 
     Raises
     ------
     ModelError
-        It has internal states.
+        The axis has internal states.
     """
     names = ", ".join(state.name for state in axis.states)
     refuse(
         ModelError,
         (
             axis.states,
-            f"the friction of axis {axis.name!r} remembers: no record has its internal "
-            f"{'state' if len(axis.states) == 1 else 'states'} {names}, so that least squares, "
+            f"the friction of axis {axis.name!r} has the internal "
+            f"{'state' if len(axis.states) == 1 else 'states'} {names}, in no record, so that "
+            "least squares, "
             "instruments and DIDIM have no rows of measured signals; fit the simulated loop (fit)",
         ),
         code="equation",
     )
 
 
-#: Where what is left out near reversals and rests may show a parameter.
-_KEEPING = (
-    'For what acts near these, keep those samples (reversals="keep"), or fit the simulated loop '
-    "(axisid fit), which has them all; otherwise record"
-)
+def _keeping_samples() -> str:
+    """Return the advice if the samples left out near reversals and rests may show a parameter."""
+    return (
+        f"For a force that acts near reversals, keep those samples ({setting('reversals', 'keep')})"
+        ", or fit the simulated loop (axisid fit), which uses all samples. Otherwise record"
+    )
 
 
 def check_visible(
@@ -139,18 +141,18 @@ def check_visible(
     ----------
     axis : GeneratedAxis
     reach : SignalRanges or None
-        None where no sample is kept; nothing is refused then.
+        None if no sample is kept; nothing is refused then.
     regressor, left : (n, p), (n,) arrays
-        Of the inverse model, the left side less what is known.
+        Rows of the inverse model; the left side minus the known terms.
     source : str
-        Of the record, for the message.
+        Name of the record, for the message.
     without_turns : bool
         Whether samples near reversals and rests are left out.
 
     Raises
     ------
     EstimationError
-        The parameters are named, with what they would have to be.
+        A record does not show the named parameters; the size that they need is given.
     """
     finite = np.all(np.isfinite(regressor)) and np.all(np.isfinite(left))
     if reach is None or len(regressor) <= regressor.shape[1] or not finite:
@@ -161,12 +163,12 @@ def check_visible(
     unexplained = float(np.linalg.norm(residuals) / np.sqrt(len(left) - regressor.shape[1]))
     noise = max(unexplained, _ROUNDING * reach.force)
     if not np.isfinite(noise):
-        return  # the signals' size is refused where it is regressed
+        return  # the regression refuses signals of this size
     unseen: dict[str, str] = {}
     natural, unit_of_force = typical_magnitudes(axis, reach), axis.coordinate.force_unit
     for j, p in enumerate(axis.axis_parameters):
         if axis.nonlinear[j]:
-            continue  # its column is a slope about a point
+            continue  # its column is a derivative about a point
         if norms[j] == 0:
             unseen[p.name] = f"the column of {p.name} is zero in every row"
             continue
@@ -187,11 +189,12 @@ def check_visible(
         return
     turns = ", without the samples near reversals and rests" if without_turns else ""
     made = {q.name: q.expression for q in axis.parameters if q.expression}
-    which = (f"a parameter of {made[n]}" if n in made else f"leave-out {n}" for n in unseen)
+    which = (f"a parameter of {made[n]}" if n in made else setting("leave_out", n) for n in unseen)
+    record = _keeping_samples() if without_turns else "Record"
+    them = "it" if len(unseen) == 1 else "them"
     raise EstimationError(
         f"{source} does not show {', '.join(unseen)}{turns}: {'; '.join(unseen.values())}. "
-        f"{_KEEPING if without_turns else 'Record'} a motion that stays longer where the force "
-        f"depends on it, or leave {'it' if len(unseen) == 1 else 'them'} out "
+        f"{record} a motion that stays longer where the force depends on it, or leave {them} out "
         f"({' and '.join(which)}).",
         code="not-shown",
     )
@@ -200,10 +203,11 @@ def check_visible(
 def typical_magnitudes(
     axis: GeneratedAxis, reach: SignalRanges, parameters: Sequence[Parameter] | None = None
 ) -> Array:
-    """What a parameter of each unit is in an axis of this force and motion, (p,).
+    """Return the typical magnitude of each parameter by its unit, force and motion, (p,).
 
-    The force, the travel and the times that the motion gives, to the powers of the unit; infinite
-    where it has others (an ampere; a length on a rotary axis), or stands beside a recorded signal.
+    The product of powers of the force, the travel and the times of the motion with the dimension of
+    the unit. It is infinite for units with other dimensions (an ampere; a length on a rotary axis),
+    and for parameters of terms with a recorded signal.
     """
     named = axis.axis_parameters if parameters is None else parameters
     sizes = np.array([_natural(axis, p.unit, reach) for p in named])
@@ -213,7 +217,11 @@ def typical_magnitudes(
 
 
 def detection_limits(axis: GeneratedAxis, reach: SignalRanges) -> Array:
-    """How large each parameter may have to be to stand out of the noise, and be shown, (p,)."""
+    """Return the largest size that a detectable parameter may need to stand out of noise, (p,).
+
+    The smaller of the size with ten times the record's largest force, and of 1000 times the larger
+    of declared and typical size (without a declared one 1e9 times the typical size).
+    """
     natural = typical_magnitudes(axis, reach)
     with np.errstate(divide="ignore"):
         by_force = _MAX_CANCELLED_FORCE * reach.force / reach.columns
@@ -222,6 +230,7 @@ def detection_limits(axis: GeneratedAxis, reach: SignalRanges) -> Array:
 
 
 def _farthest(parameter: Parameter, natural: float) -> float:
+    """Return the largest plausible size of a parameter from its declared and typical size."""
     bounds = max(abs(parameter.lower), abs(parameter.upper))
     declared = max(abs(parameter.nominal), bounds if np.isfinite(bounds) else 0.0)
     if not declared:
@@ -230,6 +239,7 @@ def _farthest(parameter: Parameter, natural: float) -> float:
 
 
 def _natural(axis: GeneratedAxis, unit: str, reach: SignalRanges) -> float:
+    """Return the typical magnitude of a parameter with a unit; infinite if it has none."""
     mass, length, time, current, warmth = map(float, parse_unit(unit).exponents)
     travel = reach.travel[1] - reach.travel[0]
     rotary = axis.coordinate.unit == "rad"  # no unit itself: of its powers none can be seen

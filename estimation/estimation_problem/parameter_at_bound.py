@@ -1,4 +1,4 @@
-"""A parameter that is held at its bound."""
+"""A parameter that is fixed at its bound."""
 
 from dataclasses import dataclass
 
@@ -7,23 +7,23 @@ from axisid.support.errors import range_text
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParameterAtBound:
-    """A parameter at its bound, and what the records say of it without.
+    """A parameter fixed at its bound, with its estimate without the bound.
 
     Attributes
     ----------
     name, unit : str
     bound : float
-        Where it is held, SI.
+        Value of the bound, SI.
     is_lower : bool
-        Whether that is the lower one.
+        True for the lower bound.
     free : float
-        What it is without the bound, others that are held at theirs, less its bias
-        where that is known.
+        Estimate without the bound, with other parameters fixed at their bounds, minus its bias if
+        that is known.
     deviation : float
-        Of `free`, under the covariance that was chosen.
+        Standard error of `free`, by the chosen covariance.
     reach : float
-        The other end of its 95 % interval, which begins at the bound and has one side; the bound
-        itself where the records leave no room beside it.
+        Other end of the one-sided 95 % interval that begins at the bound; the bound itself if the
+        interval is empty.
     """
 
     name: str
@@ -36,13 +36,13 @@ class ParameterAtBound:
 
     @property
     def distance(self) -> float:
-        """How far beyond the bound it would be, in deviations; 0 for what would come back."""
+        """Distance of the free estimate beyond the bound, in standard errors; 0 if inside."""
         beyond = (self.bound - self.free) if self.is_lower else (self.free - self.bound)
         return max(0.0, beyond / self.deviation) if self.deviation > 0 else 0.0
 
     @property
     def text(self) -> str:
-        """All of it in words."""
+        """Description in words."""
         room = (
             "95 %, to one side: "
             + range_text(min(self.bound, self.reach), max(self.bound, self.reach), " to ")

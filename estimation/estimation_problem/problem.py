@@ -1,4 +1,4 @@
-"""What is to be estimated from what: an axis, and its records, each under its filter."""
+"""The estimation problem: an axis, and its records, each with its filter."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -35,18 +35,17 @@ from .parameter_at_bound import ParameterAtBound
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Solver:
-    """What solves rows of a form: least squares, unless loops were simulated with an estimate.
+    """Solver of the rows of a form: least squares, instrumental variables or output error.
 
     Attributes
     ----------
     loop : QrFactors or None
-        The simulated loop's columns, the same whatever the rows: the instruments. None for least
-        squares.
+        Columns of the simulated loop as instruments, fixed for all rows; None for least squares.
     slopes : Equations or None
-        The simulated left side about the estimate, by which the measured one alone is explained:
-        output error. None where the rows have their own regressor.
+        For output error: the simulated left side, linearised about the estimate, as regressor of
+        the measured left side. None if the rows have their own regressor.
     counts : LossWeights or None
-        What each row counted under a loss; None where all rows count alike.
+        Weight of each row under a loss; None for equal weights.
     """
 
     loop: QrFactors | None = None
@@ -54,7 +53,7 @@ class Solver:
     counts: LossWeights | None = None
 
     def __call__(self, form: Form, rows: Equations) -> Solution:
-        """Solve rows of a form."""
+        """Return the solution of the rows of a form."""
         names = [q.label for q in form.quantities]
         right = self.slopes or rows
         left = rows.left - right.intercept
@@ -67,28 +66,28 @@ class Solver:
 class Problem(Uncached):
     """The records that an axis's parameters are estimated from, as one regression.
 
-    A record with gaps and several records are the same thing: rows one after the other, of which
-    `neighbours` says which follow each other in time.
+    Segments of a record and several records are treated equally: their rows are concatenated, with
+    their times in `neighbours`.
 
     Attributes
     ----------
     axis : GeneratedAxis
     data : tuple of FilteredRecord
-        One or more, of that axis, or each of its own where a joint form has one for it; their rows
-        are equally far apart in time.
+        One or more records, of that axis, or of the axis that a joint form has for each; their rows
+        have one period.
     joint_form : JointForm or None
-        Which parameters the records share, where they do not share all; None where they do.
+        Parameters of the records if not all are shared; None if all are shared.
     weights : tuple of float
-        Of each record's rows, the inverse of its noise; empty where all are of one.
+        Weight of each record's rows, the inverse of its noise; empty for equal weights.
     held : tuple of ParameterAtBound
-        Declared parameters that are no longer the axis's, since they are held at a bound.
+        Declared parameters that are removed from the axis, as they are fixed at a bound.
 
     Raises
     ------
     UsageError
-        The axis has a lag or a delay of its drive that is still to be estimated.
+        The axis has a lag or a delay of its drive that is to be estimated.
     EstimationError
-        The axis has parameters that no record can tell.
+        The axis has parameters that are not identifiable from any record.
     """
 
     axis: GeneratedAxis
@@ -111,48 +110,48 @@ class Problem(Uncached):
 
     @cached_property
     def neighbours(self) -> RowTimes:
-        """Which of the rows follow each other in time."""
+        """Times of the rows of all records."""
         return RowTimes.joined([data.sampling.neighbours for data in self.data])
 
     def form(self, kind: type[Form]) -> Form:
-        """A form of the axis, in the parameters of the records.
+        """Return the form of a kind, in the parameters of the records.
 
         Raises
         ------
         ModelError
-            The axis has no such form, or it is not served where records do not share all.
+            The axis has no such form, or the form does not allow local parameters.
         """
         if self.joint_form is None:
             return kind(self.axis)
         if not issubclass(kind, InverseForm):
             raise ModelError(
-                "the direct model is regressed where all parameters are the same in all records "
-                "and none is known of them; its own are quotients of them.",
+                "the direct model is only possible if all records share all parameters and no "
+                "values are known of each record, as its parameters are quotients of them.",
                 code="method",
             )
         return self.joint_form
 
     def reduced(self, form: Form, signals: Sequence[Signals]) -> Equations:
-        """The rows of a form for signals of each record, each under the record's filter."""
+        """Return the rows of a form for signals of each record, with the record's filter."""
         every = [form.of_record(i).equations(own) for i, own in enumerate(signals)]
         return self._stacked(form, [e.reduced(d) for e, d in zip(every, self.data, strict=True)])
 
     def rows(self, form: Form) -> Equations:
-        """The measured rows of a form.
+        """Return the measured rows of a form.
 
         Raises
         ------
         EstimationError
-            They do not show a parameter, which is named.
+            The rows do not show a parameter, which is named.
         """
         if type(form) in self.made:
             return cast(Equations, self.made[type(form)])
         if not isinstance(form, InverseForm):
-            self.rows(InverseForm(self.axis))  # what is shown of a parameter is of its own column
+            self.rows(InverseForm(self.axis))  # detectability is tested with the inverse model
         every = [form.of_record(i).equations(data.signals) for i, data in enumerate(self.data)]
         rows = self._stacked(form, [e.reduced(d) for e, d in zip(every, self.data, strict=True)])
         if isinstance(form, InverseForm) and self.joint_form is None:
-            # Columns that the rows do not show are refused, of what every sample has.
+            # Refuse columns that the rows do not show, by the ranges over all samples.
             pairs = zip(self.data, every, strict=True)
             samples = [(data.signals, own, data.sampling.kept) for data, own in pairs]
             with adding(lambda: self.lacking):
@@ -169,12 +168,18 @@ class Problem(Uncached):
         return rows
 
     def stacked(self, values: Callable[[FilteredRecord], Array]) -> Array:
-        """What each record gives for its rows, one after the other."""
+        """Concatenate values (n,) of each record's rows."""
         pieces = [values(data) for data in self.data]
         return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
 
     def factored(self, form: Form, measured: Equations) -> QrFactors:
-        """The regressor of measured rows, or an error that says what the motion lacks."""
+        """Return the QR factors of the regressor of measured rows.
+
+        Raises
+        ------
+        EstimationError
+            As in `factor`, with the missing excitation of the motion.
+        """
         key, is_kept = (factor, type(form)), measured is self.made.get(type(form))
         if is_kept and key in self.made:
             return cast(QrFactors, self.made[key])
@@ -188,14 +193,14 @@ class Problem(Uncached):
     def simulated(
         self, form: Form, physical: Array, budget: StepBudget | None = None
     ) -> tuple[tuple[Simulation, ...], Equations]:
-        """The loops simulated with an estimate, and their rows."""
+        """Simulate the loops with parameters (p,), and return them with their rows."""
         loops = self.loops(form, physical, budget)
         return loops, self.simulated_rows(form, physical, loops)
 
     def simulated_rows(
         self, form: Form, physical: Array, loops: tuple[Simulation, ...]
     ) -> Equations:
-        """The rows of loops that were simulated with an estimate."""
+        """Return the rows of loops that were simulated with parameters (p,)."""
         pairs = enumerate(zip(self.data, self.by_record(loops), strict=True))
         rows = [
             simulated_rows(form.of_record(i), of_one, form.own(physical, i), data)
@@ -206,7 +211,7 @@ class Problem(Uncached):
     def loops(
         self, form: Form, physical: Array, budget: StepBudget | None = None
     ) -> tuple[Simulation, ...]:
-        """The loops simulated with an estimate, one for each segment of each record."""
+        """Simulate the loops with parameters (p,), one for each segment of each record."""
         return tuple(
             loop
             for i, data in enumerate(self.data)
@@ -216,39 +221,39 @@ class Problem(Uncached):
         )
 
     def by_record(self, loops: tuple[Simulation, ...]) -> tuple[tuple[Simulation, ...], ...]:
-        """Simulated loops, one for each segment, by the record that they are of."""
+        """Group simulated loops, one for each segment, by record."""
         ends = list(accumulate(len(data.record.spans) for data in self.data))
         return tuple(loops[a:b] for a, b in zip([0, *ends], ends, strict=False))
 
     @cached_property
     def spans(self) -> tuple[slice, ...]:
-        """Of the rows, those of each record."""
+        """Slice of the rows of each record."""
         ends = [*accumulate(len(data.sampling.rows) for data in self.data)]
         return tuple(slice(a, b) for a, b in zip([0, *ends], ends, strict=False))
 
     @property
     def row_weights(self) -> Array:
-        """Of each row, (n,); 1 where all are of one."""
+        """Weight of each row, (n,); 1 for equal weights."""
         weights = self.weights or (1.0,) * len(self.data)
         return np.repeat(weights, [span.stop - span.start for span in self.spans])
 
     @property
     def rest(self) -> float:
-        """Part of the samples of a fit at which the axis stands still."""
+        """Share of the samples of a fit at which the axis is at standstill."""
         weights = [int(data.sampling.used.sum()) for data in self.data]
         rests = [data.rest for data in self.data]
         return float(np.average(rests, weights=weights)) if sum(weights) else max(rests)
 
     @property
     def lacking(self) -> str:
-        """What the motion lacks, as a sentence; empty if nothing is known to lack."""
+        """Sentence on missing excitation of the motion; empty if none is known."""
         every = [motion_lacks(data.signals) for data in self.data]
         facts = [fact for fact in every[0] if all(fact in others for others in every)]
         where = "this record" if len(self.data) == 1 else "each of these records"
         return f"In {where} {', and '.join(facts)}." if facts else ""
 
     def _stacked(self, form: Form, rows: Sequence[Equations]) -> Equations:
-        """The rows of each record as those of all, in their parameters."""
+        """Concatenate the weighted rows of each record, in the common parameters."""
         pieces = []
         for i, own in enumerate(rows):
             weight = self.weights[i] if self.weights else 1.0
@@ -259,16 +264,13 @@ class Problem(Uncached):
 
     @cached_property
     def made(self) -> dict[Any, Any]:
-        """What was made of it once: rows and factors by form, fits by method.
-
-        Rows are the same wherever they are asked for if the axis is linear.
-        """
+        """Cache: rows and factors by linear form, fits by method."""
         return {}
 
 
 @contextmanager
 def adding(sentence: Callable[[], str]) -> Iterator[None]:
-    """Say more in an error, if there is more to say; asked for only then."""
+    """Append a sentence to an error of the block, if it is not empty; computed only then."""
     try:
         yield
     except AxisidError as error:

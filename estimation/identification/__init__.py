@@ -1,4 +1,4 @@
-"""The pipeline: an axis and a record to estimates that are judged.
+"""The pipeline: from an axis and a record to checked estimates.
 
 In: `Axis`, `Record`, `Prefilter`. Out: `Identification`.
 Knows nothing of how it is shown.

@@ -1,4 +1,4 @@
-"""Identification with declared parameters held at their bounds.
+"""Identification with declared parameters fixed at their bounds.
 
 The estimate within declared bounds is the point within them that is nearest to the free one, by the
 covariance of independent residuals; of least squares that is the bounded least squares of the same
@@ -29,7 +29,7 @@ from .result import Identification
 def bounded_identification(
     axis: GeneratedAxis, identify: Callable[[GeneratedAxis], Identification]
 ) -> Identification:
-    """What is identified with every declared parameter within its bounds, by the judged method.
+    """Return the result with every declared parameter within its bounds.
 
     Its covariances are those of the free estimates: a parameter that is held is not known.
 
@@ -63,20 +63,20 @@ def bounded_identification(
 
 
 def axis_at_bounds(axis: GeneratedAxis, bounds: Mapping[str, float]) -> GeneratedAxis:
-    """An axis whose parameters at a bound are held there."""
+    """Return an axis whose parameters at a bound are fixed there."""
     try:
         return build(leave_out(axis.declared, **bounds), native=axis.native.enabled)
     except AxisidError as error:
         said = ", ".join(f"{name} at its bound {bound:g}" for name, bound in bounds.items())
         raise EstimationError(
-            f"with {said} there is no axis left: {str(error).rstrip('.')}. Check the signs "
+            f"no axis can be identified with {said}: {str(error).rstrip('.')}. Check the signs "
             "and units of the record.",
             code="bounds",
         ) from error
 
 
 def _with_free_covariances(estimate: Estimate, free: Estimate) -> Estimate:
-    """The same with the covariances that its parameters have where nothing is held."""
+    """Return the result with the covariances of its parameters without fixed ones."""
     names, own = ([q.name for q in each] for each in (free.quantities, free.ddm_quantities))
     try:
         at = [names.index(q.name) for q in estimate.quantities]
@@ -95,7 +95,7 @@ def _with_free_covariances(estimate: Estimate, free: Estimate) -> Estimate:
 
 
 def _at_bounds(axis: GeneratedAxis, estimate: Estimate) -> dict[str, float]:
-    """Declared parameters that the bounded estimate has at a bound, with that bound."""
+    """Return declared parameters that the bounded estimate has at a bound, with it."""
     names, free = {p.name for p in axis.declared.parameters}, estimate.corrected
     declared = [p if p.name in names else None for p in estimate.form.declared]
     if all(p is None or p.allows(x) for p, x in zip(declared, free, strict=True)):
@@ -114,7 +114,7 @@ def _at_bounds(axis: GeneratedAxis, estimate: Estimate) -> dict[str, float]:
 
 
 def _held(estimate: Estimate, axis: GeneratedAxis, name: str, bound: float) -> ParameterAtBound:
-    """A parameter at its bound, and what it is in an estimate that has it free."""
+    """Return a parameter at its bound, with its value in an estimate that has it free."""
     value = estimate.parameters[name]
     is_lower = any((p.name, p.lower) == (name, bound) for p in axis.declared.parameters)
     dof = dict(zip(estimate.parameters, estimate.freedom[estimate.chosen], strict=True))[name]

@@ -1,4 +1,4 @@
-"""The lag or the delay of a drive, identified with the parameters.
+"""Estimation of the lag or the delay of a drive with the parameters.
 
 A drive's lag or delay makes the force act where the motion shows it: the loop is simulated with it,
 and the delay that the alignment finds beside it is added, until there is none. A lag, a delay and
@@ -26,7 +26,7 @@ Identify = Callable[..., Identification]
 
 
 def with_drive_time(axis: GeneratedAxis, name: str, value: float) -> GeneratedAxis:
-    """The axis with another lag or delay of its drive, s, which is then known.
+    """Return the axis with another lag or delay of its drive, s, which is then known.
 
     To compile its loop takes less than a search without does.
     """
@@ -56,9 +56,9 @@ def identify_with_drive_time(
     name, parameter = declared.drive.estimated or ("lag", Parameter("lag", "s"))
     if len(records) > 1:
         raise UsageError(
-            f"axis {declared.name!r}: the drive's {name} is to be estimated, which one record "
-            f"tells, and {len(records)} are given; identify it from one of them, and declare it as "
-            "a number for all.",
+            f"axis {declared.name!r}: the drive's {name} can be estimated from one record only, "
+            f"and {len(records)} records are given. Estimate it from one of them, and declare the "
+            "number for all.",
             code="drive-time",
         )
     value, deviation = _searched(axis, records[0], name, run)
@@ -82,7 +82,7 @@ def identify_with_drive_time(
 
 
 def _searched(axis: GeneratedAxis, record: Record, name: str, run: Identify) -> tuple[float, float]:
-    """The lag or the delay with which force and motion are aligned, and its deviation, s."""
+    """Return the lag or delay that aligns force and motion, and its standard error, s."""
     declared, period = axis.declared, record.period
     check_drive_time(declared, record, name)
     value = float(getattr(declared.drive, name))
@@ -90,7 +90,7 @@ def _searched(axis: GeneratedAxis, record: Record, name: str, run: Identify) -> 
         result = run(with_drive_time(axis, name, value), ["idm-iv"])
         alignment = unless_faulty(partial(getattr, result.case.parts[0], "alignment"))
         if isinstance(alignment, Missing) or alignment.at_the_end:
-            unseen = "the record tells no delay between force and motion"
+            unseen = "the record does not show the delay between force and motion"
             why = alignment if isinstance(alignment, Missing) else unseen
             raise EstimationError(
                 f"axis {declared.name!r}: the drive's {name} cannot be estimated: {why}.",
@@ -100,28 +100,28 @@ def _searched(axis: GeneratedAxis, record: Record, name: str, run: Identify) -> 
             (alignment.best - result.data.hold_delay) * period,
             alignment.deviation * period,
         )
-        # It has settled within a twentieth of its deviation, or what rounding does not reach.
+        # It has converged to a twentieth of its standard error, or to rounding.
         near = max(0.05 * deviation, 1e-9 * period)
         if abs(step) < near or (value == 0 and step <= 0):
             break
         value = max(value + step, 0.0)
     else:
         raise EstimationError(
-            f"axis {declared.name!r}: the estimate of the drive's {name} does not settle; it is "
-            f"about {value:.3g} s. See whether the law and the model are right.",
+            f"axis {declared.name!r}: the estimate of the drive's {name} does not converge; it is "
+            f"about {value:.3g} s. Check the control law and the model.",
             code="no-convergence",
         )
     if step < -2 * deviation:
         raise EstimationError(
             f"axis {declared.name!r}: the force acts {-step:.3g} s before its command, so there is "
-            f"no {name} to estimate; see whether the control is logged late, and its hold.",
+            f"no {name} to estimate. Check whether the control is logged late, and check its hold.",
             code="drive-time",
         )
     return value, deviation
 
 
 def _widened(estimate: Estimate, longer: Estimate) -> Estimate:
-    """An estimate whose covariances have in them that a time may be a deviation longer."""
+    """Return an estimate with the uncertainty of the time in its covariances."""
     changes = {
         "covariances": longer.physical - estimate.physical,
         "ddm_covariances": longer.theta_ddm - estimate.theta_ddm,
@@ -135,7 +135,7 @@ def _widened(estimate: Estimate, longer: Estimate) -> Estimate:
 
 
 def check_drive_time(declared: Axis, record: Record, name: str, *, by_law: bool = True) -> None:
-    """Refuse a time that a record cannot show, of a loop under a law or of one without.
+    """Refuse a lag or delay that a record cannot show, with or without a control law.
 
     Raises
     ------
@@ -148,13 +148,13 @@ def check_drive_time(declared: Axis, record: Record, name: str, *, by_law: bool 
         UsageError,
         (
             unsampled or record.force is not None or record.control is None,
-            f"axis {declared.name!r}: the drive's {name} is told by a recorded control"
-            f"{' of a sampled law' * by_law}, and by no force that was measured",
+            f"axis {declared.name!r}: the drive's {name} can be estimated from a recorded control"
+            f"{' of a sampled law' * by_law}, not from a measured force",
         ),
         (
             declared.drive.logged in HIDDEN_FROM[name],
             f"axis {declared.name!r}: the control was recorded behind the drive's {name} "
-            f"(logged={declared.drive.logged!r}), so that the motion does not show it",
+            f"(logged={declared.drive.logged!r}), so the record does not show it",
         ),
         code="drive-time",
     )

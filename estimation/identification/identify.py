@@ -46,6 +46,7 @@ def identify(
     bootstrap: int = DEFAULT_TWIN_COUNT,
     level: float = DEFAULT_LEVELS.level,
     least_share: float = DEFAULT_LEVELS.least_share,
+    judge: bool = True,
 ) -> Identification:
     """Identify an axis from a record, or from several of them together.
 
@@ -101,6 +102,9 @@ def identify(
     level, least_share : float
         Chance that a check tells anything of a right model, over all that it looks for, and part of
         the force, or of a parameter, from which that matters.
+    judge : bool
+        Whether the bias, the intervals and the verdict are computed before the result is returned.
+        With False each is computed when a property that needs it is read.
 
     Raises
     ------
@@ -144,12 +148,14 @@ def identify(
         return bounded_identification(tried, free) if bounded and held is None else free(tried)
 
     if generated.declared.drive.estimated is not None:
-        return identify_with_drive_time(generated, records, run, requested)
-    return run(generated, requested)
+        result = identify_with_drive_time(generated, records, run, requested)
+    else:
+        result = run(generated, requested)
+    return result.judged() if judge else result
 
 
 def records_of(record: object) -> list[Record]:
-    """The records that a result is to be made from, one or several.
+    """Return the records of a result, one or several.
 
     Raises
     ------
@@ -160,7 +166,7 @@ def records_of(record: object) -> list[Record]:
     records = list(record) if listed and isinstance(record, Iterable) else [record]
     if not records:
         raise UsageError(
-            "no record is given; give one or more, read by read_record(path, axis).",
+            "no record is given. Give one or more records of read_record(path, axis).",
             code="record",
         )
     for each in records:
@@ -181,7 +187,7 @@ def identify_problem(
     bootstrap: int = DEFAULT_TWIN_COUNT,
     levels: Levels = DEFAULT_LEVELS,
 ) -> Identification:
-    """`identify` from records that are filtered already, by the prefilter that was asked for."""
+    """Identify from records that are filtered already, by the requested prefilter."""
     estimates, skipped, failed = dict[str, Estimate](), dict[str, str](), dict[str, str]()
     lost: EstimationError | None = None
     chosen = [*METHODS] if requested is None else requested
@@ -230,7 +236,7 @@ def identify_problem(
 
 
 def requested_methods(methods: str | Iterable[object] | None) -> tuple[str, ...] | None:
-    """The methods that are asked for by name; None for all, which is also called ``all``.
+    """Return the requested methods by name; None for all, which is also called ``all``.
 
     Raises
     ------
@@ -242,12 +248,12 @@ def requested_methods(methods: str | Iterable[object] | None) -> tuple[str, ...]
         return None
     check_among(*(("method", method, METHODS) for method in names))
     if not names:
-        raise UsageError(f"no method is given; choose from {', '.join(METHODS)}.", code="method")
+        raise UsageError(f"no method is given. Choose from {', '.join(METHODS)}.", code="method")
     return names
 
 
 def check_choices(covariance: object, start: object, loss: object) -> None:
-    """Refuse what `identify` has no choice of.
+    """Refuse values that are no choice of `identify`.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The records that are used, under their filters as one problem: what they share, their weights."""
+"""The used records and their filters as one problem, with shared parameters and weights."""
 
 import math
 import re
@@ -30,6 +30,7 @@ from axisid.estimation.unknowns import (
 )
 from axisid.support.arrays import Array
 from axisid.support.errors import AxisidError, DataError, UsageError, check_among, listed
+from axisid.support.settings import setting
 
 _MOST_ROWS_APART = 1000  # samples of the fastest record between rows
 _FARTHER = 1.2  # than was asked for, from which rows are rather nearer than that
@@ -44,7 +45,7 @@ def _joint_form(
     *,
     commanded: bool,
 ) -> JointForm | None:
-    """How the parameters are shared; None where all are, of all records.
+    """Return the form of shared parameters; None where all records share all.
 
     Raises
     ------
@@ -57,7 +58,7 @@ def _joint_form(
 
 
 def prefilters_of(asked: Prefilter, designed: float, periods: Sequence[float]) -> list[Prefilter]:
-    """The filter for each record, its decimation chosen so that rows are as far apart in all.
+    """Return the filter of each record, with decimations for equal distances of rows.
 
     Parameters
     ----------
@@ -84,9 +85,10 @@ def prefilters_of(asked: Prefilter, designed: float, periods: Sequence[float]) -
     if not decimations or any(d.denominator != 1 or d > _MOST_ROWS_APART for d in decimations):
         listed = ", ".join(f"{period:.6g}" for period in periods)
         raise UsageError(
-            f"the records are sampled every {listed} s, which have no common multiple for "
-            "rows to be apart by; check the unit of each record's time (columns time=NAME:UNIT), "
-            "or resample them to one rate with resample=HZ.",
+            f"the records are sampled every {listed} s, which have no common multiple as the "
+            "distance of rows. Check the unit of each record's time with "
+            f"{setting('columns', {'time': 'NAME:UNIT'})}, or resample them to one rate with "
+            f"{setting('resample', 'HZ')}.",
             code="parameters",
         )
     return [
@@ -96,7 +98,7 @@ def prefilters_of(asked: Prefilter, designed: float, periods: Sequence[float]) -
 
 
 def _decimations(asked: Prefilter, designed: float, ratios: list[Fraction]) -> list[Fraction]:
-    """Of records by their periods over the designed one: rows about as far apart as asked for.
+    """Return decimations by period, so that rows are about as far apart as requested.
 
     They are no finer than the cut-off allows.
     """
@@ -114,7 +116,7 @@ def filtered_records(
     asked: Prefilter,
     into: Sequence[Array] = (),
 ) -> tuple[FilteredRecord, ...]:
-    """Records of one machine under one filter: what rests in one would rest in all.
+    """Return the filtered records of one machine, with one choice for rests in all.
 
     Samples near reversals are left out of all or of none: what they tell of parameters that they
     share adds. Arguments as of `show_too_little`.
@@ -140,7 +142,7 @@ def filtered_records(
 
 
 def weighted(problem: Problem, loss: str = ROW_LOSSES[0]) -> Problem:
-    """A problem of several records with each weighted by its own noise, from a first pass.
+    """Return a problem with each record weighted by its own noise, from a first pass.
 
     Feasible generalised least squares: the noise of a record is what least squares of all leaves of
     its rows, root mean square, or by the median under a loss that is not of squares. Where that
@@ -171,7 +173,7 @@ def weighted(problem: Problem, loss: str = ROW_LOSSES[0]) -> Problem:
 
 
 def check_usable(bad: Mapping[str, str], count: int, *, skip_bad: bool) -> None:
-    """Refuse records that cannot be used, all of them at once, each with its reason.
+    """Refuse records that cannot be used, all at once, each with its reason.
 
     Raises
     ------
@@ -185,20 +187,20 @@ def check_usable(bad: Mapping[str, str], count: int, *, skip_bad: bool) -> None:
     reasons = "; ".join(f"{name}: {re.sub(own[name], '', note)}" for name, note in bad.items())
     said = f"{len(bad)} of {count} records cannot be used: {reasons}"
     if len(bad) < count:
-        said += " Mend them, or go on without them: skip_bad=True."
+        said += f" Correct them, or go on without them with {setting('skip_bad', True)}."
     raise DataError(said, code="record")
 
 
 def known_of_used(
     used: Sequence[int], known: Mapping[str, Sequence[KnownValue]] | None
 ) -> dict[str, list[KnownValue]]:
-    """What is known of each record, of those that are used."""
+    """Return the known values of each used record."""
     return {name: [values[i] for i in used] for name, values in (known or {}).items()}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointRecords:
-    """Records that are used, what is each one's own, and what is known of each.
+    """The used records, with their own parameters and known values.
 
     Attributes
     ----------
@@ -240,13 +242,13 @@ class JointRecords:
         return _joint_form(axis, len(self.records), own, self.known, commanded=self.commanded)
 
     def axes(self, axis: GeneratedAxis, joint: JointForm | None) -> list[GeneratedAxis]:
-        """That of each record, with what is known of it put in."""
+        """The axis of each record, with its known values."""
         return [axis] * len(self.records) if joint is None else [m.axis for m in joint.members]
 
     def problem(
         self, axis: GeneratedAxis, prefilter: Prefilter, loss: str = ROW_LOSSES[0]
     ) -> Problem:
-        """The records under a prefilter, each of its own axis, weighted by its own noise."""
+        """Return the problem of the filtered records, each weighted by its own noise."""
         joint = self.joint_form(axis)
         into = () if joint is None else [*map(joint.record_jacobian, range(len(self.records)))]
         data = filtered_records(self.axes(axis, joint), self.records, prefilter, into)
@@ -263,7 +265,7 @@ def joint_records(
     *,
     skip_bad: bool,
 ) -> JointRecords:
-    """The records that a prefilter serves, or all without one, and what is said of each.
+    """Return the records that a prefilter suits, or all without one, with notes on each.
 
     Parameters
     ----------
@@ -287,11 +289,11 @@ def joint_records(
     check_time_known(axis)
     if own and len(records) == 1:
         raise UsageError(
-            f"{', '.join(own)} {'is' if len(own) == 1 else 'are'} to be each record's own, "
-            "and there is 1 record; give several, or leave local out.",
+            f"{', '.join(own)} cannot be local, because there is 1 record. Give several records, "
+            "or leave local out.",
             code="parameters",
         )
-    # A known force may tell the gain of the drive, where nothing measures its force.
+    # A known force may show the gain of the drive, where its force is not measured.
     commanded = gain == "identified" and all(record.force is None for record in records)
     joint = _joint_form(axis, len(records), own, known, commanded=commanded)
     names, aside = record_labels(records), dict[str, str]()

@@ -1,8 +1,9 @@
-"""The result object: estimates with what they were made from, and what it says of each record."""
+"""The result of an identification: estimates, their data, and results by record."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
+from operator import attrgetter
 from typing import Any, Generic, Self, TypeAlias, TypeVar
 
 import numpy as np
@@ -19,7 +20,13 @@ from axisid.estimation.estimates import (
 from axisid.estimation.estimation_problem import ParameterAtBound, Problem
 from axisid.estimation.records import Record, record_labels
 from axisid.estimation.signals import FilteredRecord, Prefilter, Sampling
-from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Checked, Levels
+from axisid.estimation.verdict_checks import (
+    DEFAULT_LEVELS,
+    Check,
+    Checked,
+    Levels,
+    unless_faulty,
+)
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Exact, Uncached
 from axisid.support.errors import Missing, UsageError, is_whole, quoted
@@ -31,7 +38,7 @@ RecordInfo: TypeAlias = Record | Any
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordResult:
-    """One of several records in a result, by the estimate that is judged.
+    """One of several records in a result, by the reported estimate.
 
     Attributes
     ----------
@@ -68,7 +75,7 @@ class RecordResult:
 
 
 def record_index(number: object, records: int) -> int:
-    """Where one of several records is, by its number from 1; one by itself is the first.
+    """Return the index of one of several records, by its number from 1.
 
     Raises
     ------
@@ -78,7 +85,8 @@ def record_index(number: object, records: int) -> int:
     count = max(records, 1)
     if not is_whole(number) or not 1 <= number <= count:
         there = "there is 1" if count == 1 else f"there are {count}, numbered from 1"
-        raise UsageError(f"the result has no record {quoted(number)}; {there}.", code="result")
+        there = there[:1].upper() + there[1:]
+        raise UsageError(f"the result has no record {quoted(number)}. {there}.", code="result")
     return int(number) - 1
 
 
@@ -87,7 +95,7 @@ Estimated = TypeVar("Estimated")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DriveTime:
-    """A drive's lag or delay as a record shows it.
+    """The estimated lag or delay of a drive.
 
     Attributes
     ----------
@@ -131,12 +139,12 @@ class ByMethod(Checked, Generic[Estimated]):
 
     @property
     def verdict(self: Any) -> tuple[Check, ...]:
-        """What was checked: a name, a status, a sentence and a figure each."""
+        """The checks, each with a name, a status, a finding and a figure."""
         return tuple(self.checks)
 
     @property
     def local(self: Any) -> dict[str, tuple[Value | None, ...]]:
-        """Of each parameter that records have for themselves, its value in each, as judged.
+        """Values of each local parameter by record, of the reported estimate.
 
         None in a record that does not have the parameter.
         """
@@ -147,7 +155,7 @@ class ByMethod(Checked, Generic[Estimated]):
         name = str(method).lower()
         if name not in self.estimates:
             raise UsageError(
-                f"the result has no {quoted(method)}; choose from {', '.join(self.estimates)}.",
+                f"the result has no {quoted(method)}. Choose from {', '.join(self.estimates)}.",
                 code="result",
             )
         return self.estimates[name]
@@ -162,7 +170,7 @@ class ByMethod(Checked, Generic[Estimated]):
         return len(self.estimates)
 
     def summary(self, draws: int = 0, *, every: bool = False, full: bool = False) -> str:
-        """The judged estimate as text, with the verdict.
+        """Return the reported estimate as text, with the verdict.
 
         Parameters
         ----------
@@ -195,27 +203,27 @@ class HasRecords:
     set_aside: Mapping[str, str] = field(default_factory=dict)
 
     def with_set_aside(self, unread: Mapping[str, str]) -> Self:
-        """The same with records that could not even be read."""
+        """Return the result with records that could not be read."""
         return replace(self, set_aside={**unread, **self.set_aside}) if unread else self
 
     @property
     def data(self) -> FilteredRecord:
-        """The record under the filter; of several the first."""
+        """The filtered record; of several the first."""
         return self.problem.data[0]
 
     @property
     def record(self) -> Record:
-        """The record that it was made from; of several the first."""
+        """The record of the result; of several the first."""
         return self.data.record
 
     @property
     def records(self) -> tuple[Record, ...]:
-        """All of them."""
+        """All records."""
         return tuple(data.record for data in self.problem.data)
 
     @property
     def prefilter(self) -> Prefilter:
-        """The filter, with what was chosen for the record."""
+        """The filter, with the choices made for the record."""
         return self.data.prefilter
 
 
@@ -254,22 +262,22 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
 
     @property
     def axis(self) -> GeneratedAxis:
-        """The axis that was identified."""
+        """The identified axis."""
         return self.problem.axis
 
     @property
     def record_names(self) -> tuple[str, ...]:
-        """How each record is named."""
+        """The name of each record."""
         return record_labels(self.records)
 
     @property
     def held(self) -> tuple[ParameterAtBound, ...]:
-        """Declared parameters that were held at a bound, as `identify` was asked to."""
+        """Declared parameters that were fixed at a bound, with ``bounded``."""
         return self.problem.held
 
     @cached_property
     def parts(self) -> "tuple[Identification, ...]":
-        """The result as each record has it: its rows, and the parameters of its own axis.
+        """The result of each record: its rows, and the parameters of its own axis.
 
         What a record leaves of the model can be looked at in its part as of a record by itself; the
         parameters are those of all records. One record is its own part.
@@ -282,7 +290,7 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
         return tuple(whole) or (self,)
 
     def part(self, number: int) -> "Identification":
-        """The result as one of its records has it, by its number from 1; see `parts`.
+        """Return the result of one of its records, by its number from 1; see `parts`.
 
         Raises
         ------
@@ -293,7 +301,7 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
 
     @cached_property
     def of_records(self) -> tuple[RecordResult, ...]:
-        """What there is to say of each of several records; empty for one."""
+        """Results by record of several; empty for one."""
         problem, diagnosis, found = self.problem, self.diagnosis, []
         known = {} if problem.joint_form is None else problem.joint_form.known
         every = zip(self.record_names, problem.data, diagnosis.records, self.parts, strict=False)
@@ -319,12 +327,12 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
 
     @property
     def local_names(self) -> Mapping[str, tuple[str, ...]]:
-        """Of each declared parameter that records have for themselves, its names by record."""
+        """Names of each local parameter by record."""
         return {} if self.problem.joint_form is None else self.problem.joint_form.local
 
     @property
     def declared_gain(self) -> float | None:
-        """The declared drive gain where it is identified; None where it is believed."""
+        """The declared drive gain where the gain is identified; None where it is relied on."""
         return None if self.problem.joint_form is None else self.problem.joint_form.gain
 
     def __repr__(self) -> str:
@@ -347,7 +355,7 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
 
     @property
     def preferred(self) -> Estimate:
-        """The estimate that is judged.
+        """The reported estimate.
 
         By output error where every record's control is the declared law's, but where instruments
         differ from it and are the more precise; else by instruments where there are, inverse model
@@ -357,7 +365,7 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
 
     @cached_property
     def case(self) -> DiagnosticInputs:
-        """What is judged of it, and what was measured to tell."""
+        """The inputs of the checks."""
         return DiagnosticInputs(
             problem=self.problem,
             estimates=self.estimates,
@@ -367,9 +375,20 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
 
     @cached_property
     def diagnosis(self) -> Diagnosis:
-        """What the tests of the result measured, computed once."""
+        """The measurements of the checks, computed once."""
         found = diagnose(self.case)
         return replace(found, verdict=(*found.verdict, *self.further))
+
+    def judged(self) -> "Identification":
+        """Return this result once bias, intervals and verdict are computed.
+
+        An estimate whose intervals cannot be computed keeps its values. The error is raised when
+        they are read.
+        """
+        for estimate in self.estimates.values():
+            unless_faulty(partial(attrgetter("inference"), estimate))
+        _ = self.diagnosis
+        return self
 
     @property
     def checks(self) -> tuple[Check, ...]:
@@ -377,5 +396,5 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
         return self.diagnosis.verdict
 
     def to_dict(self, draws: int = 0) -> dict[str, Any]:
-        """What ``--json`` writes: plain numbers, texts and lists; `draws` as in `summary`."""
+        """Return the content of ``--json``: plain numbers and texts; `draws` as in `summary`."""
         return dict(view_of("as_document", self, draws=draws))

@@ -1,4 +1,4 @@
-"""A record's own loop: where its law is evaluated, what that gives there, where the loop starts.
+"""The control law along a record: times of its evaluations, its control, and its initial state.
 
 In: `Record`, axis. Out: `LawInputs`, `LoopStart`. Knows nothing of rows and parameters.
 """

@@ -1,8 +1,8 @@
-"""A control law along recorded signals by its gains, and the gains with which it gives a control.
+"""Estimation of the gains of a control law from recorded signals and control.
 
-A law is run along the record, also with each gain a little larger, and Gauss-Newton steps are
-made: one that is limited, filtered or has an integral is no sum of products of its gains. What the
-law remembers at the start is free along with them.
+The law is replayed along the record, also with each gain slightly larger, for Gauss-Newton steps: a
+law with a limit, a filter or an integral is not linear in products of its gains. The memory at the
+start is estimated together with the gains.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -27,45 +27,45 @@ from axisid.support.arrays import Array, least_squares_step
 from .initial_state_of_record import MIN_MEMORY_EFFECT
 from .replay import LawInputs, run_law
 
-# of the limit: a control that near may have been cut off, as the log has a converter's noise; a
-# right law is the same with more
+# distance from the limit, relative to it, in which a control may have been clipped, as the log has
+# converter noise; a correct law is not affected by a larger value
 _NEAR_LIMIT = 0.1
 
-# of a gain and of a memory's size, for slopes; with a fifth, rounding hides how the start of an
-# integral differs from a long integral time
+# relative step of a gain or memory for derivatives; with a fifth of it, rounding hides the
+# difference between the start of an integral and a long integral time
 _STEP = 5e-5
-_ROUNDS, _STEPS = 12, 6  # of slopes, and of Gauss-Newton steps by the same
-_STILL = 1e-7  # relative change of the squared residuals, at which they end
-_EXACT = 1e-9  # of the control, the residuals at which they end too
+_ROUNDS, _STEPS = 12, 6  # of derivatives, and of Gauss-Newton steps with the same derivatives
+_STILL = 1e-7  # relative change of the squared residuals at which the iteration ends
+_EXACT = 1e-9  # residuals relative to the control at which the iteration ends
 _LARGEST = 0.5  # step of the logarithm of any gain
 LAW_SETTLING = 10  # samples in which the law's memory fills
-_CLEAR = 1e-8  # singular value of unit columns, by the largest, of what the record shows at all
+_CLEAR = 1e-8  # relative singular value of unit columns, above which the record shows a direction
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LawReplay:
-    """A law along recorded signals.
+    """A control law replayed along recorded signals.
 
     Attributes
     ----------
     law : ControlLaw
-        Its gains are the declared ones.
+        With its declared gains.
     ticks : LawInputs
-        What it measured.
+        Inputs of the law.
     control : (N,) array
-        Recorded, without what was added to the law's.
+        Recorded control minus the signal that was added to that of the law.
     limit : (N,) array
-        Of the output: the drive's where the control is near it, else none, infinite.
+        Limit of the output: the drive's where the control is near it, infinite elsewhere.
     limits : (M,) array
-        The same at each evaluation.
+        Limit at each evaluation.
     functions : mapping of str to casadi.Function
-        The law's, see `law_functions`.
+        Functions of the law, see `law_functions`.
     logged : callable
-        What a record has of what the law gives, see `commands_as_logged`.
+        Maps the law's output to the logged control, see `commands_as_logged`.
     gains : (g,) array
-        That it is run with.
+        Gains of the replay.
     start : (m,) array
-        What it remembers at the first evaluation.
+        Memory at the first evaluation.
     """
 
     law: ControlLaw
@@ -82,12 +82,12 @@ class LawReplay:
     def of(
         cls, axis: GeneratedAxis, law: ControlLaw, ticks: LawInputs, record: Record
     ) -> "LawReplay":
-        """A law, which need not be the axis's, along a record of one piece with a control.
+        """Return the replay of any law along a record without gaps, with its declared gains.
 
-        With its declared gains, and the memory of an axis at rest.
+        The record has a control. The memory is that of an axis at rest.
         """
         control = np.asarray(record.control) - as_logged(axis, ticks.added_at_samples(law.delay))
-        # Behind a lag nothing tells where the command was at its limit.
+        # A control logged behind a lag does not show where the command was at its limit.
         hidden = axis.response is not None and axis.drive.logged == "current"
         near = np.abs(control) >= (1 - _NEAR_LIMIT) * limit_in_log(axis)
         limit = np.where(near & (not hidden), axis.drive.limit, np.inf)
@@ -110,9 +110,9 @@ class LawReplay:
 
     @classmethod
     def of_loop(cls, axis: GeneratedAxis, ticks: LawInputs, start: Array) -> "LawReplay":
-        """The law along a simulated loop, before the drive, whose limit it knows.
+        """Return the replay of the axis's law along a simulated loop, within the drive's limit.
 
-        Of what the loop remembers at the start the law's memory comes first.
+        The loop's memory at the start begins with that of the law.
         """
         law = law_of(axis)
         return cls(
@@ -129,28 +129,34 @@ class LawReplay:
 
     @property
     def output(self) -> Array:
-        """The law's output when it is applied, whatever the drive's limit, (N,)."""
+        """Logged control of the law, (N,)."""
         return self.logged(self._applied)
 
     def jacobian_by_gain(self, free: Sequence[int] | slice = slice(None)) -> Array:
-        """How that changes with the logarithm of each gain, or of those that are free, (N, g).
+        """Return the derivative of the output by the logarithm of each free gain, (N, g).
 
-        A gain of 0 has no logarithm, and a slope of 0.
+        All gains are free by default. The derivative by a gain of 0 is 0.
         """
         ends = self.gains + np.diag(_STEP * self.gains)[free]
         return self._slopes([replace(self, gains=end) for end in ends])
 
     @property
     def slope_by_rest(self) -> Array:
-        """How that changes with the logarithm of a factor of all that no gain multiplies, (N,)."""
+        """Derivative of the output by the logarithm of a factor of terms without gains, (N,)."""
         step = _STEP * replace(self, gains=0.0 * self.gains)._applied
         more, less = (self.logged(self._applied + by, steps=False) for by in (step, -step))
         return np.asarray((more - less) / (2 * _STEP))
 
     def slopes_by_start(self, compared: Callable[[Array], Array]) -> list[Array]:
-        """How what is compared changes with each memory at the start; by 0 where it hardly does.
+        """Return the derivative of compared values by each memory at the start.
 
-        What has faded before the first sample that is compared is left alone: it could be anything.
+        It is 0 for a memory with a negligible effect, as of one that has faded before the first
+        compared sample and cannot be estimated.
+
+        Parameters
+        ----------
+        compared : callable
+            As in `fitted`.
         """
         sizes = np.abs(self._run[0]).max(axis=0, initial=0.0)
         sizes = np.where(np.isfinite(sizes) & (sizes > 0), sizes, 1.0)
@@ -163,29 +169,31 @@ class LawReplay:
         ]
 
     def _slopes(self, ends: "Sequence[LawReplay]") -> Array:
-        """Slopes of the output towards laws that are `_STEP` away, (N, k)."""
+        """Return difference quotients of the output towards replays with a step `_STEP`, (N, k)."""
         here, *there = (self.logged(each._applied, steps=False) for each in (self, *ends))
         return np.asarray((np.reshape(there, (len(ends), len(here))).T - here[:, None]) / _STEP)
 
     @cached_property
     def _applied(self) -> Array:
-        """The output that is applied at each sample, before the drive, (N,)."""
+        """Output of the law at each sample, after its delay and before the drive, (N,)."""
         return np.asarray(self._run[1][np.maximum(self.ticks.held - self.law.delay, 0)])
 
     def fitted(self, compared: Callable[[Array], Array], free: Sequence[int]) -> "LawReplay":
-        """The gains that give the control best, some of them free, with the memory at the start.
+        """Return the replay with free gains and memory fitted to the control by Gauss-Newton.
+
+        Minimises ``sum (c(u) - c(u_law))^2`` of compared values c.
 
         Parameters
         ----------
         compared : callable
-            What is made of a control before it is compared: its rows, or a low-pass of them.
+            Maps a control to the values that are compared: a selection of samples, or a low-pass.
         free : sequence of int
-            Places of the gains that may change; none changes its sign.
+            Indices of the free gains; no gain changes its sign.
 
         Returns
         -------
         LawReplay
-            With the best that were met.
+            The best replay of the iteration.
         """
         best = self
         if not len(free) + len(self.start):
@@ -200,9 +208,9 @@ class LawReplay:
             by_gain = map(compared, best.jacobian_by_gain(chosen).T)
             columns = np.column_stack([*by_gain, *best.slopes_by_start(compared)])
             before, share = cost, 1.0
-            for _ in range(_STEPS):  # by the same slopes as long as they lead on
+            for _ in range(_STEPS):  # with the same derivatives as long as they help
                 step = least_squares_step(columns, residuals, _CLEAR)[0]
-                # As a whole: what is remembered at the start goes with a gain, as an integral does.
+                # All elements are scaled, as a memory such as an integral changes with a gain.
                 step *= share * _LARGEST / np.abs(step[: len(chosen)]).max(initial=_LARGEST)
                 gains = best.gains.copy()
                 gains[chosen] *= np.exp(step[: len(chosen)])
@@ -212,12 +220,13 @@ class LawReplay:
                 if gained > 0:
                     best, residuals, cost = end, there, float(there @ there)
                 elif cost == before:
-                    share /= 2  # where the whole step leaves no less
+                    share /= 2  # the whole step does not reduce the cost
                 if not cost or (cost < before and not gained > _STILL):
                     break
         return best
 
     @cached_property
     def _run(self) -> tuple[Array, Array]:
+        """Memory after each evaluation, (M, m), and output, (M,)."""
         read = *self.ticks.signals, self.limits, self.gains[None, :]
         return run_law(self.functions["law_step"], self.start, read)

@@ -1,9 +1,10 @@
-"""Where the loop of a record starts: its motion there, and what its drive remembers.
+"""Initial state of a record's loop: position, velocity, and the memory of the drive.
 
-What the drive remembers is in no log, but the first controls show it: an integral that holds a
-load, the last position of a moving axis. Sought is the memory with which the law gives them, by
-least squares; what they do not show stays as the law declares it for an axis at rest, and so does
-all of it where that gives them too, within what the law leaves of them anyway.
+The memory of the drive is not logged, but the first controls show it: an integral that holds a
+load, the last position of a moving axis. The memory is estimated by least squares from the first
+controls; elements that the controls do not determine stay as the law declares them for an axis at
+rest. All elements stay so if the declared memory explains the controls within the control error
+that the law has anyway.
 """
 
 from collections.abc import Sequence
@@ -33,24 +34,25 @@ from .replay import (
     states_along,
 )
 
-_STEP = 1e-6  # of the reference's range, for the slope
+_STEP = 1e-6  # of the reference's range, for the derivative
 
-# of the control, which the memory of an axis at rest may miss: half the 0.24 % that the law
-# leaves of the EMPS record
+# control error relative to the control (rms) up to which the memory of an axis at rest is kept:
+# less than half of the 0.24 % of the law on the EMPS record
 _MIN_START_ERROR = 1e-3
-# of the largest effect on the first controls; with less, the memory stays as declared
+# effect on the first controls relative to the largest, below which a memory stays as declared
 MIN_MEMORY_EFFECT = 1e-3
-# of what the memory at rest misses, for another to be taken: on twins at rest a wrong gain leaves
-# 0.5 and more; under a load or in motion 0.04 at most, with gains 10 to 50 % off too
+# control error relative to that of the memory at rest, below which another memory is used: on twins
+# at rest a wrong gain gives 0.5 and more; under a load or in motion the ratio is 0.04 at most, also
+# with gains that are wrong by 10 to 50 %
 _MAX_START_LEFT = 0.1
 
-START_SAMPLES = 50  # of the record that are looked at
-_STEPS = 4  # of Newton's method; a law that is linear in its memory takes one
-_LINEAR = 1e-9  # of the control: what a step leaves beside what it should
+START_SAMPLES = 50  # first samples of the record that are used
+_STEPS = 4  # steps of Newton's method; a law that is linear in its memory needs one
+_LINEAR = 1e-9  # of the control: deviation from the linear prediction at which Newton's method ends
 
 
 def loop_starts(axis: GeneratedAxis, record: Record, away: float = 0.0) -> tuple[LoopStart, ...]:
-    """Where the loop of each segment of a record starts.
+    """Return the start of the loop of each segment of a record.
 
     Parameters
     ----------
@@ -59,8 +61,8 @@ def loop_starts(axis: GeneratedAxis, record: Record, away: float = 0.0) -> tuple
     record : Record
         With a reference.
     away : float
-        Of the positions that the law reads, from those of the record; what it remembers of them is
-        as far away.
+        Offset of the positions that the law reads from those of the record; positions in the law's
+        memory are shifted as well.
     """
     starts = tuple(_start(axis, record, span) for span in record.spans)
     if not away:
@@ -76,17 +78,18 @@ def loop_starts(axis: GeneratedAxis, record: Record, away: float = 0.0) -> tuple
 def shifted_start(
     axis: GeneratedAxis, start: LoopStart, reference: float, first: Sequence[float], away: float
 ) -> LoopStart:
-    """A start whose law reads positions, and remembers them, so far from those of the axis.
+    """Return a start with the positions in the law's memory shifted.
 
     Parameters
     ----------
     axis : GeneratedAxis
     start : LoopStart
     reference : float
-        The first.
+        First reference.
     first : sequence of float
-        The first of the recorded signals.
+        First values of the recorded signals.
     away : float
+        Offset of the positions that the law reads from those of the axis.
     """
     if start.memory is None:
         return start
@@ -98,11 +101,12 @@ def shifted_start(
 
 @cached_while_alive
 def _start(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> LoopStart:
+    """Return the start of the loop of one segment: position, velocity and memory."""
     rows = slice(*span)
     if not record.integrated:
         velocity = first_velocity(record.position[rows], record.period)
     else:
-        # Straight lines are fitted to velocities that were measured.
+        # Measured velocities are fitted by a straight line.
         velocity = first_coefficient(np.asarray(record.velocity)[rows], degree=1, power=0)
     record = as_read_by_law(axis, record, span)
     start = LoopStart(
@@ -114,9 +118,9 @@ def _start(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> LoopSt
 
 
 def as_read_by_law(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> Record:
-    """A record with positions as the first controls of a segment have them, if it has none.
+    """Return a record of velocity alone with the position offset that its first controls show.
 
-    As it is where these do not show how far away they are.
+    Other records are unchanged, and so is a record whose controls do not determine the offset.
     """
     if not record.integrated or record.control is None:
         return record
@@ -141,7 +145,7 @@ def as_read_by_law(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -
 def start_of_law(
     axis: GeneratedAxis, record: Record, span: tuple[int, int], ticks: LawInputs
 ) -> Array:
-    """What the drive remembers where a segment begins, of the record or as it is declared, (m,)."""
+    """Return the memory of law and delay at the start of a segment, estimated or declared, (m,)."""
     found = first_memory(axis, record, span, ticks)
     return state_at_rest(axis, ticks) if found is None else found
 
@@ -149,7 +153,7 @@ def start_of_law(
 def first_memory(
     axis: GeneratedAxis, record: Record, span: tuple[int, int], ticks: LawInputs | None = None
 ) -> Array | None:
-    """What the drive remembers at the first sample of a segment, (m,).
+    """Estimate the memory of law and delay at the first sample of a segment, (m,).
 
     Parameters
     ----------
@@ -160,13 +164,12 @@ def first_memory(
     span : tuple of int
         The segment: first row and the one after the last.
     ticks : LawInputs, optional
-        Of the segment, where they are known.
+        Inputs of the law along the segment; by default from the record.
 
     Returns
     -------
     (m,) array or None
-        None where it is that of an axis at rest, as the law declares it, or where there is no
-        control that shows it.
+        None for the declared memory of an axis at rest, or if there is no control to estimate from.
     """
     if record.control is None or not law_memory(axis):
         return None
@@ -181,7 +184,7 @@ def first_memory(
     if not law.balanced and not at_rest_misses(off, seen, float(np.mean(control**2))):
         return None
     found = _solved(axis, ticks, wanted, seen, at_rest)
-    if np.any(seen & ~below_limit(axis, made)):  # where nothing shows what moves it
+    if np.any(seen & ~below_limit(axis, made)):  # at the limit, controls have no derivative
         moving = _solved(axis, ticks, wanted, seen, _state_in_motion(axis, ticks))
         found = min(found, moving, key=lambda each: float(np.linalg.norm(each[1])))
     off, (memory, missed, shown) = off[seen], found
@@ -189,17 +192,18 @@ def first_memory(
     gained = (float(off @ off) - noise) / max(shown, 1)
     noise /= max(len(off) - shown, 1)
     explained = left < _MAX_START_LEFT * float(np.linalg.norm(off))
-    return (
-        memory if law.balanced or (explained and gained > MIN_START_DISTANCE**2 * noise) else None
-    )
+    if law.balanced or (explained and gained > MIN_START_DISTANCE**2 * noise):
+        return memory
+    return None
 
 
 def law_residual(
     axis: GeneratedAxis, record: Record, span: tuple[int, int]
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """The control of a segment less what the law gives, (N,), and which samples count.
+    """Return the control error of the law along a segment, (N,), and True for valid samples.
 
-    Of what it measured; 0 where the control is masked or at the drive's limit.
+    Recorded control minus the control of the law for the recorded signals; 0 where the control is
+    masked or at the drive's limit.
     """
     record = as_read_by_law(axis, record, span)
     ticks, seen = law_ticks(axis, record, span), unlimited(axis, record, span)
@@ -211,14 +215,16 @@ def law_residual(
 def at_rest_misses(
     off: Array, seen: NDArray[np.bool_], power: float | Array
 ) -> np.bool_ | NDArray[np.bool_]:
-    """Whether the memory of an axis at rest leaves too much of the first controls, by lane.
+    """Return True if the memory of an axis at rest does not explain the first controls, by lane.
+
+    The control error exceeds 0.1 % of the control (rms).
 
     Parameters
     ----------
     off : (n,) or (n, L) array
-        What it leaves of them.
+        Control error with that memory.
     seen : (n,) or (n, L) array of bool
-        Which count.
+        True for valid samples.
     power : float or (L,) array
         Mean square of the control.
     """
@@ -228,26 +234,27 @@ def at_rest_misses(
 
 
 def below_limit(axis: GeneratedAxis, control: Array) -> NDArray[np.bool_]:
-    """Which controls are not at the drive's limit."""
+    """Return True for controls below the drive's limit."""
     return np.abs(control) < limit_in_log(axis) * (1 - LIMIT_TOLERANCE.value)
 
 
 def unlimited(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> NDArray[np.bool_]:
-    """Which samples of a segment are measured, and not at the drive's limit, (N,)."""
+    """Return True for samples of a segment that are not masked nor at the drive's limit, (N,)."""
     rows = slice(*span)
     masked = mask_of(record.masked, len(record))[rows]
     return np.asarray(~masked & below_limit(axis, np.asarray(record.control)[rows]))
 
 
 def _state_in_motion(axis: GeneratedAxis, ticks: LawInputs) -> Array:
-    """What the drive remembers of an axis that moved as it does before the first evaluation, (m,).
+    """Return the memory after a motion at constant velocity before the first evaluation, (m,).
 
-    A law that differences positions takes an axis at rest that moves at once for one that leaps:
-    its control is at the drive's limit then, whatever it remembers.
+    For a law that differences positions, a motion that starts at once from rest is a jump: its
+    control is then at the drive's limit for any other memory.
     """
     before = np.arange(-len(ticks), 0)
 
     def led(values: Array) -> Array:
+        """Return values extrapolated linearly to the time before the first evaluation."""
         slope = (values[-1] - values[0]) / max(len(values) - 1, 1)
         return np.append(values[0] + slope * before, values[0])
 
@@ -263,9 +270,16 @@ def _state_in_motion(axis: GeneratedAxis, ticks: LawInputs) -> Array:
 def _solved(
     axis: GeneratedAxis, ticks: LawInputs, wanted: Array, seen: NDArray[np.bool_], state: Array
 ) -> tuple[Array, Array, int]:
-    """The memory that gives the controls, from one that does not.
+    """Estimate the memory from the controls by Newton's method, starting from another memory.
 
-    With what it leaves of them, and in how many directions they show it.
+    Returns
+    -------
+    (m,) array
+        Memory.
+    (n,) array
+        Control error with it.
+    int
+        Number of directions of the memory that the controls determine.
     """
     off, shown = (wanted - control_along(axis, ticks, state))[seen], 0
     for _ in range(_STEPS):
@@ -283,9 +297,9 @@ def _solved(
 def with_drive_memory(
     axis: GeneratedAxis, record: Record, span: tuple[int, int], start: LoopStart
 ) -> LoopStart:
-    """A start of a segment's loop with what the drive remembers there, of its first controls.
+    """Return a start with the pending commands and the force of the drive, from the first controls.
 
-    Before the record it is taken to have got the first of them.
+    Before the record, the drive is assumed to have received the first control.
 
     Parameters
     ----------
@@ -294,7 +308,7 @@ def with_drive_memory(
     span : tuple of int
         The segment: first row and the one after the last.
     start : LoopStart
-        With what the law remembers; None of it for that of an axis at rest.
+        With the memory of the law; None for that of an axis at rest.
     """
     response, first = axis.response, span[0]
     if response is None:
@@ -308,8 +322,8 @@ def with_drive_memory(
             return replace(start, memory=memory)
         memory = memory[: -len(response.remembered)]
     late = response.late if axis.drive.logged == "applied" else 0
-    # The newest first; those that act before the record are taken for the first that does in it,
-    # as is the force that is there.
+    # The newest first; commands before the record, and the present force, are those of the first
+    # control in the record.
     ahead = np.maximum(late - 1 - np.arange(len(response.forces)), 0)
     ahead[len(ahead) - response.keeps_force :] = 0
     rows = np.minimum(first + ahead, span[1] - 1)

@@ -1,9 +1,10 @@
-"""The velocity with which a record begins, and the noise of its positions.
+"""Initial velocity of a record, and the noise of its positions.
 
-A parabola is fitted to the first positions, and its slope at the first sample taken. Many samples
-average the noise, few follow the motion: samples are added as long as the slope stays within what
-noise leaves open of every shorter fit, as [Lepskii1991]_ chooses a bandwidth. How much noise there
-is shows in differences of fourth order, in which no motion of a drive is left.
+The velocity is the slope at the first sample of a parabola that is fitted to the first positions.
+Many samples average the noise, few samples follow the motion: samples are added as long as the
+slope stays within the confidence intervals of all shorter fits, as in [Lepskii1991]_ for a
+bandwidth. The noise level follows from differences of fourth order, in which the motion of a drive
+is negligible.
 """
 
 import math
@@ -13,35 +14,37 @@ import numpy as np
 
 from axisid.support.arrays import Array, frozen
 
-# deviations; of 1.5 and 2.5 the one whose velocities err less on twins of the library
+# half width of a confidence interval in standard errors; of 1.5 and 2.5 the value with the smaller
+# velocity errors on twins of the library
 _START_AGREEMENT = 2.5
-# deviations from rest, from which a record begins otherwise; 540 starts at rest reach 4.1
+# distance from rest in standard errors from which a record begins in motion; 540 starts at rest
+# reach 4.1
 MIN_START_DISTANCE = 5.0
 
 _DEGREE = 2
 _COUNTS = (6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96, 128, 160, 192, 256)  # samples
-_ORDER, _NOISE = 4, 200  # of the differences that show noise, and samples that they are taken of
+_ORDER, _NOISE = 4, 200  # order of the differences for the noise, and number of samples
 
 
 def first_velocity(position: Array, period: float) -> float:
-    """Velocity at the first of positions, 0 for an axis that rests there.
+    """Return the velocity at the first position, 0 for an axis at rest.
 
     Parameters
     ----------
     position : (N,) array
-        Measured, of one stretch.
+        Measured positions of one stretch.
     period : float
-        s
+        Sampling period, s.
 
     Returns
     -------
     float
-        0 where half the samples have a slope within `MIN_START_DISTANCE` deviations of it: a rest
-        that ends soon bends the whole fit before it shows.
+        0 if the slope of the first half of the samples is within `MIN_START_DISTANCE` standard
+        errors of 0: a rest that ends soon changes the whole fit before it is visible.
 
     Notes
     -----
-    On twins of the library, cut where they move, it is right to 0.03 to 0.9 % of the greatest speed
+    On twins of the library, cut during motion, its error is 0.03 to 0.9 % of the largest speed
     (root mean square); none of 540 starts at rest was taken for a motion.
     """
     some = position[: max(_COUNTS[-1], _NOISE)]
@@ -49,7 +52,16 @@ def first_velocity(position: Array, period: float) -> float:
 
 
 def first_coefficient(values: Array, *, degree: int, power: int) -> float:
-    """A coefficient of the polynomial that the first values follow, a sample; 0 by chance."""
+    """Return a coefficient of the polynomial fitted to the first values; 0 if not significant.
+
+    Parameters
+    ----------
+    values : (N,) array
+    degree : int
+        Degree of the polynomial in samples.
+    power : int
+        Power whose coefficient is returned.
+    """
     noise = position_noise(values)
     low, high, found, used = -math.inf, math.inf, 0.0, 0
     for count in [each for each in _COUNTS if each <= len(values)]:
@@ -67,20 +79,24 @@ def first_coefficient(values: Array, *, degree: int, power: int) -> float:
 
 
 def position_noise(position: Array) -> float:
-    """Deviation of the noise of measured positions, (N,), from those at the start."""
+    """Return the standard deviation of white noise of positions, (N,), from the first 200.
+
+    The root of ``mean d^2 / C(2k, k)`` of the differences d of order k = 4.
+    """
     some = position[:_NOISE]
     order = min(_ORDER, len(some) - 1)
     return float(np.sqrt(np.mean(np.diff(some, order) ** 2) / math.comb(2 * order, order)))
 
 
 def _coefficient(values: Array, noise: float, degree: int, power: int) -> tuple[float, float]:
+    """Return a least-squares coefficient and its standard error."""
     weights, size = _weights(len(values), degree, power)
     return float(weights @ values), noise * size
 
 
 @lru_cache(maxsize=128)
 def _weights(count: int, degree: int, power: int) -> tuple[Array, float]:
-    """Of so many values in a coefficient, and the root of their squares' sum."""
+    """Return the weights of the values in a coefficient, (count,), and their norm."""
     powers = (np.arange(count) / count)[:, None] ** np.arange(degree + 1)
     weights = frozen(np.linalg.pinv(powers)[power] / count**power)
     return weights, float(np.linalg.norm(weights))

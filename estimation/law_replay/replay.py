@@ -1,4 +1,4 @@
-"""A control law run along a record: what it reads, where, its output, states, and their slopes."""
+"""Replay of a control law along a record: its inputs, output, memory, and their derivatives."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -25,18 +25,18 @@ from axisid.estimation.thresholds import COMPARISON_CUTOFF, MIN_PHASE_AGREEMENT
 from axisid.support.arrays import Array
 from axisid.support.caching import cached_while_alive
 
-LIMIT = "drive's limit"  # beside the terms of a law that may be other than declared
+LIMIT = "drive's limit"  # a name next to the terms of a law, for values other than declared
 
 
-@lru_cache(maxsize=64)  # of an axis it is asked for each segment of its records
+@lru_cache(maxsize=64)  # called for each segment of a record
 def with_limit(axis: GeneratedAxis, limit: float, *, native: bool) -> GeneratedAxis:
-    """The axis whose drive has another limit, compiled or not."""
+    """Return the axis with another limit of its drive, compiled or not."""
     return build(replace(axis.axis, drive=replace(axis.drive, limit=limit)), native=native)
 
 
 @cached_while_alive
 def two_clocks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> TwoClocks | None:
-    """When the law is evaluated along a segment of a record; None at each of its samples.
+    """Return the times of the law's evaluations along a segment; None if at each sample.
 
     Parameters
     ----------
@@ -62,14 +62,20 @@ def two_clocks(axis: GeneratedAxis, record: Record, span: tuple[int, int]) -> Tw
 
 
 def _first_change(control: Array, samples: float) -> float:
-    """When a control that is held over so many samples was last changed before the first, samples.
+    """Return the time of the last change of a held control before the first sample, in samples.
 
-    0 where it changes at no even distance.
+    The time is 0 or negative; 0 if the changes are not periodic.
+
+    Parameters
+    ----------
+    control : (N,) array
+    samples : float
+        Number of samples for which each control is held.
     """
     changes = np.flatnonzero(np.diff(control)) + 1.0
     whole = math.isclose(samples, round(samples), rel_tol=1e-3)
     if not whole:
-        changes -= 0.5  # it was somewhere in the step before
+        changes -= 0.5  # on average half a sample before it is visible
     turns = np.exp(2j * np.pi * changes / samples)
     mean = turns.mean() if len(turns) else 0.0
     if abs(mean) < MIN_PHASE_AGREEMENT.value:
@@ -81,18 +87,18 @@ def _first_change(control: Array, samples: float) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LawInputs:
-    """The signals that a law reads, where it is evaluated.
+    """Input signals of a law at its evaluations.
 
     Attributes
     ----------
     reference, position, velocity : (M,) array
         At the evaluations.
     added : (M,) array
-        What is added to the law's output.
+        Signal that is added to the law's output.
     recorded : tuple of (M,) array
-        The recorded signals that the axis declares, in its order.
+        Recorded signals in the order of the axis's declaration.
     held : (N,) array of int
-        The evaluation at or before each sample of the log.
+        Index of the evaluation at or before each sample of the log.
     """
 
     reference: Array
@@ -104,7 +110,7 @@ class LawInputs:
 
     @property
     def signals(self) -> tuple[Array, ...]:
-        """What a law's function reads before its memory, (M,) each."""
+        """Arguments of a law's function before its memory, (M,) each."""
         return self.reference, self.position, self.velocity, *self.recorded
 
     @classmethod
@@ -116,7 +122,7 @@ class LawInputs:
         recorded: tuple[Array, ...] = (),
         added: Array | None = None,
     ) -> "LawInputs":
-        """A law that is evaluated at the samples of a log, (N,) each; nothing added by default."""
+        """Return the inputs of a law that is evaluated at the samples of a log, (N,) each."""
         return cls(
             reference=reference,
             position=position,
@@ -130,7 +136,7 @@ class LawInputs:
         return len(self.reference)
 
     def first(self, samples: int) -> "LawInputs":
-        """Those of the first samples of the log."""
+        """Return the inputs for the first samples of the log."""
         held = self.held[:samples]
         until = int(held[-1]) + 1
         return LawInputs(
@@ -143,7 +149,7 @@ class LawInputs:
         )
 
     def added_at_samples(self, delay: int) -> Array:
-        """What is added to the control that a sample of the log shows, so many evaluations late."""
+        """Return the added signal at the samples of the log, (N,), delayed by some evaluations."""
         late = self.held - delay
         return np.where(late < 0, 0.0, self.added[np.maximum(late, 0)])
 
@@ -151,7 +157,7 @@ class LawInputs:
 def recorded_inputs(
     axis: GeneratedAxis, record: Record, span: tuple[int, int], start: LoopStart
 ) -> LoopInputs:
-    """What the loop of a segment of a record with a reference is simulated from."""
+    """Return the inputs of the simulated loop of a segment of a record with a reference."""
     rows, added = slice(*span), record.added_control
     signals = recorded_signals(axis, record.provenance.source, record.signals)
     return LoopInputs(
@@ -166,14 +172,15 @@ def recorded_inputs(
 def law_ticks(
     axis: GeneratedAxis, record: Record, span: tuple[int, int], *, noisy: bool = False
 ) -> LawInputs:
-    """What the law of an axis measured along a segment of a record with a reference.
+    """Return the inputs of the axis's law along a segment of a record with a reference.
 
-    An ideal velocity is of the low-passed positions, or noisy, of all that is in them: for what
-    goes through that low-pass itself, twice through which is late where the motion has corners.
+    An ideal velocity is the derivative of the low-passed positions. With `noisy` it is that of the
+    recorded positions, for a comparison that passes the same low-pass itself: passing it twice
+    would distort the velocity at corners of the motion.
     """
     position = record.position[slice(*span)]
     velocity = np.zeros_like(position)
-    # What an ideal sensor sees, of a law that reads one; it is in no log.
+    # The velocity of an ideal sensor is not logged.
     if law_of(axis).takes_velocity and noisy:
         from scipy.interpolate import CubicSpline
 
@@ -199,61 +206,61 @@ def law_ticks(
 
 
 def measured_velocity(position: Array, period: float) -> Array:
-    """Velocity of recorded positions by a low-pass without a delay, (N,)."""
+    """Return the velocity of recorded positions after a low-pass without delay, (N,)."""
     low_pass = Prefilter(cutoff=COMPARISON_CUTOFF.value / period)
     return SampledFilter(low_pass, period).motion(position)[1]
 
 
 def state_at_rest(axis: GeneratedAxis, ticks: LawInputs) -> Array:
-    """What the drive remembers of an axis at rest at the first evaluation, (m,)."""
+    """Return the declared memory of law and delay for an axis at rest at the start, (m,)."""
     read = ticks.reference[0], ticks.position[0], *(values[0] for values in ticks.recorded)
     return np.asarray(axis.functions["control_start"](*read).full().ravel()[: law_memory(axis)])
 
 
 def law_memory(axis: GeneratedAxis) -> int:
-    """How many numbers the law remembers, and its delay line; the drive's come after them."""
+    """Return the length m of the memory of law and delay, without that of the drive."""
     return int(axis.functions["control_law"].size1_in("state"))
 
 
 def law_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
-    """What the control law gives along recorded signals, as the log has it, (N,).
+    """Return the control of the law along recorded signals, as it is logged, (N,).
 
-    Before the drive's limit, but of a log that hides the commands.
+    Without the drive's limit, unless the log has the acting control.
 
     Parameters
     ----------
     axis : GeneratedAxis
         With a control law.
     ticks : LawInputs
-        What the law measured.
+        Inputs of the law.
     start : (m,) array
-        What it remembered at the first evaluation.
+        Memory at the first evaluation.
     """
     return commands_as_logged(axis, law_terms_along(axis, ticks, start).sum(axis=1))
 
 
 def law_terms_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
-    """The terms of the law as it gives them, before the drive, (N, terms)."""
+    """Return the terms of the law at the samples of the log, before the drive, (N, terms)."""
     (rows,) = axis.evaluate("control_terms", *ticks.signals, states_along(axis, ticks, start))
-    # What was computed before the first evaluation is taken for that of the first.
+    # The control before the first evaluation is assumed to be that of the first.
     return np.asarray(rows[np.maximum(ticks.held - law_of(axis).delay, 0)])
 
 
 def control_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
-    """The control that the law gives within the drive's limit, (N,)."""
+    """Return the control of the law within the drive's limit, as it is logged, (N,)."""
     return commands_as_logged(axis, np.asarray(control_at_ticks(axis, ticks, start)[ticks.held]))
 
 
 def control_at_ticks(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
-    """The same at each evaluation, (M,)."""
+    """Return the control of the law within the drive's limit at each evaluation, (M,)."""
     return run_law(axis.functions["control_law"], start, ticks.signals)[1]
 
 
 def slopes_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
-    """How that control changes with what is remembered at the start, (N, m)."""
+    """Return the derivative of `control_along` by the memory at the start, (N, m)."""
     law, size = axis.functions["control_law"], len(start)
     slopes = law.factory("slopes", law.name_in(), ["jac:control:state", "jac:next_state:state"])
-    # Side by side as matrices, one for each evaluation.
+    # CasADi returns the matrices of all evaluations side by side.
     read = (values[None, :] for values in ticks.signals)
     by_state, onward = slopes.call([*read, states_along(axis, ticks, start).T])
     rows = by_state.full().reshape(len(ticks), size)
@@ -266,25 +273,25 @@ def slopes_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
 
 
 def states_along(axis: GeneratedAxis, ticks: LawInputs, start: Array) -> Array:
-    """What the drive remembers at each evaluation, (M, m)."""
+    """Return the memory of law and delay at each evaluation, (M, m)."""
     after, _ = run_law(axis.functions["control_law"], start, ticks.signals)
     return np.vstack([start, after[:-1]])
 
 
-_BLOCK = 400  # evaluations that are one function: to call one takes longer than to evaluate it
+_BLOCK = 400  # evaluations per function call, as a call takes longer than an evaluation
 
 
 def run_law(step: Any, start: Array, read: Sequence[Array]) -> tuple[Array, Array]:
-    """What a law remembers after each evaluation, (M, m), and its output there, (M,).
+    """Return the memory of a law after each evaluation, (M, m), and its output, (M,).
 
     Parameters
     ----------
     step : casadi.Function
-        From what is read at an evaluation, the gains if any, and the memory.
+        One evaluation; its arguments are the inputs, the gains if any, and the memory.
     start : (m,) array
-        What it remembers at the first.
+        Memory at the first evaluation.
     read : sequence of (M,) array
-        The gains, which stay, are (1, g).
+        Inputs; constant gains are (1, g).
     """
     count = len(read[0])
     columns = [np.reshape(values, (len(values), -1)) for values in read]
@@ -301,16 +308,16 @@ def run_law(step: Any, start: Array, read: Sequence[Array]) -> tuple[Array, Arra
     return states, output[:, 0]
 
 
-# One law runs along many records many times; to make such a function takes as long as some runs,
-# and one of a whole record as long as many.
+# One law runs along many records many times; creating such a function takes as long as a few runs,
+# creating one for a whole record as long as many.
 @lru_cache(maxsize=64)
 def _block_of(step: Any, _thread: int) -> tuple[list[Array], list[Array], Callable[[], None], Any]:
-    """Places of arguments and of results, what runs a law over a block of evaluations, its buffer.
+    """Return argument arrays, result arrays, the call of a block of evaluations, and its buffer.
 
-    One for each thread, by its number: what is in the places is of one run.
+    Cached for each thread by its number, as the arrays hold the values of one run.
     """
     block = law_over_block(step, _BLOCK)
-    # To make CasADi's matrices of arrays takes much longer than a run, to set a place as long.
+    # Converting arrays to CasADi matrices takes much longer than a run.
     buffer, run = block.buffer()
     arguments = [np.zeros(block.size_in(i)[::-1]) for i in range(block.n_in())]
     results = [np.zeros(block.size_out(i)[::-1]) for i in range(block.n_out())]

@@ -73,7 +73,7 @@ class Format:
 
     @property
     def is_text(self) -> bool:
-        """Whether it is read as delimited text."""
+        """Return whether it is read as delimited text."""
         return self.read is None and self.read_file is None and self.opened is None
 
 
@@ -186,7 +186,7 @@ _NO_LOGS: tuple[tuple[bytes, str, str], ...] = (
     (rb"\{\\rtf", "a word processor's document", "save the table as CSV"),
     (rb"(\xef\xbb\xbf)?\s*<(!doctype )?html", "a page in HTML", "export the log itself as CSV"),
     (rb"(\xef\xbb\xbf)?\s*<\?xml", "an XML document", "export the log as CSV"),
-    (_JSON + rb'.*"axisid\.', "a result of axisid in JSON", "give the log that it was found from"),
+    (_JSON + rb'.*"axisid\.', "a result of axisid in JSON", "give the log that was identified"),
 )
 
 
@@ -201,7 +201,7 @@ def read_table(
         table = read_frame(log)
     if not drop_tail or table.repairs:
         return table
-    text = "nothing left out at the end: that is done in delimited text alone"
+    text = "no rows left out at the end: this repair applies to delimited text only"
     return replace(table, repairs=(Repair(kind="tail", count=0, text=text),))
 
 
@@ -211,7 +211,11 @@ def _read_file(file: Path, room: Room, *, drop_tail: bool) -> Table:
     reader = read_bag if bag else format_of(file).read_file
     try:
         if file.is_file() and (wrong := _wrong_kind(file)):
-            raise DataError(f"{file} is {wrong[0]} by its content; {wrong[1]}.", code="log-file")
+            what, action = wrong
+            raise DataError(
+                f"{file} is {what} by its content. {action[0].upper()}{action[1:]}.",
+                code="log-file",
+            )
         with unchanged(bag_of(file) if bag else file) as files:
             if reader is None:
                 room.take(file.stat().st_size)
@@ -240,7 +244,8 @@ def _parsed(file: Path, content: bytes, room: Room, *, drop_tail: bool) -> Table
         log_format = format_of(Path(file.stem))
         if log_format.read_file is not None or log_format.opened is not None:
             raise DataError(
-                f"{file} is packed twice, or read from a file of its own; unpack it first."
+                f"{file} is compressed twice, or its format cannot be read compressed. Unpack it "
+                "first."
             )
         content = _unpacked(packing.opened, file, content, room, text=log_format.is_text)
         notes = (f"unpacked by {packing.name}",)
@@ -278,7 +283,7 @@ def _unpacked(
     """
     pieces = []
     with (
-        refusing(f"{file} cannot be unpacked (unpack or compress it anew)"),
+        refusing(f"{file} cannot be unpacked (unpack it, or compress it again)"),
         opened(file, io.BytesIO(content)) as stream,
     ):
         while piece := stream.read(1 << 20):
@@ -307,9 +312,9 @@ def _check_regular(file: Path, *, folder: bool) -> None:
         ) from error
     is_folder = stat.S_ISDIR(mode)
     if not (stat.S_ISREG(mode) or (folder and is_folder)):
-        what = "a folder, and no ROS 2 bag" if is_folder else "a pipe, a device or a socket"
+        what = "a folder without a ROS 2 bag" if is_folder else "a pipe, a device or a socket"
         raise DataError(
-            f"{file} is no regular file but {what}; give the file of the log.", code="log-file"
+            f"{file} is {what}, not a regular file. Give the file of the log.", code="log-file"
         )
 
 
@@ -327,7 +332,7 @@ def _wrong_kind(file: Path) -> tuple[str, str] | None:
                 advice = f"{_ASK}{each.endings[0]}{each.provided}"
                 return None if each is named else (kind, advice)
     if named.opened is not None:
-        return f"not compressed by {named.name}", f"{_ASK}of what it is"
+        return f"not compressed by {named.name}", f"{_ASK}of its format"
     if named.is_text and re.match(_JSON, head):
         return "a JSON document", f"{_ASK}.json, or .jsonl for a record in each line"
     # A table in text is printable and has lines.

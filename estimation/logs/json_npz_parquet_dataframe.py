@@ -27,6 +27,7 @@ from axisid.estimation.raw_tables import UNITS_ENTRY, Table, TableBuilder, split
 from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.libraries import library, one_line, refusing
 from axisid.support.memory import Room
+from axisid.support.settings import setting
 
 #: Cells and unit of a column.
 _Cells = tuple[Sequence[Any], str]
@@ -50,8 +51,9 @@ def read_npz(file: Path, content: bytes, room: Room) -> Table:
         np.load(io.BytesIO(content), allow_pickle=False) as archive,
     ):
         with refusing(
-            f"the entry {UNITS_ENTRY!r} of {file} is no JSON of units by name, such as "
-            '{"position": "mm"}; write it so, or leave it out and say units in the command'
+            f"the entry {UNITS_ENTRY!r} of {file} is not a JSON object of units by name. Write it "
+            'as {"position": "mm"}, or omit it and give the units with '
+            f"{setting('columns', {'ROLE': 'NAME:UNIT'})}"
         ):
             written = archive[UNITS_ENTRY] if UNITS_ENTRY in archive.files else "{}"
             units = msgspec.convert(
@@ -70,7 +72,7 @@ def _add_entry(builder: TableBuilder, name: str, archive: Any, units: Mapping[st
     except ValueError as error:
         if "Object arrays" not in str(error):
             raise
-        builder.pass_over(name, "Python objects, which could run code")
+        builder.pass_over(name, "Python objects, which could execute code")
         return
     if array.dtype.names is None:
         builder.add_array(name, array, unit=units.get(name, ""))
@@ -151,12 +153,12 @@ def _decoded(file: Path, content: bytes, line: int = 0) -> Any:
     except AxisidError:
         raise
     except (ValueError, RecursionError) as error:
-        why = "it is no text in UTF-8" if isinstance(error, UnicodeDecodeError) else str(error)
-        why = "it is nested too deep" if isinstance(error, RecursionError) else why
+        why = "it is not text in UTF-8" if isinstance(error, UnicodeDecodeError) else str(error)
+        why = "it is nested too deeply" if isinstance(error, RecursionError) else why
         where = f", line {line}" if line else ""
         raise DataError(
-            f"{file}{where} is no JSON: {why[:1].lower() + why[1:]}. Write it anew, or give the "
-            "file the ending of what it is (.jsonl for a record in each line).",
+            f"{file}{where} is not JSON: {why[:1].lower() + why[1:]}. Write the file again, or "
+            "give it the ending of its format (.jsonl for a record in each line).",
             code="log-file",
         ) from error
 
@@ -243,7 +245,7 @@ _MIXED = "true or false among numbers"
 
 
 def has_mixed_truths(cells: Sequence[Any]) -> bool:
-    """Whether true or false stands among numbers."""
+    """Return whether true or false stands among numbers."""
     there = [cell for cell in cells if cell is not None]
     truths = sum(isinstance(cell, (bool, np.bool_)) for cell in there)
     return 0 < truths < len(there)
@@ -273,7 +275,7 @@ def read_frame(frame: object) -> Table:
     index = [str(name) for name in getattr(getattr(frame, "index", None), "names", ()) if name]
     return builder.table(
         f"a {type(frame).__name__}",
-        missing=f"Its index {', '.join(index)} is no column; give log.reset_index()."
+        missing=f"Its index {', '.join(index)} is not a column. Give log.reset_index()."
         if index
         else "",
     )
@@ -282,7 +284,7 @@ def read_frame(frame: object) -> Table:
 def _array(name: str, values: object) -> np.ndarray[Any, Any]:
     if np.ma.is_masked(values):
         raise UsageError(
-            f"the column {name!r} is masked; give numbers, with NaN for what lacks.",
+            f"the column {name!r} is masked. Give numbers, with NaN for missing values.",
             code="log-file",
         )
     try:
@@ -291,7 +293,7 @@ def _array(name: str, values: object) -> np.ndarray[Any, Any]:
         return np.asarray(values)
     except ValueError as error:
         raise UsageError(
-            f"the column {name!r} has values of different lengths; give one for each sample.",
+            f"the column {name!r} has values of different lengths. Give one number per sample.",
             code="log-file",
         ) from error
 
@@ -307,12 +309,12 @@ def _frame_arrays(frame: Any) -> list[tuple[str, np.ndarray[Any, Any]]]:
         ]
     except TypeError as error:
         raise UsageError(
-            f"the log is a {type(frame).__name__}; give a path, a dataframe (pandas, Polars, "
+            f"the log is a {type(frame).__name__}. Give a path, a dataframe (pandas, Polars, "
             "PyArrow, ...) or a mapping of column names to arrays.",
             code="log-file",
         ) from error
     except narwhals.exceptions.NarwhalsError as error:
         raise DataError(
-            f"the dataframe cannot be read: {one_line(error)}; rename one.",
+            f"the dataframe cannot be read: {one_line(error)}. Rename one of the columns.",
             code="log-file",
         ) from error

@@ -50,9 +50,8 @@ def read_matlab(file: Path, content: bytes, room: Room) -> Table:
             builder.add_array(path, leaf)
     which = f"{', '.join(objects)} {'is an object' if len(objects) == 1 else 'are objects'}"
     how = (
-        f"{which} that only MATLAB can open; of a timeseries, for instance, save the numbers "
-        f"there: t = {objects[0]}.Time; x = squeeze({objects[0]}.Data); save('log.mat', 't', 'x', "
-        "'-v7')."
+        f"{which} that only MATLAB can open. Save the numbers of a timeseries in MATLAB: t = "
+        f"{objects[0]}.Time; x = squeeze({objects[0]}.Data); save('log.mat', 't', 'x', '-v7')."
         if objects
         else ""
     )

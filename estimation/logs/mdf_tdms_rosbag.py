@@ -42,7 +42,7 @@ def read_mdf(file: Path, room: Room) -> Table:
             try:
                 signal = mdf.get(group=group, index=index, ignore_invalidation_bits=True)
             except Exception as error:
-                builder.pass_over(name, f"what asammdf cannot read ({one_line(error)})")
+                builder.pass_over(name, f"data that asammdf cannot read ({one_line(error)})")
                 continue
             values, invalid = np.asarray(signal.samples), signal.invalidation_bits
             if invalid is not None and values.dtype.kind in "fiub":
@@ -117,7 +117,7 @@ def _add_channel(builder: TableBuilder, channel: Any, origin: np.datetime64 | No
     try:
         values = channel[:]
     except Exception as error:
-        builder.pass_over(name, f"what npTDMS cannot read ({one_line(error)})")
+        builder.pass_over(name, f"data that npTDMS cannot read ({one_line(error)})")
         return
     properties = channel.properties
     clock, note, (start, step) = None, "", _waveform(channel)
@@ -126,7 +126,7 @@ def _add_channel(builder: TableBuilder, channel: Any, origin: np.datetime64 | No
         if start is not None:
             begin += (start - origin) / np.timedelta64(1, "s")
         elif origin is not None:
-            note = f"{channel.name}: no wf_start_time, taken to begin with the first waveform"
+            note = f"{channel.name}: no wf_start_time, assumed to begin with the first waveform"
         clock = begin + step * np.arange(len(channel), dtype=np.float64)
     builder.add(
         name,
@@ -197,17 +197,17 @@ def read_bag(path: Path, room: Room) -> Table:
     return builder.table(
         str(path),
         notes=("ROS bag, JointState in SI",),
-        advice=f"of messages {_JOINT_STATE} are read, and it has {', '.join(others) or 'none'}",
+        advice=f"only messages {_JOINT_STATE} are read, and it has {', '.join(others) or 'none'}",
     )
 
 
 def is_bag(path: Path) -> bool:
-    """Whether a folder is a ROS 2 bag."""
+    """Return whether a folder is a ROS 2 bag."""
     return os.path.isfile(path / "metadata.yaml")
 
 
 def bag_of(path: Path) -> Path:
-    """What is read of a bag's path: of a file of a ROS 2 bag its folder, where it has one.
+    """Return the path to read for a bag: the folder of a ROS 2 bag for a file in it.
 
     A file that was passed on alone has no metadata beside it.
     """
@@ -238,7 +238,7 @@ def _joints(
     # A clock may begin at zero, one of the calendar does not.
     if 0 in stamps[1:] or (0 in stamps and max(stamps) > _CALENDAR):
         stamps = recorded
-        note = "not all of its messages have a time, so that of their recording"
+        note = "time of recording, because not all messages have a time"
     times = np.array(stamps, dtype=np.int64)
     early = int(np.sum(times < np.maximum.accumulate(times)))
     note += f"; {early} of {len(times)} came after later ones and were sorted" if early else ""

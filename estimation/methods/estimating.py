@@ -18,7 +18,7 @@ from axisid.estimation.estimates import (
     least_freedom,
 )
 from axisid.estimation.estimation_problem import Problem
-from axisid.estimation.noise_models import Chain, noise_free_record
+from axisid.estimation.noise_models import Chain, noise_free_record, noise_sources
 from axisid.estimation.regression import (
     Covariance,
     CovarianceEstimate,
@@ -29,7 +29,7 @@ from axisid.estimation.regression import (
     condition_number,
     delta_method,
 )
-from axisid.estimation.signals import advice_on_rests
+from axisid.estimation.signals import resting_axis
 from axisid.estimation.thresholds import NO_RELATION
 from axisid.estimation.unknowns import perturbed_joint_forms
 from axisid.support.arrays import Array, Deferred, relative_error_percent
@@ -158,9 +158,9 @@ def _remarks(problem: Problem, fit: Fit, loss: str) -> Iterator[str]:
     every = (data.sampling.filter.remarks() for data in problem.data)
     yield from dict.fromkeys(remark for of_one in every for remark in of_one)
     if np.inf > fit.simulation_error_percent > NO_RELATION.value:
-        cause = advice_on_rests(problem.rest) or (
-            "check the control law, the reference and the signs and units of the columns"
-        )
+        cause = "check the control law, the reference and the signs and units of the columns"
+        if (resting := resting_axis(problem.rest)) is not None:
+            cause = resting.sentence
         yield f"the simulated loop does not follow the record; {cause}"
     yield from loss_remarks(loss, fit.solution)
     yield from fit.remarks
@@ -294,7 +294,8 @@ def _with_replicas(
     if all(each.is_silent for each in chains):
         return replace(note, is_silent=True)
     axis = problem.axis
-    noise = tuple(each.told(axis.coordinate.unit, axis.drive.unit) for each in chains)
+    units = axis.coordinate.unit, axis.drive.unit
+    noise = tuple(noise_sources(each, *units).sentence for each in chains)
     return replace(note, replicas=correction.count, noise=noise)
 
 

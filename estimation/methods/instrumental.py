@@ -32,7 +32,7 @@ from axisid.estimation.regression import (
     search_bounds,
     separable_least_squares,
 )
-from axisid.estimation.signals import advice_on_rests
+from axisid.estimation.signals import resting_axis
 from axisid.estimation.simulation import Simulation, StepBudget
 from axisid.estimation.thresholds import CONVERGED
 from axisid.support.arrays import Array, relative_error_percent
@@ -230,13 +230,15 @@ class Iteration:
             )
 
     def _moving(self, physical: Array) -> EstimationError:
-        rests, other = advice_on_rests(self._on.rest), "better nominal values."
+        other = "better nominal values."
         if self._start.named != NOMINAL_START:
             other = f'the nominal values: start="{NOMINAL_START}" in Python.'
-        law = f"Check the control law against the record, and start from {other}"
+        advice = f"Check the control law against the record, and start from {other}"
+        if (resting := resting_axis(self._on.rest)) is not None:
+            advice = f"It may be that {resting.sentence}."
         return EstimationError(
             f"{self._method} still moves after {_MOST} iterations; the last estimate is "
-            f"{self._form.describe(physical)}. {f'It may be that {rests}.' if rests else law}",
+            f"{self._form.describe(physical)}. {advice}",
             code="no-convergence",
         )
 

@@ -1,10 +1,20 @@
-"""What a model lacks on a record, by name, and how much it leaves beside noise, whatever its name.
+"""Misspecification of a model on a record: missing terms, faulty signals, systematic residuals.
 
-In: an estimate and its record. Out: `Misspecification`, the name that explains most first, each
-with its sentence; `LackOfFit` of what repeats; `JackknifeInterval` of how far the model's error may
-move a parameter. Knows nothing of verdicts.
+In: an estimate and its record. Out: `Misspecification`, the one that explains most first, each with
+its finding; `LackOfFit` of the residual that repeats; `JackknifeInterval` of how far the model's
+error may move a parameter. Knows nothing of verdicts.
 """
 
+from .misspecification_findings import (
+    CandidateTerm as CandidateTerm,
+    ChangedParameter as ChangedParameter,
+    LateSignal as LateSignal,
+    MissingTerm as MissingTerm,
+    OutlyingSample as OutlyingSample,
+    ScaledSignal as ScaledSignal,
+    ShareOfForce as ShareOfForce,
+    misspecification_finding as misspecification_finding,
+)
 from .model_error import (
     JackknifeInterval as JackknifeInterval,
     LackOfFit as LackOfFit,
@@ -16,6 +26,5 @@ from .scores import RecordScores as RecordScores, scores_at as scores_at, scores
 from .search import (
     Misspecification as Misspecification,
     find_misspecification as find_misspecification,
-    misspecification_text as misspecification_text,
 )
 from .terms import TERMS as TERMS, Along as Along, Term as Term

@@ -111,6 +111,7 @@ def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
 
 
 _HUGE = 1e100  # whose square is finite still
+_VALUES_AT_ONCE = 2**19  # of candidates' columns at all samples: 4 MB
 
 
 def _of_user(term: Term, make: Callable[..., Array], *arguments: Any) -> Array:
@@ -129,12 +130,19 @@ def _of_user(term: Term, make: Callable[..., Array], *arguments: Any) -> Array:
 
 
 def _columns(term: Term, most: int, along: Along, places: Array) -> Array:
-    """Columns of a term, (n, m, g), which a user's own may give otherwise; so many at most."""
-    # One place at a time: of all samples those of every place would take much memory.
-    ones = [places[[i]] for i in range(len(places))] or [places]
-    each, rows = [_of_user(term, term.columns, along, one) for one in ones], len(along.place)
-    wanted = {(rows, len(ones[0]), *each[0].shape[2:])}
-    is_block = {e.shape for e in each} == wanted and each[0].ndim == 3
+    """Return the columns of a term, (n, m, g), which may be a user's own and of another shape.
+
+    Raises
+    ------
+    CandidateError
+        They are not blocks of at most `most` finite columns for each place.
+    """
+    # A few places at a time: columns of all samples at every place would take much memory.
+    few = max(1, _VALUES_AT_ONCE // len(along.time))
+    parts = [places[first : first + few] for first in range(0, len(places), few)] or [places]
+    each, rows = [_of_user(term, term.columns, along, part) for part in parts], len(along.place)
+    wanted = [(rows, len(part), *each[0].shape[2:]) for part in parts]
+    is_block = [columns.shape for columns in each] == wanted and each[0].ndim == 3
     found = np.concatenate(each, axis=1) if is_block else each[0]
     finite = bool((np.abs(found) < _HUGE).all())
     if not (is_block and found.size and found.shape[2] <= most and finite):

@@ -1,32 +1,34 @@
-"""How much of what an estimate leaves is the model's error, and how far that may move parameters.
+"""Model error of an estimate: its share of the residual, and the uncertainty of parameters by it.
 
-In: an estimate and the record behind its filter. Out: `LackOfFit`, of what is left again at each
-repeat, and `JackknifeInterval` of each parameter. Knows nothing of verdicts.
+In: an estimate and its filtered record. Out: `LackOfFit`, the split of the residual into a
+repeating and a noise part, and `JackknifeInterval` of each parameter. Knows nothing of verdicts.
 
-The products of the residuals of two repeats at one phase have the power of what repeats as their
-mean, whatever the noise is, as long as that of one repeat is independent of that of another. What
-they leave of the power is pure error. Repeats are those of the longest part of the reference that
-comes again after a period, to a sample; the correlation of its directions has the periods.
+Lack of fit. The products of the residuals of two repeats at one phase of the reference have the
+power of the repeating part as their mean, for any noise that is independent between repeats. The
+rest of the power is pure error. Repeats are those of the longest part of the reference that recurs
+after a period, to a sample; the periods are peaks of the autocorrelation of its direction.
 
-A model that is not quite right is wrong in the same way wherever the axis moves in the same way:
-its error does not average out over neighbours, as noise does, but over motions that differ. So rows
-are put into groups that may share an error, and the estimate is made again without each. There are
-two ways to form them, after two ways to be wrong: by level of speed, and by thirds of the travel.
-What is told of a parameter is the wider band of the two. A group has both directions of its speed:
-without one direction friction and an offset change together, so that such groups tell the
-difference between directions and not how far a parameter may be off. That difference is a term of
-its own, which the search for missing terms names.
+Model error. A wrong model has the same error wherever the axis moves in the same way: the error
+does not average out over neighbouring rows, as noise does, but over different motions. So rows form
+groups that may share an error, and the estimate is repeated without each group. There are two
+groupings, for two kinds of error: by level of speed, and by thirds of the travel. The wider
+interval of the two is reported for each parameter. A group has both directions of its speed:
+without one direction, friction and an offset change together, so that such groups would measure the
+difference between directions instead of the error of a parameter. That difference is a term of its
+own, found by the search for missing terms.
 
-The estimate without a group is exact, ``(Z'X - Z_g'X_g)^-1 (Z'y - Z_g'y_g)``, and with it the
-leverage of groups of different sizes (the correction that is called CR3). Without it (CR1) bands
-held the truth in 93 %. Noise scatters groups too: by how much, the leverages tell of its variance,
-which is the larger of two. Behind a loop noise is differentiated and cancels over rows, which HAC
-sees; it does not at the edges of groups, where White's variance is what it has.
+The estimate without a group is exact, ``(Z'X - Z_g'X_g)^-1 (Z'y - Z_g'y_g)``, and so is the
+leverage of groups of different sizes (the correction CR3). Without this correction (CR1) the
+intervals covered the true value in 93 % of the cases. Noise scatters groups too; the leverages give
+the expected scatter for a noise variance, for which the larger of two estimates is taken. In a
+closed loop, noise is differentiated and cancels over rows, which the HAC variance accounts for; the
+noise does not cancel at the edges of groups, where White's variance is correct.
 
 References
 ----------
 [Fisher1922]_ for the lack of fit against the pure error of repeats.
-[MacKinnon2023]_ for the cluster jackknife and its t distribution with groups less one.
+[MacKinnon2023]_ for the cluster jackknife and its t distribution, whose degrees of freedom are the
+number of groups minus 1.
 """
 
 from collections.abc import Mapping
@@ -42,23 +44,27 @@ from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import Hac
 from axisid.estimation.signals import FilteredRecord, RowTimes
 from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_MODEL_SHARE
-from axisid.support.arrays import Array, Exact, runs
+from axisid.support.arrays import Array, BoolArray, Exact, runs
 
-_MIN_REPEATED_TRAVEL = 0.5  # of the reference's, that a part which repeats has
-_MIN_CORRELATION = 0.1  # of directions with those a period later, from which it is looked at
-_MIN_REPEATED_ROWS = 50  # rows at phases that repeat; of fewer, residuals are not split
-# that noise alone repeats as much, up to which something of the residuals repeats
+_MIN_REPEATED_TRAVEL = 0.5  # travel of the repeating part, relative to that of the reference
+_MIN_CORRELATION = 0.1  # autocorrelation of the direction from which a period is examined
+_MIN_REPEATED_ROWS = 50  # rows at repeating phases; with fewer, the residual is not split
+# p-value of the repeating part, below which it is significant
 _MAX_REPEAT_CHANCE = 1e-3
-# correlation of what repeats with that of the next row, from which it is the model's: measured,
-# 0.5 to 0.99 for missing terms, -0.5 for the steps of an encoder
+# correlation of the repeating part with that of the next row, from which it is model error:
+# measured, 0.5 to 0.99 for missing terms, -0.5 for the steps of an encoder
 _MIN_SMOOTHNESS = 0.25
 
 
 def repeated_part(reference: Array) -> tuple[int, int, float] | None:
-    """The longest part of a reference, (N,), that comes again.
+    """Return the longest repeating part of a reference, (N,).
 
-    Its first sample, the one after its last repeat, and the period in samples, which need be no
-    whole number: to a sample over all repeats. None where no part comes again that moves far.
+    Returns
+    -------
+    (int, int, float) or None
+        First sample, the sample after the last repeat, and the period in samples, accurate to one
+        sample over all repeats and not necessarily an integer. None where no part with half of the
+        travel repeats.
     """
     from scipy.signal import correlate, find_peaks
 
@@ -66,13 +72,13 @@ def repeated_part(reference: Array) -> tuple[int, int, float] | None:
     if not (np.isfinite(travel) and travel > 0):
         return None
     steps = np.diff(reference)
-    directions = np.sign(steps)  # whose correlation has an edge at a period, as steps need not
+    directions = np.sign(steps)  # their autocorrelation peaks at a period; that of steps may not
     correlation = correlate(directions, directions, method="fft")[len(steps) :]
     least = _MIN_CORRELATION * float(directions @ directions)
-    most_apart = 2 * float(np.sqrt(np.mean(steps**2)))  # periods need be no whole samples
+    most_apart = 2 * float(np.sqrt(np.mean(steps**2)))  # a period may be a fraction of samples
     start, stop, period, longest = 0, 0, 0.0, 0
     for late in map(int, find_peaks(correlation, prominence=least)[0] + 1):
-        if len(reference) - late <= longest:  # as of multiples of a period
+        if len(reference) - late <= longest:  # multiples of a period
             break
         for first, last in runs(np.abs(reference[late:] - reference[:-late]) <= most_apart):
             if (
@@ -81,7 +87,7 @@ def repeated_part(reference: Array) -> tuple[int, int, float] | None:
             ):
                 start, stop, period, longest = first, last + late, float(late), last - first
     times = 2
-    while times * period < longest:  # The more periods are between, the better they tell one.
+    while times * period < longest:  # more periods give a more accurate one
         near = round(times * period) - 1 + np.arange(-2, 3)
         period = float(near[np.argmax(correlation[near])] + 1) / times
         times *= 2
@@ -90,34 +96,35 @@ def repeated_part(reference: Array) -> tuple[int, int, float] | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LackOfFit(Exact):
-    """What an estimate leaves at phases of the reference that repeat.
+    """Split of the residual at repeating phases of the reference into model error and noise.
 
     Attributes
     ----------
     period : float or None
-        After which it repeats, s; null in files of moves that rests of other lengths part.
+        Period of the reference, s; null in files of moves separated by rests of different lengths.
     times : int
-        How often what repeats most often does.
+        Largest number of repeats of a phase.
     rows : int
-        At phases that repeat.
+        Rows at repeating phases.
     share : float
-        Of these rows' power, what repeats.
+        Share of the power of the residual that repeats: ``sum_g ((sum_i e_gi)^2 - sum_i e_gi^2) /
+        (n_g - 1) / sum e^2`` over the phases g with n_g repeats.
     deviation : float
-        Of the share, HAC over the phases.
+        Standard error of the share, HAC over the phases.
     chance : float
-        That noise alone repeats as much, by Student's distribution.
+        One-sided p-value of the share for noise alone, by Student's t distribution.
     repeated : float
-        Root mean square of what repeats, in the unit of the left side.
+        Root mean square of the repeating part, in the unit of the left side.
     noise : float
-        The same of the noise.
+        Root mean square of the noise, in the same unit.
     left : float
-        The same of the left side.
+        Root mean square of the left side, in the same unit.
     smoothness : float
-        Correlation of the mean residual with that of the next phase: near 1 for what a model
-        lacks, below 0 for the steps of an encoder, which repeat where the motion does to less than
-        one of them.
+        Correlation of the mean residual with that of the next phase: near 1 for missing terms of a
+        model, below 0 for the steps of an encoder, which repeat where the motion repeats to less
+        than one step.
     time : (g,) array
-        Of the phases in the first period, since the record's first sample, s.
+        Time of the phases in the first period, from the record's first sample, s.
     mean : (g,) array
         Mean residual by phase.
     count : (g,) array
@@ -140,22 +147,22 @@ class LackOfFit(Exact):
 
     @property
     def is_there(self) -> bool:
-        """Whether more repeats than by chance."""
+        """True if the repeating part is significant."""
         return self.chance < _MAX_REPEAT_CHANCE
 
     @property
     def is_smooth(self) -> bool:
-        """Whether it goes on from row to row."""
+        """True if the repeating part is correlated from row to row, as model error is."""
         return self.smoothness > _MIN_SMOOTHNESS
 
     @property
     def is_mostly_repeated(self) -> bool:
-        """Whether most of what is left repeats: noise is not what it is."""
+        """True if the repeating part is significant and most of the residual's power."""
         return self.is_there and self.share >= MIN_MODEL_SHARE.value
 
     @property
     def is_mostly_model(self) -> bool:
-        """Whether most of what is left is the model's."""
+        """True if most of the residual's power is model error."""
         return self.is_mostly_repeated and self.is_smooth
 
 
@@ -173,7 +180,7 @@ def lack_of_fit(estimate: Estimate, data: FilteredRecord) -> LackOfFit | None:
         return None
     (start, stop, period), step = repeated, data.prefilter.decimate
     samples = estimate.rows.astype(np.int64)
-    # Of the samples one in so many is a row.
+    # One in `step` samples is a row.
     phases = ((samples - start) % period // step).astype(np.int64)
     inside = (start <= samples) & (samples < stop)
     again = inside & (np.bincount(phases[inside], minlength=int(period) + 1)[phases] > 1)
@@ -183,9 +190,9 @@ def lack_of_fit(estimate: Estimate, data: FilteredRecord) -> LackOfFit | None:
     if len(residuals) < _MIN_REPEATED_ROWS or not total > 0:
         return None
     power, sums = (np.bincount(of, weights=each) for each in (residuals**2, residuals))
-    common = (sums**2 - power) / (count - 1)  # of all rows of a phase, without bias
+    common = (sums**2 - power) / (count - 1)  # unbiased repeating power of all rows of a phase
     share, neighbours = float(common.sum()) / total, RowTimes(places)
-    # Of residuals on no regressor: the kernel alone.
+    # The power is not a residual of a regression, so that the kernel alone applies.
     scatter = Hac().long_run((common - share * power)[:, None], neighbours)
     deviation = float(np.sqrt(max(scatter.matrix[0, 0], 0.0))) / total
     chance = 0.0 if share > 0 else 1.0
@@ -211,33 +218,35 @@ def lack_of_fit(estimate: Estimate, data: FilteredRecord) -> LackOfFit | None:
     )
 
 
-_MIN_MOVE_SPEED = 0.02  # of the largest speed, from which an axis moves
-_LEVELS_APART = 0.1  # of the logarithms of the peaks of one level of speed and of the next
-_MIN_GROUPS = 3  # of rows; two do not tell how far they scatter
-# times the variance with all; without the group the estimate is not believed beyond
+_MIN_MOVE_SPEED = 0.02  # of the largest speed, from which an axis counts as moving
+_LEVELS_APART = 0.1  # gap between the logarithms of the peak speeds of two levels
+_MIN_GROUPS = 3  # groups of rows; two do not show a scatter
+# variance without a group, relative to that with all rows, beyond which the jackknife is not used
 _MAX_DELETED_INFLATION = 20.0
-# band of the model's error by the half of the 95 % interval, from which it is shown
+# half width of the jackknife interval relative to that of the 95 % interval for noise, from which
+# it is shown
 _MIN_BAND_EXCESS = 1.5
-# that noise alone scatters groups as far, where no repeats tell it; each parameter is looked at
-# under two ways to form groups
+# p-value of the groups' scatter for noise alone, where no repeats are known; each parameter is
+# tested with two groupings
 _MAX_BAND_CHANCE = 3e-3
 _PARTS = 3  # of the travel
 
 
 class JackknifeInterval(Struct, frozen=True, kw_only=True, rename={"interval": "interval_95"}):
-    """How far the model's error may move a parameter.
+    """Uncertainty of a parameter by the model error, from a delete-one-group jackknife.
 
     Attributes
     ----------
     deviation : float
-        Delete-one-group jackknife.
+        Jackknife standard error.
     interval : (float, float)
-        95 %, about the value less its bias.
+        95 % interval about the value minus its bias.
     groups : int
+        Number of groups.
     by : str
-        What the groups of rows are of, in words.
+        The grouping of the rows, as text.
     exceeds : bool
-        Whether it is noticeably wider than the interval for noise, and by more than chance.
+        True if the interval is noticeably and significantly wider than that for noise.
     """
 
     deviation: float
@@ -252,37 +261,40 @@ class JackknifeInterval(Struct, frozen=True, kw_only=True, rename={"interval": "
 def jackknife_intervals(
     estimate: Estimate, ways: Mapping[str, NDArray[np.intp]], *, noisy: bool = True
 ) -> dict[str, JackknifeInterval]:
-    """The wider band of each physical parameter, by name.
+    """Return the widest jackknife interval over the groupings for each physical parameter, by name.
 
     Parameters
     ----------
     estimate : Estimate
     ways : mapping of str to (n,) array of int
-        To form groups, in words, with the label of every row's, as by `groupings`.
+        Group label of every row by grouping, as from `groupings`.
     noisy : bool
-        Whether noise may be what groups scatter by; not where repeats show that it is not.
+        Whether noise may explain the scatter of the groups; False where repeats of the reference
+        show that it does not.
 
     Returns
     -------
     dict of str to JackknifeInterval
-        Empty where no groups of rows tell all parameters.
+        Empty where no grouping has a jackknife for all parameters.
     """
-    by_grouping = (_bands(estimate, labels, by, noisy=noisy) for by, labels in ways.items())
+    by_grouping = []
+    for by, labels in ways.items():
+        intervals = _intervals_of_grouping(estimate, labels, by, noisy=noisy)
+        if intervals:
+            by_grouping.append(intervals)
     return {
-        q.name: max(bands, key=lambda band: band.interval[1] - band.interval[0])
-        for q, bands in zip(
-            estimate.quantities, zip(*filter(None, by_grouping), strict=True), strict=False
-        )
+        q.name: max(intervals, key=lambda each: each.interval[1] - each.interval[0])
+        for q, intervals in zip(estimate.quantities, zip(*by_grouping, strict=True), strict=False)
     }
 
 
 def groupings(data: FilteredRecord, rows: NDArray[np.intp]) -> dict[str, NDArray[np.intp]]:
-    """Ways to form groups, in words, with the label of every row's, (n,)."""
+    """Return the group label of every row, (n,), by grouping: levels of speed, parts of travel."""
     from scipy.ndimage import maximum
 
     position, velocity, _ = data.motion
     place, speed = position[rows], np.abs(velocity) / np.abs(velocity).max()
-    # Moves begin where the axis does, or turns; those of one level are about as fast.
+    # A move begins where the axis starts or reverses; moves of one level have about one peak speed.
     direction = np.where(speed > _MIN_MOVE_SPEED, np.sign(velocity), 0.0)
     moves = np.cumsum((direction != 0) & (np.diff(direction, prepend=0.0) != 0))
     peaks, of = np.unique(maximum(speed, moves, moves[rows]), return_inverse=True)
@@ -295,13 +307,45 @@ def groupings(data: FilteredRecord, rows: NDArray[np.intp]) -> dict[str, NDArray
     }
 
 
-def _bands(
-    estimate: Estimate, labels: NDArray[np.intp], by: str, *, noisy: bool
-) -> list[JackknifeInterval]:
-    """Of each parameter; none where groups are too few, or one of them tells too much."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _GroupJackknife:
+    """Delete-one-group jackknife of an estimate.
+
+    Attributes
+    ----------
+    groups : int
+    deviations : (p,) array
+        Standard error of each physical parameter.
+    inflation : (g, p) array
+        Variance of each parameter without a group, relative to that with all rows.
+    mapping : (p, k) array
+        Parameter changes by the sums of the scores.
+    scores : (n, k) array
+    """
+
+    groups: int
+    deviations: Array
+    inflation: Array
+    mapping: Array
+    scores: Array
+
+
+def _delete_group_jackknife(estimate: Estimate, labels: NDArray[np.intp]) -> _GroupJackknife | None:
+    """Return the jackknife standard errors of the physical parameters (CR3).
+
+    The estimate without group g is ``theta_(g) = (Z'X - Z_g'X_g)^-1 (Z'y - Z_g'y_g)``; of G groups
+
+        ``V = (G - 1)/G sum_g (theta_(g) - theta)^2``  [MacKinnon2023]_.
+
+    Returns
+    -------
+    _GroupJackknife or None
+        None where there are fewer than 3 groups, or where a group deleted makes a variance more
+        than 20 times as large.
+    """
     names, groups = np.unique(labels, return_inverse=True)
     if (count := len(names)) < _MIN_GROUPS:
-        return []
+        return None
     scale = np.linalg.norm(estimate.X, axis=0)
     size = np.linalg.norm(estimate.slope_columns, axis=0)
     X, Z, mapping = estimate.X / scale, estimate.slope_columns / size, estimate.jacobian / scale
@@ -313,30 +357,73 @@ def _bands(
         without = mapping @ np.linalg.inv(products.sum(axis=0) - products)
         every = mapping @ np.linalg.inv(products.sum(axis=0))
     except np.linalg.LinAlgError:
-        return []
+        return None
     inflation = (without * mapping).sum(axis=2) / (every * mapping).sum(axis=1)
     if not np.all((inflation > 0) & (inflation < _MAX_DELETED_INFLATION)):
-        return []
+        return None
     changes = np.einsum("gpk,gk->gp", without, sums.sum(axis=0) - sums) - every @ sums.sum(axis=0)
-    shrunk = (count - 1) / count
-    deviations = np.sqrt(shrunk * np.sum(changes**2, axis=0))
-    reach = stdtrit(count - 1, (1 + INTERVAL_LEVEL.value) / 2) * deviations
+    return _GroupJackknife(
+        groups=count,
+        deviations=np.sqrt((count - 1) / count * np.sum(changes**2, axis=0)),
+        inflation=inflation,
+        mapping=every,
+        scores=scores,
+    )
+
+
+def _exceeds_noise(estimate: Estimate, jackknife: _GroupJackknife, dof: Array) -> BoolArray:
+    """Test by F whether groups scatter more than noise alone would scatter them, (p,).
+
+    With the leverage ``h_g`` of the inflation less 1 of each group, noise of the variance
+    ``v = max(v_HAC, v_White)`` gives the jackknife the expected variance
+    ``v max((G - 1)/G sum_g h_g, 1)``. The ratio of the jackknife variance to it is F distributed
+    with ``(sum_g h_g)^2 / sum_g h_g^2 - 1`` degrees of freedom, by the effective number of groups
+    of equal leverage, and those of v [MacKinnon2023]_.
+
+    Parameters
+    ----------
+    estimate : Estimate
+    jackknife : _GroupJackknife
+    dof : (p,) array
+        Degrees of freedom of the chosen covariance.
+    """
+    variances, scores = np.diag(estimate.covariance), jackknife.scores
+    shrunk = (jackknife.groups - 1) / jackknife.groups
+    excess = np.maximum(jackknife.inflation - 1, 0.0)
+    white = np.sum((scores @ jackknife.mapping.T) ** 2, axis=0)
+    expected = np.maximum(variances, white) * np.maximum(shrunk * excess.sum(axis=0), 1.0)
+    groups_dof = np.maximum(excess.sum(axis=0) ** 2 / np.sum(excess**2, axis=0) - 1, 1.0)
+    noise_dof = np.where(white > variances, len(scores) - scores.shape[1], dof)
+    F = np.divide(
+        jackknife.deviations**2, expected, out=np.zeros_like(expected), where=expected > 0
+    )
+    is_beyond_chance = fdtrc(groups_dof, noise_dof, F) < _MAX_BAND_CHANCE
+    return np.asarray(is_beyond_chance | ~(variances > 0))
+
+
+def _intervals_of_grouping(
+    estimate: Estimate, labels: NDArray[np.intp], by: str, *, noisy: bool
+) -> list[JackknifeInterval]:
+    """Return the jackknife interval of each parameter for one grouping; empty without jackknife."""
+    jackknife = _delete_group_jackknife(estimate, labels)
+    if jackknife is None:
+        return []
+    quantile = (1 + INTERVAL_LEVEL.value) / 2
+    reach = stdtrit(jackknife.groups - 1, quantile) * jackknife.deviations
     variances, dof = np.diag(estimate.covariance), estimate.freedom[estimate.chosen]
-    half = stdtrit(dof, (1 + INTERVAL_LEVEL.value) / 2) * np.sqrt(np.maximum(variances, 0.0))
+    half = stdtrit(dof, quantile) * np.sqrt(np.maximum(variances, 0.0))
     exceeds = reach > _MIN_BAND_EXCESS * half
     if noisy:
-        excess = np.maximum(inflation - 1, 0.0)  # of a parameter by each group
-        white = np.sum((scores @ every.T) ** 2, axis=0)
-        expected = np.maximum(variances, white) * np.maximum(shrunk * excess.sum(axis=0), 1.0)
-        groups_dof = np.maximum(excess.sum(axis=0) ** 2 / np.sum(excess**2, axis=0) - 1, 1.0)
-        noise_dof = np.where(white > variances, len(scores) - scores.shape[1], dof)
-        F = np.divide(deviations**2, expected, out=np.zeros_like(expected), where=expected > 0)
-        exceeds &= (fdtrc(groups_dof, noise_dof, F) < _MAX_BAND_CHANCE) | ~(variances > 0)
+        exceeds &= _exceeds_noise(estimate, jackknife, dof)
     return [
         JackknifeInterval(
-            deviation=float(d), interval=(c - r, c + r), groups=count, by=by, exceeds=bool(e)
+            deviation=float(d),
+            interval=(c - r, c + r),
+            groups=jackknife.groups,
+            by=by,
+            exceeds=bool(e),
         )
         for d, r, c, e in zip(
-            deviations, reach.tolist(), estimate.corrected.tolist(), exceeds, strict=True
+            jackknife.deviations, reach.tolist(), estimate.corrected.tolist(), exceeds, strict=True
         )
     ]

@@ -12,13 +12,11 @@ from itertools import takewhile
 
 import numpy as np
 
-from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.records import Record
 from axisid.estimation.records.columns import expected_units
 from axisid.estimation.thresholds import MIN_MODEL_SHARE
 from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Levels
 from axisid.support.arrays import Array
-from axisid.support.errors import first_case, unless_missing
+from axisid.support.errors import unless_missing
 
 from .hypotheses import GAIN, Hypothesis, drifts, hypotheses_of, outliers_of
 from .scores import ColumnTests, RecordScores
@@ -372,74 +370,4 @@ def _told(
         moved=names[most] if percents[most] else "",
         moved_percent=float(percents[most]),
         at_the_end=name.at_the_end,
-    )
-
-
-def misspecification_text(lack: Misspecification, axis: GeneratedAxis, record: Record) -> str:
-    """What is missing, changes or is logged wrongly, how much of it, and what to do about it."""
-    size, deviation, unit = lack.size, lack.deviation, lack.unit
-    kind, name, share = lack.kind, lack.parameter, f"{100 * lack.share:.2g} % of the force is this"
-    part = share if lack.share <= 1 else "this is more than the force"
-    by = f"{size:+.3g} +- {deviation:.1g} {unit}".rstrip()
-    if lack.is_term:
-        term, drive = TERMS[kind], axis.drive
-        what, advice = term.opposite if term.opposite and size < 0 else (term.what, term.declare)
-        if kind == "stribeck" and axis.has_stribeck:
-            advice = "another velocity or exponent of stribeck"
-        words = {
-            "q": axis.coordinate.name,
-            "unit": axis.coordinate.unit,
-            "drive": drive.unit,
-            "force": axis.coordinate.force_unit,
-            "at": lack.at,
-            "rigid": lack.at / 3,  # of an antiresonance
-            "band": drive.deadband + size / abs(drive.gain) if kind == "dead band" else 0.0,
-            "limit": lack.at / abs(drive.gain) if kind == "saturation" else 0.0,
-        }
-        # Beyond the force itself a size is one that the model's own parameters cancel.
-        is_shown = bool(unit) and lack.share <= 1
-        said = f"{what}{f', {by}' * is_shown}: {advice} ({part})".format(**words)
-        for other, at in lack.others:
-            there = words | {"at": at, "rigid": at / 3}
-            text = f". Nearly as much is explained by {TERMS[other].what}: {TERMS[other].declare}"
-            said += text.format(**there)
-        return said
-    changed = by + (f" ({100 * size / lack.before:+.2g} %)" if lack.before else "")
-    sample = int(lack.at) if kind == "outlier" else 0
-    return first_case(
-        (
-            kind == "scaled signal",
-            f"the model needs {size:.4g} +- {deviation:.1g} times the recorded {name} ({part})",
-        ),
-        (
-            kind == "late signal" and lack.at_the_end,
-            f"the {name} does not fit the force that it makes: it fits best {abs(size):.4g} "
-            f"samples {'earlier' if size > 0 else 'later'}, which is the end of the range that was "
-            f"tried ({part})",
-        ),
-        (
-            kind == "late signal",
-            f"the {name} is logged {abs(size):.4g} +- {max(deviation, 0.01):.1g} samples "
-            f"({1e3 * abs(size) * record.period:.4g} ms) {'late' if size > 0 else 'early'} beside "
-            f"the force that it makes ({part})",
-        ),
-        (
-            kind == "outlier",
-            f"the {name} leaves its course by {size:+.3g} +- {deviation:.1g} {unit} at sample "
-            f"{sample + 1}, {record.time[sample] - record.time[0]:.6g} s after the first ({part})",
-        ),
-        (
-            kind == "held",
-            f"another {name} than was given, {by[1:]} {'more' if size > 0 else 'less'}",
-        ),
-        (
-            kind == "drift",
-            f"{name} changes with time, by {changed} over the record, little by little: record "
-            "when the axis is warm, or identify parts of the record by themselves",
-        ),
-        (
-            True,
-            f"{name} changes by {changed} from about {lack.at:.3g} s on: identify what is before "
-            "and after by itself, or find what was changed there",
-        ),
     )

@@ -2,7 +2,7 @@
 
 Rows of an inverse model and errors of outputs are asked for the same forces. Each term makes its
 columns of a motion, over a grid of places where it has one (Stribeck velocities, periods,
-antiresonances), says what it is, and which element declares it.
+antiresonances). `axisid.presentation.sentences` says what it is, and which element declares it.
 """
 
 from collections.abc import Callable, Sequence
@@ -84,20 +84,22 @@ class Term:
     ----------
     kind : str
         Its name, by which it stands in `TERMS`.
-    what : str
-        In words; with the place of the grid, ``{at}``.
-    declare : str
-        What to do, with the coordinate's name, ``{q}``, and the place.
     unit : str
         Of its size, in ``{force}`` and the coordinate's ``{unit}``; empty where none is told.
     columns : callable
         Of a motion and places (m,): (n, m, g), g columns of each, as resisting forces.
+    what : str, optional
+        Its name in a sentence, with the place of the grid, ``{at}``, for a term of your own. The
+        built-in terms have their sentences in `axisid.presentation.sentences`.
+    declare : str, optional
+        The instruction for it, with the coordinate's name, ``{q}``, and the place, for a term of
+        your own.
     places : callable, optional
         The grid; one place where there is none.
     between : callable, optional
         Places about one of a grid that is coarse.
     opposite : (str, str), optional
-        What it is where its size is negative, and what to do then.
+        `what` and `declare` where its size is negative, for a term of your own.
     is_positive : bool
         Whether it must be: friction, what a dead band takes, a mass.
     is_by_direction : bool
@@ -113,10 +115,10 @@ class Term:
     """
 
     kind: str
-    what: str
-    declare: str
     unit: str
     columns: Callable[[Along, Array], Array]
+    what: str = ""
+    declare: str = ""
     places: Callable[[Along], Array] = lambda _: np.array([np.nan])
     between: Callable[[Array, float], Array] | None = None
     opposite: tuple[str, str] | None = None
@@ -229,55 +231,40 @@ def beyond_levels(s: Along, levels: Array) -> Array:
 _TERMS = (
     Term(
         kind="constant",
-        what="a constant force",
-        declare="declare offset(F0)",
         unit="{force}",
         columns=_one(_ones),
     ),
     Term(
         kind="coulomb",
-        what="Coulomb friction",
-        declare="declare coulomb(Fc, {q})",
         unit="{force}",
         columns=_one(lambda s: s.direction),
         is_positive=True,
     ),
     Term(
         kind="viscous",
-        what="viscous friction",
-        declare="declare viscous(Fv, {q})",
         unit="{force}/({unit}/s)",
         columns=_one(lambda s: s.velocity),
         is_positive=True,
     ),
     Term(
         kind="inertia",
-        what="a force by the acceleration",
-        declare="another inertia",
         unit="{force}/({unit}/s^2)",
         columns=_one(lambda s: s.acceleration),
         is_of_force=True,
     ),
     Term(
         kind="direction",
-        what="viscous friction that differs with the direction, forward less backward",
-        declare="declare asymmetric_viscous(Fvp, Fvm, {q}) in place of viscous",
         unit="{force}/({unit}/s)",
         columns=_one(lambda s: np.abs(s.velocity) / 2),
         is_by_direction=True,
     ),
     Term(
         kind="quadratic",
-        what="friction by the square of the speed",
-        declare="declare quadratic(Fq, {q}), or a peak of friction (stribeck) where it is slow "
-        "motion that differs",
         unit="{force}/({unit}/s)^2",
         columns=_one(lambda s: s.velocity * np.abs(s.velocity)),
     ),
     Term(
         kind="stribeck",
-        what="friction that is higher or lower at speeds of about {at:.1g} {unit}/s and less",
-        declare="declare stribeck(Fs, {q}, velocity={at:.1g}, exponent=1) beside coulomb",
         unit="{force}",
         columns=lambda s, widths: s.reduce(
             s.direction[:, None] * np.exp(-np.abs(s.velocity)[:, None] / widths)
@@ -287,30 +274,22 @@ _TERMS = (
     ),
     Term(
         kind="slope",
-        what="a force over the position",
-        declare="declare spring(k, {q})",
         unit="{force}/{unit}",
         columns=_one(lambda s: s.position + s.middle),
     ),
     Term(
         kind="bend",
-        what="a force that bends over the position, by its square",
-        declare="declare offset(kq*{q}**2)",
         unit="{force}/{unit}^2",
         columns=_one(lambda s: s.position**2),
     ),
     Term(
         kind="turn",
-        what="a moment over a turn of the position",
-        declare="declare gravity_moment(a, b, {q})",
         unit="{force}",
         columns=_waves(_ones),
         places=lambda _: np.array([2 * np.pi]),
     ),
     Term(
         kind="place",
-        what="a force over the position, every {at:.3g} {unit}",
-        declare="declare cogging(a, b, {q}, period={at:.3g})",
         unit="{force}",
         columns=_waves(_ones),
         places=wave_periods,
@@ -318,22 +297,16 @@ _TERMS = (
     ),
     Term(
         kind="friction slope",
-        what="friction that depends on the position, rising with it",
-        declare="declare coulomb(Fq*{q}, {q}) beside what there is",
         unit="{force}/{unit}",
         columns=_one(lambda s: s.direction * s.position),
     ),
     Term(
         kind="friction bend",
-        what="friction that depends on the position, by its square",
-        declare="declare coulomb(Fq*{q}**2, {q}) beside what there is",
         unit="{force}/{unit}^2",
         columns=_one(lambda s: s.direction * s.position**2),
     ),
     Term(
         kind="friction place",
-        what="friction that depends on the position, every {at:.3g} {unit}",
-        declare="declare periodic_coulomb(a, b, {q}, period={at:.3g})",
         unit="{force}",
         columns=_waves(lambda s: s.direction),
         places=wave_periods,
@@ -341,9 +314,6 @@ _TERMS = (
     ),
     Term(
         kind="resonance",
-        what="a resonance: an antiresonance near {at:.2g} Hz",
-        declare="a rigid axis does not hold beyond about {rigid:.2g} Hz: lower the cut-off of "
-        "identify to that, or move more slowly",
         unit="",
         columns=lambda s, at: s.reduce(behind_spring(s, at))[:, :, None],
         places=antiresonances,
@@ -353,21 +323,12 @@ _TERMS = (
     ),
     Term(
         kind="delay",
-        what="another lag or delay of the drive, or a limited rate that noise reaches",
-        declare="declare it, or move the column that is late",
-        opposite=(
-            "a force that comes before the recorded control: a feed-forward that is not in it, a "
-            "delay or lag that is declared too long, or a column that is late",
-            "record the control with it, declare what the drive has, or move the column",
-        ),
         unit="s",
         columns=_one(lambda s: s.by_stretch(np.gradient, s.force) / s.period),
         is_of_force=True,
     ),
     Term(
         kind="loss",
-        what="a loss by the load: less force from the drive where it drives, more where it brakes",
-        declare="no element has it; its part of the force is said here",
         unit="",
         # The force with the sign of its power, and its size.
         columns=lambda s, _: s.reduce(
@@ -377,23 +338,17 @@ _TERMS = (
     ),
     Term(
         kind="presliding",
-        what="friction that is less or more just after a reversal (presliding)",
-        declare="declare a bristle (dahl or lugre), or leave out more of the reversals",
         unit="",
         columns=partial(_after, lambda s: s.direction, (0.02,), True),
     ),
     Term(
         kind="backlash",
-        what="a force that is late where it changes its sign (backlash, play)",
-        declare="mend the play, or identify motions in which the force keeps its sign",
         unit="",
         columns=partial(_after, _pushes, (0.01, 0.03), False),
         is_of_force=True,
     ),
     Term(
         kind="dead band",
-        what="a drive that makes less force than its control says, whichever way it pushes",
-        declare="declare its dead band, Drive(deadband={band:.2g}) in {drive}",
         unit="{force}",
         columns=_one(lambda s: np.sign(s.force)),
         is_positive=True,
@@ -402,10 +357,6 @@ _TERMS = (
     ),
     Term(
         kind="saturation",
-        what="a limit of the drive: it gives no more than about {at:.2g} {force}, whatever is "
-        "commanded",
-        declare="declare it in {drive}, limit = {limit:.2g} in the table [drive] of TOML or "
-        "Drive(limit={limit:.2g}) in Python, or command less",
         unit="",
         columns=lambda s, levels: s.reduce(beyond_levels(s, levels))[:, :, None],
         places=saturation_levels,

@@ -1,7 +1,7 @@
-"""Which model, and which cut-off: many estimates of the same rows, one held against another.
+"""Choice of a model and of a cut-off frequency by a comparison of estimates.
 
-In: axes, records, cut-offs. Out: `Comparison`, `Sweep`, each with what it recommends and why. Knows
-nothing of how it is shown.
+In: axes, records, cut-offs. Out: `Comparison`, `Sweep`, each with a recommendation and its reason.
+Knows nothing of presentation.
 """
 
 from .comparison import (

@@ -1,7 +1,7 @@
-"""Choosing between models: candidates fitted to the same rows, and which to take.
+"""Choice between models: candidates fitted to the same rows, and a recommendation.
 
-Held-out error comes first and parsimony second: of the candidates within one standard error, or one
-percent, of the smallest held-out error, the one with the fewest parameters.
+The recommended candidate has the fewest parameters of those whose held-out error is within one
+standard error, or one percent, of the smallest.
 """
 
 import math
@@ -14,9 +14,11 @@ from axisid.codegen.generated_axes import GeneratedAxis, as_generated
 from axisid.estimation.choices import INSTRUMENT_STARTS, comparison_methods, is_output_error
 from axisid.estimation.diagnostics.control_law import LawAgreement, first_failing
 from axisid.estimation.estimates import Estimate
+from axisid.estimation.estimation_problem import Problem
 from axisid.estimation.identification import (
     HasRecords,
     Identification,
+    JointRecords,
     identify_problem,
     joint_records,
     records_of,
@@ -44,6 +46,7 @@ from axisid.support.progress import Progress, with_progress
 
 from .held_out import (
     HeldOut,
+    HeldOutBlock,
     Regression,
     contiguous_blocks,
     held_out_equation,
@@ -51,23 +54,23 @@ from .held_out import (
 )
 from .nested_models import NestedTest, nested_tests
 
-# of the least held-out error, however precise both are: it is not worth a parameter
+# ratio to the smallest held-out error that does not justify a parameter, even if it is significant
 _EQUAL_ERROR = 1.01
-_MAX_TIED_ERROR = 1.1  # of the least, where the excess is within its standard error
+_MAX_TIED_ERROR = 1.1  # ratio to the smallest for an excess within its standard error
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Criteria:
-    """Information criteria of the least-squares fit; only differences mean anything.
+    """Information criteria of the least-squares fit; only differences are meaningful.
 
-    Rows of filtered data are not independent, so that both overrate every further parameter.
+    Rows of filtered data are not independent, so that both favour too many parameters.
 
     Attributes
     ----------
     log_likelihood : float
-        Gaussian, at the variance that maximises it.
+        Gaussian log-likelihood at the variance that maximises it.
     aic, bic : float
-        ``-2 logL + 2 k`` and ``-2 logL + k log n``: for independent rows.
+        ``-2 logL + 2 k`` and ``-2 logL + k log n``, for independent rows.
     """
 
     log_likelihood: MaybeNan
@@ -76,7 +79,7 @@ class Criteria:
 
 
 def criteria(rows: Regression) -> Criteria:
-    """Information criteria of a regression by least squares."""
+    """Return the information criteria of a regression by least squares."""
     solution = rows.solved(by_instruments=False)
     e, (n, k) = solution.residuals, solution.influence.shape
     likelihood = -n / 2 * (math.log(2 * math.pi) + float(np.log(e @ e / n)) + 1)
@@ -89,14 +92,14 @@ def criteria(rows: Regression) -> Criteria:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Candidate(Exact):
-    """One model of the comparison.
+    """One model of a comparison.
 
     Attributes
     ----------
     name : str
     axis : GeneratedAxis
     estimate : Estimate
-        From all rows.
+        Estimate from all rows.
     criteria : Criteria
     equation : HeldOut
         Held-out error of the equation.
@@ -110,43 +113,43 @@ class Candidate(Exact):
 
     @property
     def size(self) -> int:
-        """How many parameters."""
+        """Number of parameters."""
         return len(self.estimate.physical)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Comparison(HasRecords, Checked, Presentable, Exact):
-    """Candidates on the same rows of one record or several, with a recommendation.
+    """Candidates on the same rows of one or several records, with a recommendation.
 
     Attributes
     ----------
     problem : Problem
-        The records, under the filter that suits all candidates.
+        The records, with the filter that suits all candidates.
     method : str
-        Of those that `compare` knows.
+        One of the methods of `compare`.
     candidates : tuple of Candidate
-        In the order that they were given.
+        In the given order.
     failures : mapping of str to str
         Candidates that this record does not identify, with the reason.
     tests : tuple of NestedTest
-        Each model against the next richer ones that contain it.
+        Tests of each model against the next larger models that contain it.
     same : tuple of (str, str)
         Candidates that are one model in different parameters.
     blocks, gap : int
-        Held-out blocks, and the rows left out on both sides of each.
+        Number of held-out blocks, and of the rows left out on both sides of each.
     recommended : str or None
-        None where no candidate explains any of what is held out.
+        None if no candidate predicts the held-out force.
     tied : tuple of str
-        Candidates that the held-out error cannot tell from the best, with it and the recommended
-        one.
+        Candidates with a held-out error equal to the smallest, including that one and the
+        recommended one.
     reason : str
-        Why that one, or none, in one sentence.
+        Reason of the recommendation, or of a missing one, in one sentence.
     law : LawAgreement or Missing
-        The first candidate's control law against the record.
+        Comparison of the first candidate's control law with the record.
     set_aside : mapping of str to str
         Records that could not be used, with the reason.
     result : Identification or None
-        Of the recommended candidate.
+        Identification of the recommended candidate.
     """
 
     method: str
@@ -164,14 +167,17 @@ class Comparison(HasRecords, Checked, Presentable, Exact):
 
     @property
     def checks(self) -> tuple[Check, ...]:
-        """Of the recommended candidate; without one, why there is none."""
-        none = (Check.unless("recommendation", self.reason),)
-        return none if self.result is None else self.result.checks
+        """Checks of the recommended candidate, or one check with the reason why it is missing."""
+        if self.result is None:
+            return (Check.unless("recommendation", self.reason),)
+        return self.result.checks
 
     @property
     def known(self) -> KnownValues:
-        """What is known of each record."""
-        return {} if self.problem.joint_form is None else self.problem.joint_form.known
+        """Known values of each record."""
+        if self.problem.joint_form is None:
+            return {}
+        return self.problem.joint_form.known
 
     def __getitem__(self, name: str) -> Candidate:
         found = {candidate.name: candidate for candidate in self.candidates}
@@ -200,27 +206,27 @@ def compare(
     Parameters
     ----------
     axes : mapping of str to Axis, or sequence of Axis
-        Two or more, of one coordinate and one drive; see `friction_ladder` for a set of them.
+        Two or more, of one coordinate and one drive; see `friction_ladder` for a set of models.
     record : Record or sequence of Record
-        Several are one regression, as in `identify`.
+        Several records form one regression, as in `identify`.
     prefilter : Prefilter, optional
-        The same for all.
+        The same for all candidates.
     method : str
-        ``idm-ls``, ``idm-iv`` or another one whose row in `axisid.estimation.choices` says so.
-        Estimator of the tables, of the held-out errors and of the Wald tests.
+        ``idm-ls``, ``idm-iv`` or another method for comparisons in `axisid.estimation.choices`: the
+        estimator of the tables, of the held-out errors and of the Wald tests.
     progress : callable, optional
-        Told before each step how many are done, of how many, and which it is.
+        Called before each step with the number of finished steps, their total, and a text.
     local, known, gain, skip_bad
-        As in `identify`, of several records, and of every candidate.
+        As in `identify` of several records, for every candidate.
     start : str
-        Of instruments, as in `identify`.
+        Start of the instruments, as in `identify`.
     level, least_share : float
-        As in `identify`, by which the recommended candidate is judged.
+        As in `identify`, for the checks of the recommended candidate.
 
     Raises
     ------
     UsageError
-        The axes cannot be compared, or the method is another.
+        The axes cannot be compared, or the method is not for comparisons.
     DataError
         The record is too short to hold rows out.
     EstimationError
@@ -235,48 +241,17 @@ def compare(
         )
     levels, records = Levels(level=level, least_share=least_share), records_of(record)
     named = _named(axes)
-    # The same rows for all: those that suit the candidate with the most friction.
-    first = min(named.values(), key=lambda axis: (axis.is_linear, not axis.has_direction))
-    suited = Prefilter.given(prefilter).at_rate_of(records[0].period)
-    # Parameters that are each record's own are those of a candidate that has them all.
-    own_names = ({local} if isinstance(local, str) else {*local}) - {""}
-    able = (
-        axis
-        for axis in named.values()
-        if {*declared_names(axis, own_names)} <= {p.name for p in axis.declared.parameters}
-    )
-    owner = next(able, first) if own_names else first
-    shared = joint_records(owner, records, suited, local, known, gain, skip_bad=skip_bad)
-    problem = shared.problem(first, suited)
-    gap = max(data.sampling.filter.memory for data in problem.data)
+    common = _CommonRows.of(named, records, prefilter, local, known, gain, skip_bad=skip_bad)
     fits: dict[str, Identification] = {}
     candidates: list[Candidate] = []
     failures: dict[str, str] = {}
     for name, axis in with_progress(named.items(), progress, lambda item: f"estimate of {item[0]}"):
         lead = ""
         try:
-            joint = shared.joint_form(axis)
-            pairs = zip(problem.data, shared.axes(axis, joint), strict=True)
-            data = tuple(replace(each, axis=of_record) for each, of_record in pairs)
-            own = replace(problem, axis=axis, data=data, joint_form=joint)
-            found = identify_problem(
-                own, own.data[0].prefilter, [method], start=start, levels=levels
-            )
+            found = common.identified(axis, method, start, levels)
             estimate, lead = found[method], "with a tenth of the rows held out, "
-            blocks = contiguous_blocks(len(estimate.y), gap, len(estimate.physical))
-            rows = regression_rows(estimate)
-            with np.errstate(all="ignore"):
-                candidates.append(
-                    Candidate(
-                        name=name,
-                        axis=axis,
-                        estimate=estimate,
-                        criteria=criteria(rows),
-                        equation=held_out_equation(
-                            rows, blocks, float(np.linalg.norm(estimate.weights * estimate.y))
-                        ),
-                    )
-                )
+            blocks = contiguous_blocks(len(estimate.y), common.gap, len(estimate.physical))
+            candidates.append(_candidate(name, axis, estimate, blocks))
             fits[name] = found
         except (EstimationError, ModelError) as error:
             failures[name] = f"{lead}{error!s}"
@@ -288,27 +263,113 @@ def compare(
     tests, same = nested_tests({c.name: regression_rows(c.estimate) for c in candidates})
     recommended, tied, reason = _recommend(candidates, len(blocks))
     return Comparison(
-        problem=problem,
+        problem=common.problem,
         method=method,
         candidates=tuple(candidates),
         failures=failures,
         tests=tests,
         same=same,
         blocks=len(blocks),
-        gap=gap,
+        gap=common.gap,
         recommended=recommended,
         tied=tied,
         reason=reason,
         law=first_failing(next(iter(fits.values())).case.laws),
-        set_aside=shared.set_aside,
+        set_aside=common.shared.set_aside,
         result=None if recommended is None else fits[recommended],
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _CommonRows:
+    """Records and rows that all candidates have in common.
+
+    Attributes
+    ----------
+    shared : JointRecords
+        Records with their known values and local parameters.
+    problem : Problem
+        The records with the filter that suits the candidate with the most friction.
+    gap : int
+        Memory of the filters, rows.
+    """
+
+    shared: JointRecords
+    problem: Problem
+    gap: int
+
+    @classmethod
+    def of(
+        cls,
+        named: Mapping[str, GeneratedAxis],
+        records: Sequence[Record],
+        prefilter: Prefilter | None,
+        local: str | Sequence[str],
+        known: Mapping[str, Sequence[KnownValue]] | None,
+        gain: str,
+        *,
+        skip_bad: bool,
+    ) -> "_CommonRows":
+        """Return the common rows of candidates; arguments as in `compare`."""
+        # The filter suits the candidate with the most friction.
+        first = min(named.values(), key=lambda axis: (axis.is_linear, not axis.has_direction))
+        suited = Prefilter.given(prefilter).at_rate_of(records[0].period)
+        owner = first
+        asked = [local] if isinstance(local, str) else local
+        if local_names := {*asked} - {""}:
+            owner = _axis_with(local_names, named, first)
+        shared = joint_records(owner, records, suited, local, known, gain, skip_bad=skip_bad)
+        problem = shared.problem(first, suited)
+        gap = max(data.sampling.filter.memory for data in problem.data)
+        return cls(shared=shared, problem=problem, gap=gap)
+
+    def identified(
+        self, axis: GeneratedAxis, method: str, start: str, levels: Levels
+    ) -> Identification:
+        """Identify one candidate on the common rows."""
+        joint = self.shared.joint_form(axis)
+        pairs = zip(self.problem.data, self.shared.axes(axis, joint), strict=True)
+        data = tuple(replace(each, axis=of_record) for each, of_record in pairs)
+        own = replace(self.problem, axis=axis, data=data, joint_form=joint)
+        return identify_problem(own, own.data[0].prefilter, [method], start=start, levels=levels)
+
+
+def _axis_with(
+    names: set[str], named: Mapping[str, GeneratedAxis], otherwise: GeneratedAxis
+) -> GeneratedAxis:
+    """Return the first candidate that declares all names, or another axis if there is none."""
+    for axis in named.values():
+        if {*declared_names(axis, names)} <= {p.name for p in axis.declared.parameters}:
+            return axis
+    return otherwise
+
+
+@np.errstate(all="ignore")
+def _candidate(
+    name: str, axis: GeneratedAxis, estimate: Estimate, blocks: Sequence[HeldOutBlock]
+) -> Candidate:
+    """Return a candidate with its information criteria and held-out error.
+
+    Raises
+    ------
+    EstimationError
+        Without some block the parameters cannot be separated.
+    """
+    rows = regression_rows(estimate)
+    signal = float(np.linalg.norm(estimate.weights * estimate.y))
+    return Candidate(
+        name=name,
+        axis=axis,
+        estimate=estimate,
+        criteria=criteria(rows),
+        equation=held_out_equation(rows, blocks, signal),
     )
 
 
 def _named(
     axes: Mapping[str, Axis | GeneratedAxis] | Sequence[Axis | GeneratedAxis],
 ) -> dict[str, GeneratedAxis]:
-    """Axes by name, which explain the same force by the same motion."""
+    """Return the axes by name; refuse axes that do not explain the same force and motion."""
     if not isinstance(axes, Iterable):
         axes = (axes,)
     listed = list(axes.items()) if isinstance(axes, Mapping) else [(None, axis) for axis in axes]
@@ -361,6 +422,7 @@ def _named(
 def _recommend(
     candidates: Sequence[Candidate], blocks: int
 ) -> tuple[str | None, tuple[str, ...], str]:
+    """Return the recommended candidate or None, the candidates of equal error, and the reason."""
     best = min(candidates, key=lambda c: (c.equation.error_percent, c.size))
     tied = [c for c in candidates if c is best or _is_as_good(c, best)]
     chosen = min(tied, key=lambda c: (c.size, c.equation.error_percent))
@@ -369,9 +431,9 @@ def _recommend(
         return (
             None,
             names,
-            f"the smallest held-out error, {best.equation.error_percent:.4g} % of {best.name}, is "
-            "no smaller than the force itself: what one part of the record tells does not hold in "
-            "the others. Record several speeds in both directions, more than once",
+            f"the smallest held-out error, {best.equation.error_percent:.4g} % of the force with "
+            f"{best.name}, is as large as the force itself: estimates from one part of the record "
+            "do not predict the others. Record several speeds in both directions, more than once",
         )
     if len(candidates) == 1:
         reason = "the only candidate that this record identifies"
@@ -398,9 +460,10 @@ def _recommend(
 
 
 def _is_as_good(candidate: Candidate, best: Candidate) -> bool:
-    """Whether the held-out error is the best one's, as far as the blocks can tell or anyone cares.
+    """Return True if a candidate's held-out error equals the best one's within its uncertainty.
 
-    The second condition is for an excess that lies in one block: its standard error is as large.
+    The ratio is at most 1.1 for an excess within its standard error, which for an excess in a
+    single block is as large as the excess, and 1.01 otherwise.
     """
     excess, deviation = candidate.equation.excess(best.equation)
     times = _MAX_TIED_ERROR if excess <= deviation else _EQUAL_ERROR

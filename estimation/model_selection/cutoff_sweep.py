@@ -1,23 +1,24 @@
-"""Estimates over a range of cut-off frequencies: where bias begins, and which to take, and why.
+"""Estimates over a range of cut-off frequencies, with a recommended cut-off and its reason.
 
-A low cut-off hides noise and rounds the motion; a high one lets noise through, which biases least
-squares and leaves instruments steady. The decimation follows the cut-off, so that force and motion
-are always low-passed alike.
+A low cut-off removes noise but rounds the motion; a high one passes noise, which biases least
+squares but not instrumental variables. The decimation follows the cut-off, so that force and motion
+always pass the same low-pass.
 
-An estimate by a simulated loop, by instruments or by output error, has no noise in its regressor:
-the judged one is taken where it is surest; without a loop, least squares. What a cut-off does shows
-in its neighbours: what rounding or noise moves at one, it moves otherwise at the next. An
-estimate's error is taken to be its deviation, the bias that is known of it (of the filter, and of
-noise where loops follow the record) and the step to its neighbours together. Of many such the least
-is too small by chance, so that each counts with those of its neighbours; a cut-off at an end has
-but one, and is not recommended. Without a loop nothing tells where noise begins to bias, and
-cut-offs whose parameters predict the motion worse than elsewhere are left out.
+An estimate by a simulated loop (instruments, output error) has no noise in its regressor: the
+cut-off with its smallest error is recommended. Without a loop, least squares is used. Errors by a
+cut-off show in its neighbours, as rounding and noise change the estimate from one to the next. So
+the error of an estimate is the root of the squared standard error, known bias (by the filter, and
+by noise if loops follow the record) and difference to its neighbours. As the smallest of many
+errors is too small by chance, the errors of three neighbouring cut-offs are averaged; a cut-off at
+an end has only one neighbour and is not recommended. Without a loop, the onset of bias by noise is
+not known from the estimates, and cut-offs whose parameters predict the motion worse than others are
+left out.
 
-An equation's error says nothing between cut-offs, each of which filters what it is held against:
-noise that biases the parameters makes the rows no harder to explain. The position is the same for
-all, and no row is fitted to it. So the parameters move the axis under the recorded control, in
-windows that each start where the record is. What is known of the bias of filter and noise is taken
-off them.
+Equation errors of different cut-offs cannot be compared, as each cut-off filters its own left side:
+noise that biases the parameters does not increase them. The position is the same for all cut-offs,
+and no row is fitted to it. So the axis is simulated with the parameters under the recorded control,
+in windows that start on the record. The known bias of filter and noise is subtracted from the
+parameters.
 """
 
 import math
@@ -58,22 +59,22 @@ from axisid.support.one_thread import in_one_thread
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
 
-# of a known parameter's value, to the neighbouring cut-off; beyond, none is recommended without
-# instruments
+# relative difference of a well-known parameter to the neighbouring cut-off, above which no cut-off
+# is recommended without instruments
 _MAX_SWEEP_STEP = 0.1
-# of a sweep's least error of the predicted position: measured, right twins lose no better cut-off
-# by it; beside white noise of the position one is left out that is biased eight times as much
-# (`benchmarks/sweeps.py`)
+# error of the predicted position relative to the smallest of a sweep: measured, it leaves out no
+# better cut-off on twins of correct models; with white position noise it leaves out a cut-off with
+# an eight times larger bias (`benchmarks/sweeps.py`)
 _MAX_MOTION_ERROR = 2.0
 
 _HORIZON = 0.5  # s, of a window
-_LEAST = 1e-8  # relative error: one parameter that is about exact must not decide for all
+_LEAST = 1e-8  # smallest relative error, so that one exact parameter does not dominate the mean
 
 _WHERE = "where deviations, known bias and the steps to neighbouring cut-offs are smallest together"
 
 
 def recommend(results: Sequence[Identification]) -> tuple[float | None, str]:
-    """A cut-off, Hz, and why that one; None where none can be named.
+    """Return the recommended cut-off in Hz, or None, and the reason.
 
     Parameters
     ----------
@@ -81,7 +82,7 @@ def recommend(results: Sequence[Identification]) -> tuple[float | None, str]:
         By cut-off, ascending.
     """
     free = [each for each in results if _is_free_of_noise(each)]
-    # A bias that is not known may be large.
+    # An unknown bias may be large.
     free = [each for each in free if each.preferred.filter_bias is not None] or free
     if not free:
         return _steadiest(results)
@@ -93,18 +94,18 @@ def recommend(results: Sequence[Identification]) -> tuple[float | None, str]:
 
 
 def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
-    """Without instruments: the cut-off beside which least squares hardly moves."""
-    why = (
-        "the instruments are weak"
-        if any("idm-iv" in result.estimates for result in results)
-        else "there are no instruments to compare with"
-    )
-    judged = [
-        (result, estimate)
-        for result in results
-        for estimate in [result.estimates.get("idm-ls") or result.preferred]
-        if _has_rows(estimate)
-    ]
+    """Return the cut-off whose least-squares estimate changes least to its neighbours, or None.
+
+    For results without strong instruments.
+    """
+    why = "there are no instruments to compare with"
+    if any("idm-iv" in result.estimates for result in results):
+        why = "the instruments are weak"
+    judged = []
+    for result in results:
+        estimate = result.estimates.get("idm-ls") or result.preferred
+        if _has_rows(estimate):
+            judged.append((result, estimate))
     if len(judged) < MIN_SWEPT_CUTOFFS.value:
         return None, (
             f"none: {why}, and {len(judged)} cut-off{'s' * (len(judged) != 1)} cannot show where "
@@ -124,29 +125,37 @@ def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
     )
     if moving:
         return None, (
-            f"none: {why}, and least squares stands still nowhere; even at {cutoff:g} Hz, where it "
-            f"moves least, a neighbouring cut-off moves {moving}. Record the reference, or take a "
-            "finer encoder"
+            f"none: {why}, and least squares depends on the cut-off everywhere; even at "
+            f"{cutoff:g} Hz, where it changes least, a neighbouring cut-off changes {moving}. "
+            "Record the reference, or use a finer encoder"
         )
     predicted = ""
     if math.isfinite(motion[chosen]):
-        left = f"{strays.sum()} of {len(strays)} cut-offs are left out, where it is twice the least"
+        excluded = ""
+        if strays.any():
+            excluded = (
+                f"; {strays.sum()} of {len(strays)} cut-offs are left out, where this error is "
+                "more than twice the smallest"
+            )
         predicted = (
-            f" (half a second ahead they predict the position to {motion[chosen]:.2g} "
-            f"{result.axis.coordinate.unit}{f'; {left}' * bool(strays.any())})"
+            f" (over half a second the parameters predict the position to {motion[chosen]:.2g} "
+            f"{result.axis.coordinate.unit}{excluded})"
         )
     return cutoff, f"{_WHERE}{predicted}, since {why}{_further(chosen, len(judged))}"
 
 
 def _further(chosen: int, count: int) -> str:
-    """What to do where the cut-off beside the chosen one is the last: it may be as good."""
-    return "; sweep further, as the range ends beside it" * (chosen in {0, 1, count - 2, count - 1})
+    """Return an advice if the chosen cut-off is next to an end of the range; else empty."""
+    if chosen in {0, 1, count - 2, count - 1}:
+        return "; sweep further, as it is next to the end of the range"
+    return ""
 
 
 def _steps(estimates: Sequence[Estimate]) -> list[dict[str, float]]:
-    """Of each estimate, how far the farther one of its neighbours is from it, by its size.
+    """Return the largest relative difference of each parameter to a neighbouring estimate.
 
-    Of the parameters that all have: a short record is set aside at low cut-offs.
+    One mapping by parameter for each estimate, for the parameters of all estimates: a short record
+    is left out at low cut-offs.
     """
     names = [n for n in estimates[0].parameters if all(n in e.parameters for e in estimates)]
     values = np.array([[each.parameters[name].corrected for name in names] for each in estimates])
@@ -156,14 +165,15 @@ def _steps(estimates: Sequence[Estimate]) -> list[dict[str, float]]:
 
 
 def _has_rows(estimate: Estimate) -> bool:
-    """Whether its rows are enough to judge it by."""
+    """Return True if an estimate has enough rows per parameter."""
     return len(estimate.y) >= MIN_ROWS_PER_PARAMETER.value * len(estimate.theta)
 
 
 def _is_free_of_noise(result: Identification) -> bool:
-    """Whether a loop that has no noise tells the judged estimate, and enough of it, in rows enough.
+    """Return True if the preferred estimate uses a noise-free loop, with enough rows.
 
-    Weak instruments matter to no estimate by output error, which rests on the loop's own rows.
+    Instruments must be strong; output error uses the rows of the loop and needs no strong
+    instruments.
     """
     judged, strength = result.preferred, result.case.strength
     strong = isinstance(strength, Check) and strength.status == "pass"
@@ -171,11 +181,11 @@ def _is_free_of_noise(result: Identification) -> bool:
 
 
 def _vagueness(estimates: Sequence[Estimate]) -> Array:
-    """Of each estimate, log of the geometric mean of its parameters' relative errors, (n,).
+    """Return the log of the geometric mean of the parameters' relative errors by estimate, (n,).
 
-    Of deviation, known bias and step to the farther neighbour, in the mean over an estimate and its
-    neighbours; infinite at the ends, which have but one, of more than two. A geometric mean, since
-    a parameter about zero must not decide for all.
+    The squared error is the sum of the squares of standard error, known bias and larger difference
+    to a neighbour. The log is averaged over an estimate and its neighbours; it is infinite at the
+    ends of more than two estimates. A geometric mean limits the weight of parameters near zero.
     """
     steps = _steps(estimates)
     errors = [
@@ -194,18 +204,17 @@ def _vagueness(estimates: Sequence[Estimate]) -> Array:
 
 
 def motion_errors(results: Sequence[tuple[Identification, Estimate]]) -> list[float]:
-    """Errors of the position that estimates predict, in the coordinate's unit, root mean square.
+    """Return the errors of the predicted position, in the coordinate's unit, root mean square.
 
     Parameters
     ----------
     results : sequence of (Identification, Estimate)
-        Of the same records.
+        Results for the same records.
 
     Returns
     -------
     list of float
-        Infinite where an axis does not get through a window, NaN where it cannot be told: there is
-        no control or no position.
+        Infinite if the simulation of a window fails, NaN without a control or a position.
     """
     (first, estimate), *_ = results
     data, errors = first.problem.data, list[float]()
@@ -231,20 +240,21 @@ _LOWEST, _HIGHEST = 0.02, 0.4  # of the sampling frequency
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Sweep(Checked, Presentable, Exact):
-    """Results by cut-off, ascending.
+    """Results by cut-off, ascending, with a recommended cut-off.
 
     Attributes
     ----------
     results : tuple of Identification
-        One for each cut-off that gave any estimate.
+        One for each cut-off with an estimate.
     failures : dict of float to str
-        Cut-offs that gave none, Hz, with the reason.
+        Cut-offs without an estimate, Hz, with the reason.
     recommended : float or None
-        Cut-off, Hz; None where none can be named.
+        Recommended cut-off, Hz; None without a recommendation.
     reason : str
-        Why that one, or none, in one sentence.
+        Reason of the recommendation, or of a missing one, in one sentence.
     law : LawAgreement or Missing
-        The declared control law against the record, whatever the cut-off.
+        Comparison of the declared control law with the record, which does not depend on the
+        cut-off.
     """
 
     results: tuple[Identification, ...]
@@ -254,7 +264,7 @@ class Sweep(Checked, Presentable, Exact):
     law: LawAgreement | Missing
 
     def with_result(self, result: Identification) -> "Sweep":
-        """The sweep with a result of the same record among its own, by the sweep's methods."""
+        """Return the sweep with another result of the same record, for the sweep's methods."""
         methods = {method for swept in self.results for method in swept.estimates}
         own = replace(result, estimates={m: e for m, e in result.estimates.items() if m in methods})
         by_cutoff = dict(zip(self.cutoffs, self.results, strict=True)) | {own.prefilter.cutoff: own}
@@ -262,13 +272,14 @@ class Sweep(Checked, Presentable, Exact):
 
     @property
     def recommendation(self) -> str:
-        """The recommended cut-off with why that one, or why there is none."""
-        at = "" if self.recommended is None else f"{self.recommended:g} Hz, "
-        return f"{at}{self.reason}"
+        """Recommended cut-off with its reason, or the reason of a missing one."""
+        if self.recommended is None:
+            return self.reason
+        return f"{self.recommended:g} Hz, {self.reason}"
 
     @property
     def checks(self) -> tuple[Check, ...]:
-        """Of the result at the recommended cut-off; else of the law, and why there is none."""
+        """Checks of the result at the recommended cut-off, or of the law and the recommendation."""
         if self.recommended is None:
             law = made("control law", partial(law_check, self.law))
             return tuple(filter(None, (law, Check.unless("recommendation", self.reason))))
@@ -276,21 +287,21 @@ class Sweep(Checked, Presentable, Exact):
 
     @property
     def cutoffs(self) -> tuple[float, ...]:
-        """Of the results, Hz."""
+        """Cut-offs of the results, Hz."""
         return tuple(result.prefilter.cutoff for result in self.results)
 
     def with_set_aside(self, unread: Mapping[str, str]) -> "Sweep":
-        """The same with records that could not even be read."""
+        """Return the sweep with records that could not be read."""
         return replace(self, results=tuple(each.with_set_aside(unread) for each in self.results))
 
     @property
     def methods(self) -> tuple[str, ...]:
-        """Of the results, without one that gives the same estimate as another of them."""
+        """Methods of the results, without those that give the same estimate as another."""
         found = [m for m in METHODS if any(m in result.estimates for result in self.results)]
         return tuple(m for m in found if m not in same_estimates(found))
 
     def estimates(self, method: str) -> tuple[Estimate | None, ...]:
-        """One method's estimates over the cut-offs; None where it gave none."""
+        """Return the estimates of a method over the cut-offs; None if missing."""
         return tuple(result.estimates.get(method) for result in self.results)
 
 
@@ -320,20 +331,20 @@ def sweep(
     cutoffs : sequence of float, optional
         Hz; by default 12 from 0.02 to 0.4 of the sampling frequency, in equal ratios.
     prefilter : Prefilter, optional
-        The other settings; its cut-off and decimation are not used.
+        Other settings of the filter; cut-off and decimation are not used.
     methods : sequence of str, optional
         As in `identify`.
     progress : callable, optional
-        Told before each cut-off how many are done, of how many, and which it is.
+        Called before each cut-off with the number of finished ones, their total, and a text.
     local, known, gain, skip_bad
-        As in `identify`, of several records.
+        As in `identify` of several records.
     start, level, least_share
         As in `identify`.
 
     Raises
     ------
     UsageError
-        A cut-off makes no sense for the record.
+        A cut-off is not valid for the record.
     EstimationError
         No cut-off gave an estimate.
     """
@@ -363,10 +374,15 @@ def sweep(
                 start=start,
                 level=level,
                 least_share=least_share,
+                judge=False,
             )
-            # Without the filtered signals, of which many results would keep many.
+            # Without the cached filtered signals, which would need much memory for many results.
             data = tuple(replace(each) for each in result.problem.data)
-            results.append(replace(result, problem=replace(result.problem, data=data)))
+            laws = result.case.record_laws
+            if results and results[0].case.record_laws.records == laws.records:
+                laws = results[0].case.record_laws  # the law has no cut-off
+            problem = replace(result.problem, data=data)
+            results.append(replace(result, problem=problem, compared_laws=laws))
         except (EstimationError, DataError) as error:
             failures[cutoff] = str(error)
     if not results:
@@ -390,7 +406,7 @@ def default_cutoffs(
     highest: float | None = None,
     points: int = _DEFAULT_POINTS,
 ) -> tuple[float, ...]:
-    """Cut-offs in equal ratios, rounded to three digits, Hz.
+    """Return cut-offs in equal ratios, rounded to three digits, Hz.
 
     Parameters
     ----------
@@ -399,13 +415,13 @@ def default_cutoffs(
     lowest, highest : float, optional
         Hz; 0.02 and 0.4 of the sampling frequency by default.
     points : int
-        How many.
+        Number of cut-offs.
     """
     first = _LOWEST * rate if lowest is None else lowest
     last = _HIGHEST * rate if highest is None else highest
     if not 0 < first <= last or not 1 <= points <= _MOST_POINTS:
         raise UsageError(
-            f"{points} cut-offs from {first:g} to {last:g} Hz are no range; give 1 to "
+            f"{points} cut-offs from {first:g} to {last:g} Hz are not valid; give 1 to "
             f"{_MOST_POINTS}, from a lower to a higher frequency.",
             code="sweep",
         )

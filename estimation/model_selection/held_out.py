@@ -1,7 +1,8 @@
-"""Errors on rows that the estimate was not made from: contiguous blocks, with a gap around each.
+"""Held-out errors: prediction errors on rows that were not used for the estimate.
 
-Neighbouring rows share samples through the filters, so rows drawn at random would be known to the
-estimate already; blocks with a gap of the filters' memory are not.
+The held-out rows form contiguous blocks with a gap on both sides. Neighbouring rows share samples
+through the filters, so that rows drawn at random would be correlated with the rows of the estimate;
+blocks with a gap as long as the memory of the filters are not.
 """
 
 from collections.abc import Sequence
@@ -17,7 +18,7 @@ from axisid.estimation.signals import RowTimes
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import DataError
 
-_MIN_TRAINING_ROWS_PER_PARAMETER = 5  # left to estimate from; with fewer no block is held out
+_MIN_TRAINING_ROWS_PER_PARAMETER = 5  # with fewer rows to estimate from, no block is held out
 
 _BLOCKS = 10
 
@@ -29,16 +30,16 @@ class Regression:
     Attributes
     ----------
     left : (n,) array
-        Force less what no parameter scales.
+        Force minus known terms.
     regressor : (n, k) array
     instruments : (n, k) array or None
         None for least squares.
     names : tuple of str
-        Of the k parameters.
+        Names of the k parameters.
     neighbours : RowTimes
-        Which of the rows follow each other in time.
+        Times of the rows.
     nonlinear : tuple of str
-        Those about which the model is linearised.
+        Names of the parameters in which the model is linearised.
     """
 
     left: Array
@@ -49,7 +50,7 @@ class Regression:
     nonlinear: tuple[str, ...] = ()
 
     def at(self, rows: NDArray[np.intp]) -> "Regression":
-        """Some of the rows."""
+        """Return the regression on some of the rows."""
         return replace(
             self,
             left=self.left[rows],
@@ -59,7 +60,7 @@ class Regression:
         )
 
     def solved(self, *, by_instruments: bool = True) -> Solution:
-        """By instruments where there are any and they are wanted, else by least squares."""
+        """Return the solution by instruments, or by least squares without or if not wanted."""
         regressor = factor(self.regressor, self.names, neighbours=self.neighbours)
         if self.instruments is None or not by_instruments:
             return least_squares(self.left, regressor)
@@ -68,7 +69,7 @@ class Regression:
 
 
 def regression_rows(estimate: Estimate) -> Regression:
-    """The rows that an inverse model's estimate was made from."""
+    """Return the weighted rows of an estimate of the inverse model."""
     axis, weights = estimate.form.axis, estimate.weights
     return Regression(
         left=weights * (estimate.residuals + estimate.X @ estimate.theta),
@@ -86,35 +87,35 @@ def regression_rows(estimate: Estimate) -> Regression:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HeldOutBlock:
-    """Rows to predict, and those to estimate from: all others but a gap on both sides."""
+    """Indices of held-out rows, and of rows to estimate from: all others except the gaps."""
 
     held_out: NDArray[np.intp]
     training: NDArray[np.intp]
 
 
 def contiguous_blocks(rows: int, gap: int, parameters: int) -> tuple[HeldOutBlock, ...]:
-    """Ten blocks of equal length, one after the other.
+    """Return ten contiguous blocks of equal length.
 
     Parameters
     ----------
     rows : int
-        Of the regression.
+        Number of rows of the regression.
     gap : int
         Rows left out on both sides of a block.
     parameters : int
-        Of the richest model that is to be estimated.
+        Number of parameters of the model.
 
     Raises
     ------
     DataError
-        Too few rows are left to estimate from.
+        Too few rows remain to estimate from.
     """
     edges = np.linspace(0, rows, _BLOCKS + 1).round().astype(int)
-    left = rows - int(np.diff(edges).max()) - 2 * gap
-    if left < _MIN_TRAINING_ROWS_PER_PARAMETER * parameters:
+    remaining = rows - int(np.diff(edges).max()) - 2 * gap
+    if remaining < _MIN_TRAINING_ROWS_PER_PARAMETER * parameters:
         raise DataError(
-            f"the record leaves {rows} rows; with a block of 1/{_BLOCKS} held out and a gap of "
-            f"{gap} rows on both sides, the filters' memory, {max(left, 0)} are left for "
+            f"the record has {rows} rows; with a block of 1/{_BLOCKS} held out and a gap of "
+            f"{gap} rows on both sides, the filters' memory, {max(remaining, 0)} rows remain for "
             f"{parameters} parameters. Record longer, or raise the cutoff and decimate less.",
             code="too-short",
         )
@@ -130,7 +131,7 @@ def contiguous_blocks(rows: int, gap: int, parameters: int) -> tuple[HeldOutBloc
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class HeldOut(Exact):
-    """Errors over blocks that were held out, each block by the estimate from the others.
+    """Prediction errors of held-out blocks, each by the estimate from the other rows.
 
     Attributes
     ----------
@@ -145,22 +146,29 @@ class HeldOut(Exact):
 
     @property
     def error_percent(self) -> float:
-        """``100 ||error|| / ||y||`` over all blocks."""
+        """Held-out error ``100 ||e|| / ||y||`` over all blocks, %."""
         return 100.0 * float(np.sqrt(self.squares.sum())) / self.signal
 
     def excess(self, other: "HeldOut") -> tuple[float, float]:
-        """Mean excess of the squares over another's, and its standard error over the blocks."""
+        """Return the mean excess of squared errors over another model's, and its standard error."""
         difference = self.squares - other.squares
         return float(difference.mean()), float(np.std(difference, ddof=1)) / len(difference) ** 0.5
 
 
 def held_out_equation(rows: Regression, blocks: Sequence[HeldOutBlock], signal: float) -> HeldOut:
-    """Errors of the equation, by the size of what all rows together have.
+    """Return the held-out errors of the equation.
+
+    Parameters
+    ----------
+    rows : Regression
+    blocks : sequence of HeldOutBlock
+    signal : float
+        ``||y||`` over all rows.
 
     Raises
     ------
     EstimationError
-        Without some block the parameters cannot be told apart.
+        Without some block the parameters cannot be separated.
     """
     pairs = ((rows.at(each.held_out), rows.at(each.training).solved().theta) for each in blocks)
     squares = [np.sum((test.left - test.regressor @ theta) ** 2) for test, theta in pairs]

@@ -1,12 +1,11 @@
-"""Whether one model of a comparison holds in a larger one that contains it.
+"""Wald tests of nested models: a smaller model against a larger one that contains it.
 
-A model is nested in another where the columns of the other span its own on the rows at hand. The
-Wald test has the autocorrelation-consistent covariance of the larger model: rows of filtered data
-are not independent.
+A model is nested in another if the columns of the other span its own columns on the given rows. The
+Wald test uses the HAC covariance of the larger model, as rows of filtered data are not independent.
 
-A nonlinear parameter that only the larger model has means nothing where the smaller one holds:
-there it is fitted to the noise, and the statistic is not F distributed [Davies1987]_. Such pairs
-are not tested.
+A nonlinear parameter of the larger model alone is not identified if the smaller model is correct:
+it is then fitted to the noise, and the statistic is not F distributed [Davies1987]_. Such pairs are
+not tested.
 """
 
 from collections.abc import Mapping
@@ -20,25 +19,25 @@ from axisid.support.arrays import Array
 
 from .held_out import Regression
 
-# of a column of the smaller model, not spanned by those of the larger
+# remainder of a column of the smaller model, relative to its norm, that the larger does not span
 _MAX_NESTING_REMAINDER = 1e-8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NestedTest:
-    """The smaller model against the larger one that contains it.
+    """Wald test of a smaller model against a larger one that contains it.
 
     Attributes
     ----------
     smaller, larger : str
-        Candidates.
+        Names of the candidates.
     restrictions : int
         Numerator degrees of freedom.
     wald, wald_p : float or None
-        Wald statistic over its restrictions, HAC, and its p-value, Hotelling's, by the effective
-        degrees of freedom of that covariance.
+        Wald statistic divided by the number of restrictions, with the HAC covariance, and its
+        p-value by Hotelling's distribution with the effective degrees of freedom.
     not_tested : str or None
-        Why there is no statistic.
+        Reason of a missing statistic.
     """
 
     smaller: str
@@ -49,7 +48,7 @@ class NestedTest:
     not_tested: str | None = None
 
 
-#: T, (l, k), and start, (l,), of ``X_small theta + known_small = X_large (T theta + start) +
+#: T, (l, k), and start, (l,), with ``X_small theta + known_small = X_large (T theta + start) +
 #: known_large``.
 Embedding = tuple[Array, Array]
 
@@ -58,7 +57,7 @@ Embedding = tuple[Array, Array]
 def nested_tests(
     models: Mapping[str, Regression],
 ) -> tuple[tuple[NestedTest, ...], tuple[tuple[str, str], ...]]:
-    """Test each model in the next richer ones that contain it.
+    """Test each model against the next larger models that contain it.
 
     Parameters
     ----------
@@ -69,7 +68,7 @@ def nested_tests(
     -------
     tests : tuple of NestedTest
     same : tuple of (str, str)
-        Pairs that span the same columns: one model in different parameters.
+        Pairs whose columns span the same space: one model in different parameters.
     """
     size = {name: len(rows.names) for name, rows in models.items()}
     within = {
@@ -88,26 +87,28 @@ def nested_tests(
 
 
 def _tested(a: str, b: str, models: Mapping[str, Regression], how: Embedding) -> NestedTest:
+    """Return the test of model a in model b."""
     pair = NestedTest(smaller=a, larger=b, restrictions=len(models[b].names) - len(models[a].names))
     if free := [name for name in models[b].nonlinear if name not in models[a].nonlinear]:
         return replace(
-            pair, not_tested=f"{b} estimates {' and '.join(free)}, of no meaning where {a} holds"
+            pair,
+            not_tested=f"{b} estimates {' and '.join(free)}, not identifiable if {a} is correct",
         )
-    # A restriction of what the fit took, widened for few scores: of right ones on 1.5 to 3 s it
-    # rejects 0 to 4 % at 5 %, the kernel alone 2 to 16 %; in a force of 500 ms 6 to 14 %, and 24
-    # to 38 %.
+    # A restriction of fitted parameters, hence widened for few scores: at the 5 % level it rejects
+    # 0 to 4 % of correct restrictions on records of 1.5 to 3 s, the kernel alone 2 to 16 %; with
+    # disturbances of a correlation time of 500 ms 6 to 14 %, and 24 to 38 %.
     wald, wald_p = wald_test(models[b].solved(), how, Hac())
     return replace(pair, wald=wald, wald_p=wald_p)
 
 
 def nesting(small: Regression, large: Regression) -> Embedding | None:
-    """How the larger model's parameters give the smaller model; None if they cannot."""
+    """Return the map from the smaller model's parameters to the larger's; None if not nested."""
     size = np.linalg.norm(large.regressor, axis=0)
     basis, triangle = np.linalg.qr(large.regressor / size)
     wanted = np.column_stack([small.regressor, large.left - small.left])
     shares = basis.T @ wanted
     allowed = _MAX_NESTING_REMAINDER * np.linalg.norm(wanted, axis=0)
-    # The difference of the known parts is rounding where they are the same.
+    # The difference of equal known terms is rounding.
     allowed[-1] = max(allowed[-1], _MAX_NESTING_REMAINDER * float(np.linalg.norm(large.left)))
     if np.any(np.linalg.norm(wanted - basis @ shares, axis=0) > allowed):
         return None
@@ -116,18 +117,21 @@ def nesting(small: Regression, large: Regression) -> Embedding | None:
 
 
 def wald_test(larger: Solution, how: Embedding, covariance: Covariance) -> tuple[float, float]:
-    """Wald statistic over its restrictions, and the p-value, that the smaller model holds.
+    """Return Wald's statistic over its restrictions, and its p-value, for the smaller model.
+
+    ``W/q = d' V^-1 d / q`` for the component d of the larger model's parameters outside the smaller
+    model, with its covariance V and the number q of restrictions.
 
     Parameters
     ----------
     larger : Solution
-        Of the larger model.
+        Solution of the larger model.
     how : Embedding
-        Of the smaller model in it.
+        Map of the smaller model into it.
     covariance : Covariance
     """
     (matrix, start), k = how, how[0].shape[1]
-    # Units must not enter: parameters are measured in their own deviations.
+    # Parameters in units of their standard errors, so that physical units do not matter.
     spread = covariance.matrix(larger)
     size = np.sqrt(np.diag(spread))
     inside = matrix / size[:, None]

@@ -9,6 +9,18 @@ from .validate import (
     validate as validate,
     validate_fit as validate_fit,
 )
+from .validation_findings import (
+    DoubtfulTimeBase as DoubtfulTimeBase,
+    EquationErrorOnRecord as EquationErrorOnRecord,
+    EstimatesDoNotHold as EstimatesDoNotHold,
+    EstimatesHold as EstimatesHold,
+    KnownSamples as KnownSamples,
+    NoSimulation as NoSimulation,
+    OutputOnRecord as OutputOnRecord,
+    ReestimatedParameters as ReestimatedParameters,
+    SamplePeriods as SamplePeriods,
+    SimulationOnRecord as SimulationOnRecord,
+)
 from .validation_result import (
     FitValidation as FitValidation,
     MethodValidation as MethodValidation,

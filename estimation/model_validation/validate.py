@@ -42,7 +42,7 @@ from axisid.estimation.signals import FilteredRecord, RowTimes
 from axisid.estimation.simulation import Simulation
 from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE
 from axisid.estimation.unknowns import GAIN, INITIAL_STATE_PARAMETERS, by_declared_gain
-from axisid.estimation.verdict_checks import Check, Levels, NotUsed
+from axisid.estimation.verdict_checks import Check, Levels, NotUsed, status_of
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.errors import (
     DataError,
@@ -54,7 +54,9 @@ from axisid.support.errors import (
     quoted,
 )
 from axisid.support.one_thread import in_one_thread
+from axisid.support.settings import setting
 
+from .validation_findings import OutputOnRecord, SamplePeriods
 from .validation_result import (
     MAX_VALIDATION_ERROR,
     FitValidation,
@@ -241,7 +243,8 @@ def _validation(
     if not len(rows.left):
         raise DataError(
             f"{source.source}: no row is left of it, since all its motion is near reversals "
-            'or masked; record longer strokes, or identify with reversals="keep".',
+            "or masked. Record longer strokes, or identify with the prefilter's "
+            f"{setting('reversals', 'keep')}.",
             code="too-short",
         )
     residuals = rows.residuals(theta)
@@ -402,31 +405,30 @@ def validate_fit(
 def _checks(
     result: OutputFit, axis: GeneratedAxis, record: Record, output: str, percent: float
 ) -> Iterator[Check]:
-    """Whether the fit holds, and what says that a record is of another axis, or drive."""
+    """Yield the checks of the fit, and of signs that the record is of another axis or drive."""
     periods = [each.period for each in result.records]
-    yield Check.unless(
-        "sample period",
-        None
-        if any(math.isclose(record.period, each, rel_tol=_OTHER_PERIOD) for each in periods)
-        else f"the record is sampled every {record.period:.6g} s, and what was fitted every "
-        f"{periods[0]:.6g} s: see whether it is of the same axis and drive",
-        "its sample period is that of the fit",
-        matters=False,
+    equal = any(math.isclose(record.period, each, rel_tol=_OTHER_PERIOD) for each in periods)
+    yield Check(
+        name="sample period",
+        status=status_of(equal, matters=False),
+        finding=SamplePeriods(
+            of_record=float(record.period), of_fit=float(periods[0]), are_equal=equal
+        ),
     )
     yield checked_law(
-        NotUsed("an open loop is followed without any law")
+        NotUsed("the fit of an open loop uses no control law")
         if result.outputs == (OPEN_LOOP,)
         else law_agreement(axis, record),
-        "the record's control is not the law's of the fit's axis: ",
+        "the recorded control does not follow the law of the fit's axis: ",
     )
     own = max(each.percent for each in result.of_records if each.output == output)
-    told = f"the simulated {output} is {percent:.3g} % from the recorded one, and {own:.3g} %"
-    yield Check.unless(
-        "simulation",
-        None
-        if is_as_small(percent, own, MAX_VALIDATION_ERROR)
-        else f"{told} in the fit's own records: see whether axis and load are the same",
-        f"{told} at most in the fit's own",
-        percent,
-        MAX_VALIDATION_ERROR,
+    holds = is_as_small(percent, own, MAX_VALIDATION_ERROR)
+    yield Check(
+        name="simulation",
+        status=status_of(holds),
+        figure=percent,
+        threshold=MAX_VALIDATION_ERROR,
+        finding=OutputOnRecord(
+            output=output, percent=float(percent), own_percent=float(own), holds=holds
+        ),
     )

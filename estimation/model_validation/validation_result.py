@@ -1,9 +1,9 @@
-"""What comes of holding estimates, or a fit, against another record, as they are.
+"""Validation of estimates, or of a fit, with frozen parameters on a second record.
 
-An equation error tells little of a parameter that scales a small part of the force: a mass a tenth
-larger leaves 6 % of the force where noise may leave as much. What the record itself says of the
-parameters, estimated anew by the same method and with twins of its own, tells it: as of two records
-of one regression, the difference is tested, and has to matter.
+An equation error says little of a parameter that scales a small part of the force: a mass that is
+10 % larger adds 6 % of the force to it, where noise may add as much. The parameters are therefore
+estimated from the second record as well, by the same method and with simulated replicas of its own:
+as of two records of one regression, the difference is tested, and has to be relevant.
 """
 
 from collections.abc import Iterator
@@ -12,22 +12,41 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from axisid.estimation.diagnostics import RecordDifference
-from axisid.estimation.diagnostics.control_law import LawAgreement, law_check
+from axisid.estimation.diagnostics import DifferingParameter, RecordDifference
+from axisid.estimation.diagnostics.control_law import LawAgreement, LawOfSecondRecord, law_check
+from axisid.estimation.findings import Finding
 from axisid.estimation.records import Record
 from axisid.estimation.thresholds import MIN_COMMON_SAMPLES
-from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Checked, Levels, NotUsed
+from axisid.estimation.verdict_checks import (
+    DEFAULT_LEVELS,
+    Check,
+    Checked,
+    Levels,
+    NotUsed,
+    status_of,
+)
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import Missing, check_among
 from axisid.support.presentable import Presentable
 
+from .validation_findings import (
+    DoubtfulTimeBase,
+    EquationErrorOnRecord,
+    EstimatesDoNotHold,
+    EstimatesHold,
+    KnownSamples,
+    NoSimulation,
+    ReestimatedParameters,
+    SimulationOnRecord,
+)
+
 _REPEATED = "repeated records"
-_MAX_VALIDATION_ERROR_RATIO = 2.0  # equation error on another record by that on the own one
+_MAX_VALIDATION_ERROR_RATIO = 2.0  # equation error on another record over that on the own one
 MAX_VALIDATION_ERROR = 10.0  # %, up to which an estimate holds whatever the other error is
-# % of the tracking error: measured, at most 0.7 on right records, 5.4 with a coarse encoder that
-# has as much on its own; 10 with a gain a tenth off
+# % of the tracking error: measured, at most 0.7 on correct records, 5.4 with a coarse encoder that
+# has as much on its own; 10 with a gain that is 10 % wrong
 _MAX_VALIDATION_TRACKING = 5.0
-_MAX_KNOWN_SHARE = 0.01  # of the samples were estimated from: windows that touch share one
+_MAX_KNOWN_SHARE = 0.01  # of the samples that were estimated from: adjacent windows share one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,19 +66,21 @@ class MethodValidation:
         Of the simulated position against the recorded one over the samples that are kept, in
         the coordinate's unit.
     tracking_error_percent : float or None
-        The same in percent of the recorded tracking error, reference less position: how much of
-        what the loop leaves the estimate does not explain.
+        The same in percent of the recorded tracking error, reference minus position: the part of
+        the tracking error that the estimate does not explain.
     reason : str or None
         Why there are no simulated figures.
     own_simulation_error_percent, own_tracking_error_percent : float or None
-        On the record that the estimate was made from; None where they are not known, as the latter
-        is of a result that was read from a file.
+        On the record that the estimate was made from; None where they are unknown. The latter is
+        unknown for a result that was read from a file.
     least_equation_error_percent : float
-        The equation error less what chance may make of it in so short a record.
+        The equation error minus the part that may be chance in so short a record.
     reestimate : RecordDifference or None
-        What the record itself says of the parameters; None where it cannot.
+        The parameters estimated from the second record, compared with the frozen ones; None where
+        the record does not determine them.
     changed : tuple of str
-        Parameters that are others in it; none where that is chance, or makes no force to speak of.
+        Parameters that differ in it; none where the difference is chance, or makes a negligible
+        force.
     """
 
     method: str
@@ -92,7 +113,7 @@ class MethodValidation:
 
     @property
     def follows(self) -> bool:
-        """Whether the simulated loop is as near the record as it is on the estimate's own."""
+        """Whether the simulated loop is as close to the record as to the estimate's own."""
         return is_as_small(
             self.simulation_error_percent, self.own_simulation_error_percent, MAX_VALIDATION_ERROR
         ) and is_as_small(
@@ -112,13 +133,13 @@ class Validation(Checked, Presentable, Exact):
     methods : tuple of MethodValidation
         In the order of the result's estimates; the object iterates over them.
     known_share : float
-        Part of its samples that the estimates were made from, which says nothing new of them.
+        Part of its samples that the estimates were made from, which is no independent check.
     time_base : str or None
-        What speaks against the record's sampling period.
+        The reason to doubt the record's sampling period.
     law : LawAgreement or Missing
-        The declared control law against the record.
+        The declared control law compared with the record.
     levels : Levels
-        From when on the parameters count as others.
+        Thresholds from which parameters count as changed.
     """
 
     record: Record
@@ -126,7 +147,7 @@ class Validation(Checked, Presentable, Exact):
     methods: tuple[MethodValidation, ...]
     known_share: float = 0.0
     time_base: str | None = None
-    law: LawAgreement | Missing = field(default_factory=lambda: Missing("it was not looked at"))
+    law: LawAgreement | Missing = field(default_factory=lambda: Missing("the law was not checked"))
     levels: Levels = DEFAULT_LEVELS
 
     def __iter__(self) -> Iterator[MethodValidation]:
@@ -144,7 +165,7 @@ class Validation(Checked, Presentable, Exact):
 
     @property
     def errors(self) -> dict[tuple[str, str], tuple[float | None, ...]]:
-        """Figures of the methods by name and unit, as a table shows them."""
+        """Errors of the methods by name and unit, as a table shows them."""
         return {
             ("equation error", "%"): tuple(v.equation_error_percent for v in self),
             ("on its own record", "%"): tuple(v.own_equation_error_percent for v in self),
@@ -152,7 +173,7 @@ class Validation(Checked, Presentable, Exact):
             ("position error, rms", self.unit): tuple(v.position_error_rms for v in self),
             ("of the tracking error", "%"): tuple(v.tracking_error_percent for v in self),
             ("parameters anew", "%"): tuple(
-                # Of the record that they are of, rounding alone is left.
+                # Of the estimates' own record the difference is rounding alone.
                 None if v.reestimate is None else round(v.reestimate.share_percent, 6)
                 for v in self
             ),
@@ -160,34 +181,27 @@ class Validation(Checked, Presentable, Exact):
 
     @property
     def checks(self) -> tuple[Check, ...]:
-        """What the record says of the estimates, as a verdict: its law, force and parameters."""
+        """Checks of the estimates on the record: of the law, the force and the parameters."""
         found, known, most = list[Check](), self.known_share, _MAX_KNOWN_SHARE
         if self.time_base:
-            found.append(
-                Check.unless(
-                    "time base", f"believe nothing before this is mended: {self.time_base}"
-                )
-            )
+            found.append(Check.unless("time base", DoubtfulTimeBase(reason=self.time_base)))
         if known > most:
-            said = (
-                "this is the record that the estimates were made from, so it says nothing new; "
-                "validate on another one"
-                if self.same_record
-                else f"{100 * known:.0f} % of its samples are among those that the estimates were "
-                "made from, which say nothing new; validate on the others"
-            )
-            found.append(Check.unless(_REPEATED, said, "", known, most))
+            same = KnownSamples(percent=100 * known, is_same_record=self.same_record)
+            found.append(Check.unless(_REPEATED, same, "", known, most))
         if not self.same_record:
-            law = checked_law(self.law, "does not hold: the loop of this record is another one: ")
+            lead = "the estimates do not hold, because this record has another control law: "
+            law = checked_law(self.law, lead)
             found += law, self._force(), self._parameters(), self._loop()
         return tuple(found)
 
     @property
-    def notes(self) -> tuple[str, ...]:
-        """What is missing and why, and which estimates do not hold."""
-        reasons = dict.fromkeys(f"no simulation: {v.reason}" for v in self if v.reason)
-        failing = [check.meaning for check in self.checks if check.status == "fail"]
-        return (*reasons, *failing, *[self._held()] * (self.holds and not self.same_record))
+    def notes(self) -> tuple[Finding, ...]:
+        """Findings to be reported: missing simulations, failed checks, or that all hold."""
+        reasons = dict.fromkeys(v.reason for v in self if v.reason)
+        unmade = [NoSimulation(reason=reason) for reason in reasons]
+        failing = [check.finding for check in self.checks if check.status == "fail"]
+        held = [self._held()] if self.holds and not self.same_record else []
+        return (*unmade, *failing, *held)
 
     @property
     def same_record(self) -> bool:
@@ -206,92 +220,84 @@ class Validation(Checked, Presentable, Exact):
 
     @property
     def check(self) -> Check:
-        """All of them as one, of the result that is held against the record.
+        """All checks as one, for the verdict of the result that is validated.
 
-        That samples are known says nothing against the estimates.
+        Known samples are no evidence against the estimates.
         """
         failed = [check for check in self.checks if check.status == "fail"]
-        against = [check.line for check in failed if check.name != _REPEATED]
+        against = tuple(check.line for check in failed if check.name != _REPEATED)
         if failed and not against:
-            return Check(name="validation", status="note", meaning=failed[0].meaning)
-        said = f"the estimates do not hold on it, see there: {', '.join(against)}"
-        return Check.unless("validation", said if against else None, self._held())
+            return Check(name="validation", status="note", finding=failed[0].finding)
+        fault = EstimatesDoNotHold(failed=against) if against else None
+        return Check.unless("validation", fault, self._held())
 
-    def _held(self) -> str:
-        held = ", ".join(check.meaning for check in self.checks if check.status == "pass")
-        if any(v.reestimate for v in self):
-            return f"the estimates hold: {held}"
-        return (
-            f"nothing speaks against the estimates: {held}; they were not estimated anew, so that "
-            "less may have changed"
+    def _held(self) -> EstimatesHold:
+        return EstimatesHold(
+            passed=tuple(check.finding for check in self.checks if check.status == "pass"),
+            is_reestimated=any(v.reestimate for v in self),
         )
 
     def _force(self) -> Check:
-        times, most = _MAX_VALIDATION_ERROR_RATIO, MAX_VALIDATION_ERROR
-        failing = ", ".join(v.method for v in self if not v.fits)
-        return Check.unless(
-            "equation error",
-            failing
-            and f"{failing}: does not hold on this "
-            f"record (more than {most:g} % and than {times:g} times the error on its own); "
-            "check that it is the same axis, its units and its signs",
-            "no equation error, less what chance may make of it in so short a record, is both "
-            f"beyond {most:g} % and beyond {times:g} times the one on their own record",
-            max(v.least_equation_error_percent for v in self),
-            most,
+        failed = tuple(v.method for v in self if not v.fits)
+        largest = max(v.least_equation_error_percent for v in self)
+        return Check(
+            name="equation error",
+            status=status_of(not failed),
+            figure=largest,
+            threshold=MAX_VALIDATION_ERROR,
+            finding=EquationErrorOnRecord(
+                failed=failed,
+                largest_percent=largest,
+                max_percent=MAX_VALIDATION_ERROR,
+                max_ratio=_MAX_VALIDATION_ERROR_RATIO,
+            ),
         )
 
     def _loop(self) -> Check:
-        """Only where the law does not say more of it, or the force is at fault."""
+        """Return the check of the simulated loop, unless the law or the force is at fault."""
         lost = [v for v in self if v.fits and not v.follows]
         shown = lost or [v for v in self if v.tracking_error_percent is not None]
         if not (self.has_declared_law and shown):
-            said = next(
-                (v.reason for v in self if v.reason),
-                "the loop of this record is another one, or has no position",
-            )
+            reasons = [v.reason for v in self if v.reason]
+            why = "the control law of this record is another one, or the record has no position"
+            said = [*reasons, why][0]
             is_unused = isinstance(self.law, NotUsed)
             return Check.not_evaluated("simulation", NotUsed(said) if is_unused else Missing(said))
         worst = max(v.tracking_error_percent or 0.0 for v in shown)
-        return Check.unless(
-            "simulation",
-            f"{', '.join(v.method for v in lost)}: does not hold on this record: the "
-            "simulated loop is far further from it than from its own (its position by "
-            f"{worst:.3g} % of the tracking error); check the gains and the period of the "
-            "drive, and name a test signal that was added, with columns injected=NAME and "
-            "injected_at in run.toml"
-            if lost
-            else None,
-            "the simulated loops follow it",
-            worst,
+        return Check(
+            name="simulation",
+            status=status_of(not lost),
+            figure=worst,
+            finding=SimulationOnRecord(
+                failed=tuple(v.method for v in lost), tracking_error_percent=worst
+            ),
         )
 
     def _parameters(self) -> Check:
         again = {v.method: v.reestimate for v in self if v.reestimate is not None}
         if not again:
-            return Check.not_evaluated("records alike", Missing("they cannot be estimated anew"))
+            why = "the parameters cannot be estimated from the second record"
+            return Check.not_evaluated("records alike", Missing(why))
         changed = {v.method: v.changed for v in self if v.changed}
-        said = None
+        compared = tuple[DifferingParameter, ...]()
         if changed:
             most = max(changed, key=lambda method: again[method].share_percent)
-            told = again[most].told(changed[most], "this record", "the estimate's own")
-            said = (
-                f"{', '.join(changed)}: does not hold on this record: estimated anew {told}, "
-                f"which makes {again[most].share_percent:.2g} % of the force; check the load and "
-                "what has changed, or whether friction and motion are beyond what the model says"
-            )
-        return Check.unless(
-            "records alike",
-            said,
-            "estimated anew no parameter differs by more than chance",
-            max(each.share_percent for each in again.values()),
-            100 * self.levels.least_share,
+            compared = again[most].parameters(changed[most])
+        largest = max(each.share_percent for each in again.values())
+        return Check(
+            name="records alike",
+            status=status_of(not changed),
+            figure=largest,
+            threshold=100 * self.levels.least_share,
+            finding=ReestimatedParameters(
+                failed=tuple(changed), changed=compared, largest_percent=largest
+            ),
         )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FitValidation(Checked, Presentable, Exact):
-    """What the output that frozen parameters simulate leaves of a record.
+    """Output that frozen parameters simulate, compared with that of a record.
 
     Attributes
     ----------
@@ -305,17 +311,17 @@ class FitValidation(Checked, Presentable, Exact):
     windows : tuple of slice
         Of the errors: each window of an open loop, or each segment of the record.
     errors : (n,) array
-        Simulated less recorded output.
+        Simulated minus recorded output.
     samples : (n,) array of int
         Of the record, that the errors are at.
     counted : (n,) array of bool
         Which of the samples are measurements.
     percent : float
-        Root mean square of what is left, of that of the recorded output.
+        Root mean square of the errors, of that of the recorded output.
     checks : tuple of Check
-        Whether the output is as near as on the fit's own records, and what says that the record may
-        be of another axis, as a record does not know its axis: a control law that it does not have,
-        another sample period than that of the fit's records.
+        Of the output, compared with the fit's own records; and of signs that the record is of
+        another axis, as a record does not know its axis: another control law, or another sample
+        period than that of the fit's records.
     """
 
     record: Record
@@ -330,23 +336,26 @@ class FitValidation(Checked, Presentable, Exact):
     checks: tuple[Check, ...] = ()
 
     @property
-    def notes(self) -> tuple[str, ...]:
-        """What speaks against the fit on this record."""
-        return tuple(check.meaning for check in self.checks if check.status in ("note", "fail"))
+    def notes(self) -> tuple[Finding, ...]:
+        """Findings against the fit on this record."""
+        return tuple(check.finding for check in self.checks if check.status in ("note", "fail"))
 
     @property
     def error(self) -> float:
-        """Root mean square of what is left, in the output's unit."""
+        """Root mean square of the errors, in the output's unit."""
         return float(np.sqrt(np.mean(self.errors[self.counted] ** 2)))
 
 
 def checked_law(law: LawAgreement | Missing, lead: str) -> Check:
-    """The declared law against a second record; `lead` begins what is told where it fails."""
-    if isinstance(found := law_check(law), Missing):
+    """Return the check of the declared law on a second record; `lead` begins a failed sentence."""
+    found = law_check(law)
+    if isinstance(found, Missing):
         return Check.not_evaluated("control law", found)
-    return replace(found, meaning=lead + found.meaning) if found.status == "fail" else found
+    if found.status != "fail":
+        return found
+    return replace(found, finding=LawOfSecondRecord(lead=lead, finding=found.finding))
 
 
 def is_as_small(found: float | None, own: float | None, most: float) -> bool:
-    """Whether an error is small, or of its size on the estimate's own record, or one is unknown."""
+    """Tell whether an error is small, as large as on the own record, or one of them is unknown."""
     return found is None or own is None or found <= max(_MAX_VALIDATION_ERROR_RATIO * own, most)

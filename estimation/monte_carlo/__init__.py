@@ -1,7 +1,7 @@
-"""Many twins of one axis, each identified: how far estimates, intervals and checks can be believed.
+"""Monte-Carlo studies: many twins of an axis, each identified, to assess estimates and intervals.
 
-In: an axis, what its twins are, how they are identified. Out: `MonteCarlo`, its numbers by run.
-Knows nothing of measured records, and of how it looks.
+In: an axis, the noise and true values of its twins, the methods. Out: `MonteCarlo` with its numbers
+by run. Knows nothing of measured records and of presentation.
 """
 
 from .drawn_twins import (

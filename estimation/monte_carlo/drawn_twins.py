@@ -1,4 +1,4 @@
-"""The twins of a study: their noise and true values, and the record or the lane of each."""
+"""The twins of a study: their noise, true values, and simulated records or lanes."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -29,16 +29,23 @@ from .plan import MonteCarloPlan
 
 
 def noise_of(given: object, twin: GeneratedAxis, runs: object = 1) -> Chain:
-    """The noise of an axis's twins, so many of them; the experiment's where none is given.
+    """Return the noise of an axis's twins, checked; the experiment's for None.
+
+    Parameters
+    ----------
+    given : Chain or None
+    twin : GeneratedAxis
+    runs : int
+        Number of twins.
 
     Raises
     ------
     UsageError
-        It is none, it begins anywhere in a count and the encoder has none, it makes several twins
-        that are all the same, or it is beside the law or not sampled evenly, which no twin of an
-        experiment is.
+        The noise is no Chain; it has motions that begin anywhere in a count, but no encoder step;
+        it makes several twins that are equal; or it has jitter or is not read by the law, which
+        twins of an experiment do not have.
     ModelError
-        It disturbs what is logged.
+        It has disturbances, and the drive logs the acting control.
     """
     noise = Chain.of_experiment(twin.axis) if given is None else given
     if not isinstance(noise, Chain):
@@ -56,19 +63,19 @@ def noise_of(given: object, twin: GeneratedAxis, runs: object = 1) -> Chain:
         (
             noise.disturbances and twin.axis.drive.logs_what_acts,
             ModelError,
-            "log what acts, which a disturbance is part of; leave it out, or declare a drive that "
-            "logs its command",
+            "log the acting control, which includes a disturbance; leave it out, or declare a "
+            "drive that logs its command",
         ),
         (
             noise.anywhere and not noise.position_step,
             UsageError,
-            "are to begin anywhere in a count, and their encoder has none; give its resolution, or "
-            "leave it out",
+            "are to begin anywhere in a count, and their encoder has no resolution; give it a "
+            "resolution, or leave out the random start",
         ),
         (
             runs != 1 and not noise.is_random,
             UsageError,
-            "would all be the same, since nothing of their noise is drawn; give one run, noise, or "
+            "would all be the same, since their noise is not random; give one run, noise, or "
             "an encoder with motions that begin anywhere in a count",
         ),
     ):
@@ -89,23 +96,24 @@ def declared_chain(
     disturbance: float | None = None,
     correlation_time: float | None = None,
 ) -> Chain:
-    """A chain with what is given.
+    """Return a chain with given figures.
 
     Parameters
     ----------
     chain : Chain
-        The experiment's, as `Chain.of_experiment` has it.
+        The experiment's, as from `Chain.of_experiment`.
     position, resolution : float, optional
-        Of the encoder, in the coordinate's unit; the chain's by default.
+        Noise and step of the encoder, in the coordinate's unit; the chain's by default.
     anywhere, velocity, acceleration
-        As of a `Chain`.
+        As in `Chain`.
     control, disturbance : float, optional
-        In the drive's unit; none by default.
+        Standard deviations in the drive's unit; none by default.
     correlation_time : float, optional
-        Of both, s; white by default.
+        Correlation time of both, s; white by default.
     """
 
     def coloured(deviation: float | None) -> Autoregressions:
+        """Return one autoregression, or none for a standard deviation of 0 or None."""
         return ((correlation_time or 0.0, deviation),) if deviation else ()
 
     return replace(
@@ -121,7 +129,10 @@ def declared_chain(
 
 
 def declared_figures(chain: Chain) -> dict[str, float | bool | None]:
-    """The figures of a chain by these names: of several autoregressions their sum's deviation."""
+    """Return the figures of a chain by the names of `declared_chain`'s arguments.
+
+    Several autoregressions are summarised by the standard deviation of their sum.
+    """
     control, disturbance = (
         math.hypot(*(sd for _, sd in parts)) for parts in (chain.control, chain.disturbances)
     )
@@ -140,25 +151,25 @@ def declared_figures(chain: Chain) -> dict[str, float | bool | None]:
 
 
 def twin_of(axis: GeneratedAxis, truth: object, moves: object) -> GeneratedAxis:
-    """The axis with other true values, or another experiment; itself where neither is given.
+    """Return the axis with other true values or another motion; unchanged without both.
 
     Parameters
     ----------
     axis : GeneratedAxis
     truth : mapping of str to float
-        Over the experiment's.
+        Values that replace those of the experiment.
     moves : sequence of Move or None
-        In place of the experiment's.
+        Moves in place of the experiment's.
 
     Raises
     ------
     UsageError
-        These are none, or a value is of no parameter.
+        The arguments are not valid, or a name is no parameter.
     """
     declared = axis.declared
     before = declared.experiment
     if moves is None and (before is None or not truth):
-        return axis  # which without an experiment is refused as a twin
+        return axis  # an axis without an experiment is refused later
     known = {} if before is None else before.truth
     changed: dict[str, Any] = {
         "truth": {**known, **by_name(truth, "true values")},
@@ -172,18 +183,18 @@ def twin_of(axis: GeneratedAxis, truth: object, moves: object) -> GeneratedAxis:
     return build(declared, native=axis.native.enabled)
 
 
-_POSITION, _SENSORS, _CONTROL, _DISTURBANCE, _OFFSET = range(5)  # each a stream of its own
+_POSITION, _SENSORS, _CONTROL, _DISTURBANCE, _OFFSET = range(5)  # separate random streams
 
 
 def _draws(seed: int, run: int, stream: int) -> AntitheticDraws:
-    """The random numbers of a stream: a child of the seed for each run, whoever runs it."""
+    """Return the random numbers of a stream of a run: a child of the seed for each run."""
     return AntitheticDraws(
         np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(run, stream)))
     )
 
 
 def twins(plan: MonteCarloPlan, runs: Sequence[int]) -> Iterator[tuple[int, Record | str]]:
-    """The record of each run, or why there is none; made when it is asked for."""
+    """Yield the number and record of each run, or the reason why there is no record."""
     made = twin_plan(plan.twin)
     for run in runs:
         try:
@@ -193,19 +204,19 @@ def twins(plan: MonteCarloPlan, runs: Sequence[int]) -> Iterator[tuple[int, Reco
 
 
 def drawn_twin(plan: TwinPlan, noise: Chain, seed: int, run: int) -> Record:
-    """The record of one run alone.
+    """Simulate the record of one run.
 
     Parameters
     ----------
     plan : TwinPlan
     noise : Chain
     seed, run : int
-        As of a study, whose run has the same noise.
+        As in a study, whose run has the same noise.
 
     Raises
     ------
     AxisidError
-        The loop runs away, or the axis stands still while its reference moves.
+        The loop diverges, or the axis is at standstill while its reference moves.
     """
     draws, step = partial(_draws, seed, run), noise.position_step
     begin = noise.anywhere * step / 2 + noise.drawn_offset(draws(_OFFSET))
@@ -217,29 +228,30 @@ def drawn_twin(plan: TwinPlan, noise: Chain, seed: int, run: int) -> Record:
     loop = disturbed.loop(lambda count: noise.position * draws(_POSITION).normal(count))
     if still := _at_rest(own, loop.position):
         raise EstimationError(still, code="twin")
-    if noise.disturbances:  # which are not logged
+    if noise.disturbances:  # disturbances are not logged
         loop = replace(loop, control=loop.control - disturbance)
-    record = own.record(
-        loop,
-        f"twin {run + 1} of {plan.axis.name}, seed {seed}",
-        None if noise.velocity is None else loop.velocity,
-        None if noise.acceleration is None else own.acceleration(loop),
-    )
+    velocity = acceleration = None
+    if noise.velocity is not None:
+        velocity = loop.velocity
+    if noise.acceleration is not None:
+        acceleration = own.acceleration(loop)
+    source = f"twin {run + 1} of {plan.axis.name}, seed {seed}"
+    record = own.record(loop, source, velocity, acceleration)
     return record.with_values(**noise.logged(record, draws(_SENSORS), draws(_CONTROL)))
 
 
 def _at_rest(plan: TwinPlan, position: Array) -> str:
-    """Why a twin's record shows nothing; empty if it does, by its position without noise, (N,)."""
+    """Return the reason if a twin does not move, by its noise-free position, (N,); else ""."""
     if np.ptp(position) or not np.ptp(plan.reference):
         return ""
     return (
         f"axis {plan.axis.name!r} does not move with {plan.axis.describe(plan.truth)}: its "
-        "friction holds whatever the drive gives. Give true values with which it moves."
+        "friction holds it at any force of the drive. Give true values with which it moves."
     )
 
 
 def are_lanes(plan: MonteCarloPlan) -> bool:
-    """Whether runs that are not judged go side by side, whatever their company."""
+    """Return True if runs without a verdict can be batched."""
     made, settings = twin_plan(plan.twin), plan.settings
     return (
         len(plan.methods) == len(plan.regressions) == 1
@@ -249,7 +261,7 @@ def are_lanes(plan: MonteCarloPlan) -> bool:
         and not (made.signals or made.axis.signals)
         and made.axis.response is None
         and not made.axis.drive.logs_what_acts
-        # Twins differ by the noise of their position, and of their recorded control, alone.
+        # Batched twins differ only by the noise of their position and of their logged control.
         and replace(plan.noise, position=0.0, control=()) == Chain()
         and is_served(plan.axis, made.period, plan.methods[0])
     )
@@ -258,7 +270,7 @@ def are_lanes(plan: MonteCarloPlan) -> bool:
 def twin_lanes(
     twin: GeneratedAxis, chain: Chain, seed: int, runs: Sequence[int], threads: int | None
 ) -> tuple[RecordLanes, Mapping[int, str]]:
-    """The records of runs side by side, and why there is none of some, by lane."""
+    """Simulate the records of runs in parallel, and return them with the failures by lane."""
     plan = twin_plan(twin)
     drawn = (_draws(seed, run, _POSITION).normal(len(plan.reference)) for run in runs)
     noise = chain.position * np.column_stack([*drawn])

@@ -1,8 +1,9 @@
-"""Many twins of an axis, each identified: the public function.
+"""Monte-Carlo study of an axis: the public function.
 
-What twins tell of the intervals of a study is told by its first runs, for all of them. Twins of
-each run, as `identify` draws them, would cost as many loops again. The runs differ in their noise
-alone, so that their estimates have one bias, and deviations that lack as much.
+The calibration of standard errors by simulated replicas is determined from the first runs and used
+for all runs. Replicas for each run, as in `identify`, would multiply the number of simulated loops.
+The runs differ only in their noise, so that their estimates have the same bias, and their standard
+errors the same relative error.
 """
 
 import contextlib
@@ -55,7 +56,7 @@ from .runs import (
     lost_block,
 )
 
-_RUNS = 16  # whose twins tell it
+_RUNS = 16  # first runs that are calibrated by simulated replicas
 _HAC = 2 + 3 * INTERVALS.index("hac")
 
 _NONE = np.array([0.0, 1.0, 1.0])
@@ -63,9 +64,10 @@ _NONE = np.array([0.0, 1.0, 1.0])
 
 @np.errstate(all="ignore")  # of runs without an estimate
 def study_calibrations(plan: MonteCarloPlan) -> dict[Estimand, Array]:
-    """Bias, and scales of the HAC deviation and of its interval, (3,), of what is estimated.
+    """Return bias and scales of HAC standard error and interval width, (3,), by estimand.
 
-    By the first runs, with twins and without; of nothing where there are none.
+    Means over the first runs, identified with and without simulated replicas. Empty without
+    replicas or without a method of `identify`.
     """
     if not (plan.bootstrap and plan.regressions):
         return {}
@@ -83,7 +85,16 @@ def study_calibrations(plan: MonteCarloPlan) -> dict[Estimand, Array]:
 def calibrated_runs(
     numbers: BlockNumbers, calibrations: Mapping[Estimand, Array], judged: int
 ) -> BlockNumbers:
-    """The numbers of runs, calibrated from the first that has no twins of its own on."""
+    """Return the numbers of runs, calibrated for all runs without simulated replicas.
+
+    Parameters
+    ----------
+    numbers : BlockNumbers
+    calibrations : mapping of Estimand to (3,) array
+        As from `study_calibrations`.
+    judged : int
+        Number of first runs that have replicas.
+    """
     changed, first = numbers.numbers.copy(), int(np.searchsorted(numbers.runs, judged))
     known = [calibrations.get(estimand, _NONE) for estimand in numbers.estimands]
     bias, scale, width = np.reshape(known, (-1, 3)).T
@@ -97,9 +108,9 @@ def calibrated_runs(
     return replace(numbers, numbers=changed)
 
 
-_MOST_REASONS = 3  # that are told where nothing came of any run
+_MOST_REASONS = 3  # reasons that are reported if no run gave an estimate
 
-#: Takes what is done of a study that something ends early.
+#: Receives the finished runs of a study that ends early.
 Keep: TypeAlias = Callable[[MonteCarlo], None]
 
 
@@ -129,55 +140,56 @@ def monte_carlo(
     progress: Progress | None = None,
     keep: Keep | None = None,
 ) -> MonteCarlo:
-    """Identify many twins of an axis, which differ in their noise.
+    """Identify many twins of an axis that differ in their noise.
 
-    Every run has random numbers of its own, from the seed and its number alone: whoever runs it,
-    and in whatever company, its numbers are the same to the last bit.
+    The random numbers of a run depend on the seed and the number of the run only: its results are
+    bit-identical on any process and with any other runs.
 
     Parameters
     ----------
     axis : Axis or GeneratedAxis
-        That is identified; it declares a control law and an experiment, unless `twin` does.
+        Axis to identify; it declares a control law and an experiment, unless `twin` does.
     runs : int
-        How many twins.
+        Number of twins.
     methods : str or sequence of str, optional
-        Of `METHODS`, None or ``"all"`` for all of them, and fits of the output error by what they
-        follow, ``"fit:control"``, as `fit` makes them by default. What one refuses is a failure of
-        the run, not of the study.
+        From `METHODS`, None or ``"all"`` for all of them, and output-error fits by their output,
+        ``"fit:control"``, with the default settings of `fit`. A twin that a method refuses is a
+        failure of the run, not of the study.
     prefilter : Prefilter, optional
-        As `identify` takes it.
+        As in `identify`.
     noise : Chain, optional
-        Declared, or as it was measured in a record (`Estimate.inference`, its ``chains``); the
+        Declared noise, or that estimated from a record (`Estimate.inference`, its ``chains``); the
         experiment's by default.
     twin : Axis or GeneratedAxis, optional
-        That is simulated, where the model is to be wrong: another friction, another law. The same
-        axis by default.
+        Axis to simulate, if the model is to be wrong: other friction, another law. By default the
+        same axis.
     truth : mapping of str to float, optional
         True values of the twin by name, SI; the experiment's by default.
     moves : sequence of Move, optional
-        What the twin does; the experiment's by default.
+        Motion of the twin; the experiment's by default.
     checks : int
-        How many runs are judged, from the first on; a verdict costs several times an estimate.
+        Number of runs with a verdict, from the first on; a verdict takes several times as long as
+        an estimate.
     seed : int
     covariance, lags, start, loss
-        As `identify` takes them; fits do without.
+        As in `identify`; not used by fits.
     bootstrap : int
-        How many twins tell the bias and HAC deviations of `identify`; 0 for none. They are of the
-        first 16 runs, for all; of each run that is judged its own.
+        Number of simulated replicas for the bias and HAC standard errors of `identify`; 0 for none.
+        The first 16 runs are used for all; each run with a verdict has its own replicas.
     level, least_share : float
-        As `identify` and `fit` take them, by which runs are judged.
+        As in `identify` and `fit`, for the verdicts.
     jobs : int
-        Processes of this machine. They are new ones: a script that asks for several is guarded by
+        Number of processes. They are new ones: a script that asks for several needs the guard
         ``if __name__ == "__main__":``.
     executor : Executor, optional
-        That runs the blocks in their place: any of `concurrent.futures`, or Dask's through
+        Runs the blocks instead of processes: any of `concurrent.futures`, or Dask's through
         ``Client.get_executor()``.
     block : int
-        Runs that are simulated side by side, and given to a process together.
+        Number of runs that are simulated together in one process.
     progress : callable, optional
-        Told how many runs are done.
+        Called with the number of finished runs.
     keep : callable, optional
-        Called with the runs that are done, whatever ends the study early, such as Ctrl-C.
+        Called with the finished runs if the study ends early, such as by Ctrl-C.
 
     Returns
     -------
@@ -186,16 +198,16 @@ def monte_carlo(
     Raises
     ------
     UsageError
-        An argument makes no sense.
+        An argument is not valid.
     ModelError
         The axis has no twin.
     EstimationError
-        No twin gave an estimate, or something failed that no twin is to blame for.
+        No twin gave an estimate, or an error occurred that is not due to a twin.
 
     Notes
     -----
-    Held in memory are the signals of one block for each process, and about 0.1 kB of numbers for
-    each run and parameter.
+    Memory holds the signals of one block for each process, and about 0.1 kB of numbers for each run
+    and parameter.
     """
     refuse(
         UsageError,
@@ -217,8 +229,8 @@ def monte_carlo(
         ),
         (
             not (keep is None or callable(keep)),
-            f"what keeps an interrupted study is {quoted(keep)}; give a function that takes a "
-            "MonteCarlo, or leave it out",
+            f"the argument keep is {quoted(keep)}; give a function of a MonteCarlo, or leave it "
+            "out",
         ),
         code="study",
     )
@@ -244,7 +256,10 @@ def monte_carlo(
 
 
 def _methods(methods: object) -> tuple[str, ...]:
-    names = listed("all" if methods is None else methods)
+    """Return the names of the methods and fits, each once; refuse unknown names."""
+    if methods is None:
+        methods = "all"
+    names = listed(methods)
     fits = [each for each in names if isinstance(each, str) and fitted_output(each)]
     check_among(*(("fit", each, fit_names()) for each in fits))
     others = [each for each in names if each not in fits]
@@ -260,17 +275,17 @@ def _run(
     progress: Progress | None,
     keep: Keep | None,
 ) -> MonteCarlo:
-    """The study by blocks of so many runs; its numbers do not depend on who works.
+    """Run the study in blocks; its numbers do not depend on the number of processes.
 
     Raises
     ------
     EstimationError
-        Something failed that no twin is to blame for, or no twin gave an estimate.
+        An error occurred that is not due to a twin, or no twin gave an estimate.
     """
     calibrations, runs = study_calibrations(plan), range(plan.runs)
     blocks = [runs[first : first + block] for first in runs[::block]]
     alone = executor is None and min(jobs, len(blocks)) == 1
-    # In one thread with others beside it: there are as many as processors can serve.
+    # One thread per block if there are several processes.
     work = partial(block_numbers, plan, threads=None if alone else 1)
     jobs = 0 if alone else min(jobs, len(blocks))
     results = run_jobs(work, blocks, total=len(blocks), jobs=jobs, executor=executor)
@@ -286,7 +301,7 @@ def _run(
                         f"the runs {some[0]} to {some[-1]} failed: {result.reason}.", code="study"
                     )
                 else:
-                    done.append(lost_block(some, result.reason))  # whoever worked on it was killed
+                    done.append(lost_block(some, result.reason))  # the process was killed
                 count += len(some)
                 if progress is not None and count < plan.runs:
                     remaining = pace(count, plan.runs, monotonic() - begin)

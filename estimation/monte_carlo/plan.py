@@ -1,4 +1,4 @@
-"""What is done in every run of a study: on which twin, how many, and by which methods."""
+"""Plan of a Monte-Carlo study: twin, number of runs, and methods."""
 
 import math
 from collections.abc import Mapping
@@ -14,37 +14,38 @@ from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Levels
 from axisid.support.errors import UsageError, is_whole, quoted, refuse
 from axisid.support.mappings import FrozenMapping
 
-#: What the intervals of a fit are of: errors that follow an autoregression.
+#: Kinds of intervals of a fit: for autoregressive errors, and for independent errors.
 COLOURED, IID = "coloured", "iid"
-_MOST_RUNS = 10_000_000  # whose numbers a study holds together
+_MOST_RUNS = 10_000_000  # limited by memory
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MonteCarloPlan:
-    """What is done in every run.
+    """Plan of a study: settings of every run.
 
     Attributes
     ----------
     axis : GeneratedAxis
-        That is identified.
+        Axis to identify.
     twin : GeneratedAxis
-        That is simulated; the same, unless the model is to be wrong.
+        Axis to simulate; the same, unless the model is to be wrong.
     runs : int
+        Number of runs.
     seed : int
     methods : tuple of str
-        Of `METHODS`, and fits such as ``fit:control``.
+        From `METHODS`, and fits such as ``fit:control``.
     noise : Chain
     prefilter : Prefilter
-        What it leaves open is chosen for the twins' rate.
+        With open settings chosen for the sampling period of the twins.
     checks : int
-        How many runs are judged, from the first on.
+        Number of runs with a verdict, from the first on.
     settings : mapping of str to object
-        What else `identify` takes: ``covariance``, ``lags``, ``start``, ``loss``, which are nothing
-        to fits.
+        Other arguments of `identify`: ``covariance``, ``lags``, ``start``, ``loss``; not used by
+        fits.
     bootstrap : int
-        How many twins tell the bias and HAC deviations of an estimate; 0 for none.
+        Number of simulated replicas for bias and HAC standard errors of an estimate; 0 for none.
     levels : Levels
-        By which runs are judged.
+        Levels of the verdicts.
     """
 
     axis: GeneratedAxis
@@ -81,7 +82,7 @@ class MonteCarloPlan:
 
     @property
     def is_right(self) -> bool:
-        """Whether what is identified is what is simulated, what is known exactly included."""
+        """True if the identified model is the simulated one, with correct exactly known values."""
         if self.axis.signature != self.twin.signature:
             return False
         true = twin_plan(self.twin).true_values
@@ -93,15 +94,15 @@ class MonteCarloPlan:
 
     @property
     def regressions(self) -> tuple[str, ...]:
-        """The methods of `identify`."""
+        """Methods of `identify`."""
         return tuple(method for method in self.methods if not fitted_output(method))
 
     @property
     def fits(self) -> tuple[str, ...]:
-        """The methods that are fits of the output error."""
+        """Methods that are output-error fits."""
         return tuple(filter(fitted_output, self.methods))
 
 
 def interval_covariance(method: str, chosen: str) -> str:
-    """What the printed intervals of a method are of: those of identifications are chosen."""
+    """Return the covariance of the printed intervals of a method: the chosen one, or coloured."""
     return COLOURED if fitted_output(method) else chosen

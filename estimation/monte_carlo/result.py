@@ -1,4 +1,4 @@
-"""What many twins tell of a method: its bias, scatter and intervals, and of the checks."""
+"""Result of a study: bias, scatter and intervals of methods over many twins, and checks."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -31,14 +31,13 @@ from .study_statistics import CheckFigures, EstimandFigures, Mean, Share, StudyF
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
-    """The numbers of many runs.
+    """Numbers of all runs of a study.
 
     Attributes
     ----------
     plan : MonteCarloPlan
-        What was done in each.
     numbers : BlockNumbers
-        Of the runs that were done, in their order.
+        Numbers of the finished runs, in order.
     """
 
     plan: MonteCarloPlan
@@ -55,45 +54,46 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
 
     @property
     def estimands(self) -> tuple[Estimand, ...]:
-        """What was estimated, length e."""
+        """Estimated quantities, length e."""
         return self.numbers.estimands
 
     @property
     def chosen(self) -> str:
-        """Of `COVARIANCES`, what printed intervals are of."""
+        """Covariance of the printed intervals, one of `COVARIANCES`."""
         return str(self.plan.settings["covariance"])
 
     @property
     def failures(self) -> tuple[FailedRun, ...]:
-        """Runs that gave nothing, of a method or at all, with the reason."""
+        """Failures of runs, of one method or of all, with the reason."""
         return self.numbers.failures
 
     @property
     def values(self) -> Array:
-        """Estimates as they are, (R, e); not a number where there is none."""
+        """Estimates without bias correction, (R, e); not a number if missing."""
         return self.numbers.numbers[:, :, 0]
 
     @property
     def corrected(self) -> Array:
-        """Estimates without the bias of filter and noise, where that is known, (R, e)."""
+        """Estimates minus the bias of filter and noise, if that is known, (R, e)."""
         return self.numbers.numbers[:, :, 1]
 
     def deviations(self, of: str) -> Array:
-        """Stated deviations of one of `INTERVALS`, (R, e)."""
+        """Return the standard errors of one of `INTERVALS`, (R, e)."""
         return self._stated(of)[:, :, 0]
 
     def intervals(self, of: str) -> Array:
-        """Bounds of the 95 % intervals of one of `INTERVALS`, (R, e, 2)."""
+        """Return the bounds of the 95 % intervals of one of `INTERVALS`, (R, e, 2)."""
         return self._stated(of)[:, :, 1:]
 
     def _stated(self, of: str) -> Array:
+        """Return standard errors and bounds of one of `INTERVALS`, (R, e, 3)."""
         check_among(("interval", of, INTERVALS))
         place = 2 + 3 * INTERVALS.index(of)
         return self.numbers.numbers[:, :, place : place + 3]
 
     @cached_property
     def truths(self) -> Array:
-        """True values of the estimands, (e,); not a number where the twin has no such parameter."""
+        """True values of the estimands, (e,); not a number if the twin lacks the parameter."""
         known = twin_plan(self.plan.twin).true_values
         direct = {method: self._direct_truths(method, known) for method in self.plan.methods}
         truths = [
@@ -103,7 +103,7 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
         return np.array(truths, dtype=float)
 
     def _direct_truths(self, method: str, known: Mapping[str, float]) -> dict[str, float]:
-        """True parameters of the direct model; none where the inverse one's are not known."""
+        """Return the true parameters of the direct model by name; empty if not known."""
         axis = self.plan.axis
         shown = any((each.method, each.kind) == (method, DIRECT) for each in self.estimands)
         if not shown or any(name not in known for name in axis.names):
@@ -114,7 +114,7 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
 
     @cached_property
     def outcomes(self) -> dict[int, tuple[str, str]]:
-        """Of each run that was done: ``ok``, ``partly`` or ``failed``, and why, by method."""
+        """Outcome of each finished run, ``ok``, ``partly`` or ``failed``, with the reasons."""
         failures: dict[int, list[FailedRun]] = {run: [] for run in self.numbers.runs.tolist()}
         for failed in self.failures:
             failures[failed.run].append(failed)
@@ -128,14 +128,15 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
 
     @cached_property
     def figures(self) -> tuple[EstimandFigures, ...]:
-        """What the runs tell of each estimand."""
+        """Figures of each estimand over the runs."""
         return tuple(self._figures(place) for place in range(len(self.estimands)))
 
     def _figures(self, place: int) -> EstimandFigures:
+        """Return the figures of one estimand over the runs."""
         estimand, truth = self.estimands[place], float(self.truths[place])
         there = np.isfinite(self.corrected[:, place])
         value, corrected = (each[there, place] for each in (self.values, self.corrected))
-        # All runs have the error of the same known value, which intervals reckon with.
+        # All runs share the error of a known value, which the intervals include.
         follows = estimand.kind == PHYSICAL or fitted_output(estimand.method)
         is_shared = follows and any(p.known_sd for p in self.plan.axis.base.known)
         deviations, coverage = {}, {}
@@ -161,12 +162,12 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
 
     @property
     def judged(self) -> int:
-        """How many runs there is a verdict of."""
+        """Number of runs with a verdict."""
         return int(self.numbers.judged.sum())
 
     @cached_property
     def check_figures(self) -> tuple[CheckFigures, ...]:
-        """How often each check ends how, in the order of the verdict."""
+        """Frequency of each status of each check, in the order of the verdict."""
         found, judged = [], self.numbers.statuses[self.numbers.judged]
         for name, statuses in zip(self.numbers.checks, judged.T, strict=True):
             evaluated = statuses[(statuses >= 0) & (statuses != STATUSES.index("not evaluated"))]
@@ -179,20 +180,20 @@ class MonteCarlo(StudyFigures, Uncached, Presentable, Exact):
 
     @cached_property
     def objected(self) -> Share:
-        """How many of the verdicts any check fails in."""
+        """Share of the verdicts with a failed check."""
         failing = self.numbers.statuses[self.numbers.judged] == STATUSES.index("fail")
         return Share.of_truths(np.asarray(failing.any(axis=1)))
 
     def normalised(self, place: int) -> Array:
-        """Errors of an estimand in the deviations that its method states, (r,).
+        """Return the errors of an estimand in standard errors of its method, (r,).
 
-        Of the runs that have both. A deviation is taken so that a normal distribution of it has the
-        95 % interval that is stated, however many degrees of freedom that has.
+        For the runs that have both. The standard error is that of a normal distribution with the
+        same 95 % interval, for any degrees of freedom.
 
         Parameters
         ----------
         place : int
-            Among the estimands.
+            Index among the estimands.
         """
         low, high = self.intervals(interval_covariance(self.estimands[place].method, self.chosen))[
             :, place

@@ -1,4 +1,4 @@
-"""The numbers of a study as a file: NumPy's npz, or Parquet, a row for each run."""
+"""Files of the numbers of a study: NumPy's npz or Parquet, one row for each run."""
 
 import json
 from collections.abc import Iterator
@@ -20,18 +20,18 @@ from .drawn_twins import declared_figures
 from .result import MonteCarlo
 from .runs import INTERVALS, PARAMETER, STATUSES, Estimand
 
-#: Endings of the files that a study can be written to.
+#: Suffixes of the files that a study can be written to.
 OUTPUT_SUFFIXES = (".npz", ".parquet")
-#: What a file says of the study, under this name: its axes, all that was asked for, true values.
+#: Name of the metadata of a study in its file: axes, settings, true values.
 SETTINGS = "axisid.monte_carlo"
 
 
 def run_columns(result: MonteCarlo) -> dict[str, NDArray[Any]]:
-    """The numbers of every run by column, (R,) each.
+    """Return the numbers of every run by column, (R,) each.
 
-    ``run``, ``status`` and ``reason``; of every estimand ``idm-iv.M`` (the value), ``.corrected``
-    (without its bias) and ``.hac.sd``, ``.hac.low``, ``.hac.high`` of each interval; of
-    every check ``check.control law``, how it ended, empty where the run was not judged.
+    ``run``, ``status`` and ``reason``; for every estimand ``idm-iv.M`` (the value), ``.corrected``
+    (minus its bias) and ``.hac.sd``, ``.hac.low``, ``.hac.high`` for each interval; for every check
+    ``check.control law``, its status, empty for a run without a verdict.
     """
     columns: dict[str, NDArray[Any]] = {
         "run": result.numbers.runs,
@@ -46,7 +46,7 @@ def run_columns(result: MonteCarlo) -> dict[str, NDArray[Any]]:
 
 
 def _estimand_columns(result: MonteCarlo) -> Iterator[tuple[str, str, Array]]:
-    """Every column of the estimands, with its unit; of intervals those that any run states."""
+    """Yield name, unit and values of the columns of estimands; intervals only if a run has one."""
     for estimand, of_one in zip(
         result.estimands, result.numbers.numbers.transpose(1, 2, 0), strict=True
     ):
@@ -59,7 +59,7 @@ def _estimand_columns(result: MonteCarlo) -> Iterator[tuple[str, str, Array]]:
 
 
 def column_name(estimand: Estimand) -> str:
-    """What an estimand's columns begin with."""
+    """Return the first part of the names of an estimand's columns."""
     kind = () if estimand.kind == PARAMETER else (estimand.kind,)
     return ".".join((estimand.method, *kind, estimand.name))
 
@@ -71,17 +71,17 @@ def write_runs(result: MonteCarlo, path: str | Path) -> Path:
     ----------
     result : MonteCarlo
     path : str or Path
-        ``.npz`` (`numpy.load`) or ``.parquet``, which needs pyarrow; columns as `run_columns` says.
+        ``.npz`` (`numpy.load`) or ``.parquet``, which needs pyarrow; columns as in `run_columns`.
 
     Returns
     -------
     Path
-        What was written.
+        The written file.
 
     Raises
     ------
     UsageError
-        The name has another ending, or the file cannot be written.
+        The name has another suffix, or the file cannot be written.
     DataError
         pyarrow is not installed.
     """
@@ -126,9 +126,9 @@ def check_output(file: Path) -> None:
     Raises
     ------
     UsageError
-        As `write_runs`.
+        As in `write_runs`.
     DataError
-        As `write_runs`.
+        As in `write_runs`.
     """
     if file.suffix not in OUTPUT_SUFFIXES:
         raise UsageError(

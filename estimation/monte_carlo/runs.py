@@ -1,6 +1,6 @@
-"""The numbers of a block of runs: what each twin's identification gives, or why it gives nothing.
+"""Numbers of a block of runs: the estimates of each twin, or the reason of a failure.
 
-`block_numbers` is all that a study asks for: another way to identify many twins takes its place.
+A study only calls `block_numbers`; another way to identify many twins would replace it.
 """
 
 import math
@@ -24,36 +24,36 @@ from axisid.support.errors import AxisidError
 from .drawn_twins import are_lanes, twin_lanes, twins
 from .plan import COLOURED, IID, MonteCarloPlan
 
-Interval: TypeAlias = tuple[float, tuple[float, float]]  # a deviation, and both bounds
+Interval: TypeAlias = tuple[float, tuple[float, float]]  # a standard error, and both bounds
 
-#: What intervals are of: each covariance, a fit's coloured errors, and the model's error (of runs
-#: that are judged).
+#: Kinds of intervals: each covariance, coloured errors of a fit, and the model error (of runs with
+#: a verdict).
 MODEL_ERROR = "model"
 INTERVALS = (*COVARIANCES, COLOURED, MODEL_ERROR)
 _WIDTH = 2 + 3 * len(INTERVALS)  # numbers of an estimand in a run
-#: Of what is estimated: a parameter as it is identified, one of the direct model, a declared one
-#: that follows.
+#: Kinds of estimands: an identified parameter, a parameter of the direct model, or a declared
+#: parameter that follows from others.
 Kind: TypeAlias = Literal["parameter", "direct", "physical"]
 PARAMETER: Kind = "parameter"
 DIRECT: Kind = "direct"
 PHYSICAL: Kind = "physical"
-#: How a check may end, by its number in `BlockNumbers.statuses`; -1 where a run has no such check.
+#: Statuses of a check, by their number in `BlockNumbers.statuses`; -1 for a run without the check.
 STATUSES = ("pass", "note", "fail", "not evaluated")
-#: What came to nothing for all methods: the simulation, or the verdict.
+#: Failures of all methods of a run: its simulation, or its verdict.
 SIMULATION, VERDICT = "simulation", "verdict"
 
 
 @dataclass(frozen=True, slots=True)
 class Estimand:
-    """Something that a method estimates in every run.
+    """A quantity that a method estimates in every run.
 
     Attributes
     ----------
     method : str
     name : str
     kind : {"parameter", "direct", "physical"}
-        A parameter as it is identified; one of the direct model; a declared one that follows from
-        base parameters and from what is known.
+        An identified parameter; a parameter of the direct model; a declared parameter that follows
+        from base parameters and known values.
     unit : str
     """
 
@@ -65,14 +65,14 @@ class Estimand:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FailedRun:
-    """Why a run gave no numbers, of a method or at all.
+    """Failure of a run, of one method or of all.
 
     Attributes
     ----------
     run : int
-        From 0.
+        Number of the run, from 0.
     of : str
-        The method; ``simulation`` where there is no twin, ``verdict`` where it was not judged.
+        The method; ``simulation`` if there is no twin, ``verdict`` if there is no verdict.
     reason : str
     """
 
@@ -83,22 +83,23 @@ class FailedRun:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BlockNumbers:
-    """The numbers of some runs.
+    """Numbers of some runs.
 
     Attributes
     ----------
     runs : (b,) array of int
-        Which ones.
+        Numbers of the runs.
     estimands : tuple of Estimand
         Length e.
     numbers : (b, e, 2 + 3 i) array
-        Value, value without the bias of filter and noise, then deviation and both bounds of each of
-        `INTERVALS`; not a number where there is none.
+        Value, value minus the bias of filter and noise, then standard error and both bounds for
+        each of `INTERVALS`; not a number if missing.
     checks : tuple of str
         Length c.
     statuses : (b, c) array of int
-        By `STATUSES`, -1 for none.
+        Index in `STATUSES`, -1 for none.
     judged : (b,) array of bool
+        True for runs with a verdict.
     failures : tuple of FailedRun
     """
 
@@ -113,7 +114,7 @@ class BlockNumbers:
 
 @dataclass(slots=True)
 class _Run:
-    """What a run gives, while it is gathered; no checks where it was not judged."""
+    """Results of a run while they are collected; checks are None without a verdict."""
 
     run: int
     values: dict[Estimand, Array] = field(default_factory=dict)
@@ -122,23 +123,23 @@ class _Run:
 
     @contextmanager
     def losing(self, of: str, lead: str = "") -> Iterator[None]:
-        """What is refused within comes to nothing, with the reason; `lead` begins that."""
+        """Record an error of the block as a failure; its reason begins with `lead`."""
         try:
             yield
         except AxisidError as error:
             self.lost(of, f"{lead}{error}")
 
     def lost(self, of: str, reason: str) -> None:
-        """Something comes to nothing."""
+        """Record a failure."""
         self.failures.append(FailedRun(run=self.run, of=of, reason=reason))
 
     def judged(self, statuses: Mapping[str, str]) -> None:
-        """How checks ended, by name."""
+        """Record the statuses of checks by name."""
         ended = {name: STATUSES.index(status) for name, status in statuses.items()}
         self.checks = {**(self.checks or {}), **ended}
 
     def numbers(self) -> BlockNumbers:
-        """The run as a block of its own."""
+        """Return the run as a block of one run."""
         checks = self.checks or {}
         return BlockNumbers(
             runs=np.array([self.run], dtype=np.int64),
@@ -158,16 +159,17 @@ def block_numbers(
     *,
     bootstrapped: int | None = None,
 ) -> BlockNumbers:
-    """The numbers of runs that follow each other.
+    """Simulate and identify consecutive runs, and return their numbers.
 
     Parameters
     ----------
     plan : MonteCarloPlan
     block : range
+        Numbers of the runs.
     threads : int, optional
-        Of the simulation, as `simulate_batch` takes it; the numbers are the same for any.
+        Threads of the simulation, as in `simulate_batch`; the numbers do not depend on them.
     bootstrapped : int, optional
-        How many runs, from the first on, have twins of their own; by default those that are judged.
+        Number of runs, from the first on, with simulated replicas; by default runs with a verdict.
     """
     own = plan.checks if bootstrapped is None else bootstrapped
     count = max(own - block.start, 0) if are_lanes(plan) else len(block)
@@ -181,6 +183,7 @@ def block_numbers(
 
 
 def _lane_runs(plan: MonteCarloPlan, runs: range, threads: int | None) -> Iterator[_Run]:
+    """Yield the results of batched runs."""
     (method,) = plan.methods
     lanes, unsimulated = twin_lanes(plan.twin, plan.noise, plan.seed, runs, threads)
     found = identify_lanes(plan.axis, lanes, method, plan.prefilter, lags=plan.settings["lags"])
@@ -203,6 +206,7 @@ def _lane_runs(plan: MonteCarloPlan, runs: range, threads: int | None) -> Iterat
 
 
 def _run(plan: MonteCarloPlan, number: int, record: Record | str, bootstrap: int) -> _Run:
+    """Return the results of one run by all methods, with its verdict if planned."""
     run, is_judged = _Run(number), number < plan.checks
     if isinstance(record, str):
         run.lost(SIMULATION, record)
@@ -223,12 +227,12 @@ def _run(plan: MonteCarloPlan, number: int, record: Record | str, bootstrap: int
 
 
 def _fit_values(method: str, found: OutputFit) -> Iterator[tuple[Estimand, Array]]:
-    """Of parameters that were searched and that the output shows."""
+    """Yield the estimands of a fit with their numbers, for free, identifiable parameters."""
     for name, value in found.parameters.items():
         if name in found.fixed or not math.isfinite(value.deviation):
             continue
         intervals = {COLOURED: (value.deviation, value.interval)}
-        if name not in found.at_bound:  # there the interval is to one side
+        if name not in found.at_bound:  # the interval at a bound is one-sided
             intervals[IID] = _stated(value.value, value.deviations[IID], math.inf)
         yield (
             Estimand(method, name, PARAMETER, value.unit),
@@ -239,7 +243,7 @@ def _fit_values(method: str, found: OutputFit) -> Iterator[tuple[Estimand, Array
 def _identified(
     plan: MonteCarloPlan, run: _Run, record: Record, bootstrap: int
 ) -> Identification | None:
-    """By all methods that give an estimate of the twin; None where none does."""
+    """Return the identification by all methods that succeed; None if none does."""
     with suppress(AxisidError):
         return _estimated(plan, record, plan.regressions, bootstrap) if plan.regressions else None
     able: list[str] = []
@@ -253,9 +257,9 @@ def _identified(
 def _estimated(
     plan: MonteCarloPlan, record: Record, methods: Sequence[str], bootstrap: int
 ) -> Identification:
-    """The result by methods, with intervals, which are else found when they are asked for."""
+    """Return the identification by methods, with its intervals computed."""
     settings = {**plan.settings, **asdict(plan.levels), "bootstrap": bootstrap}
-    result = identify(plan.axis, record, plan.prefilter, methods, **settings)
+    result = identify(plan.axis, record, plan.prefilter, methods, **settings, judge=False)
     for method in methods:
         _ = result[method].parameters
     return result
@@ -264,7 +268,14 @@ def _estimated(
 def estimand_numbers(
     result: Identification, *, judged: bool = False
 ) -> Iterator[tuple[Estimand, Array]]:
-    """What there is of each value of a result, as of `BlockNumbers`."""
+    """Yield each estimand of a result with its numbers, as in `BlockNumbers`.
+
+    Parameters
+    ----------
+    result : Identification
+    judged : bool
+        Whether intervals for the model error are included.
+    """
     for method, estimate in result.estimates.items():
         bands = result.diagnosis.bands.get(method, {}) if judged else {}
         for kind, values, freedoms in (
@@ -282,6 +293,7 @@ def estimand_numbers(
 
 
 def _numbers(value: Value, freedom: Mapping[str, float]) -> Array:
+    """Return the numbers of a value; intervals for covariances with given degrees of freedom."""
     intervals: dict[str, Interval] = {}
     for of in COVARIANCES:
         if of == value.chosen:
@@ -292,10 +304,12 @@ def _numbers(value: Value, freedom: Mapping[str, float]) -> Array:
 
 
 def _stated(value: float, deviation: float, freedom: float) -> Interval:
+    """Return the standard error with Student's interval about a value."""
     return float(deviation), student_interval(value, float(deviation), float(freedom))
 
 
 def _row(value: float, corrected: float, intervals: Mapping[str, Interval]) -> Array:
+    """Return the numbers of an estimand in a run, (2 + 3 i,)."""
     row = np.full(_WIDTH, np.nan)
     row[:2] = value, corrected
     for of, (deviation, bounds) in intervals.items():
@@ -305,7 +319,7 @@ def _row(value: float, corrected: float, intervals: Mapping[str, Interval]) -> A
 
 
 def lost_block(block: range, reason: str) -> BlockNumbers:
-    """Runs that nobody knows the numbers of, since whoever worked on them was killed."""
+    """Return runs without numbers, as their process was killed."""
     return joined(
         [
             _Run(n, failures=[FailedRun(run=n, of=SIMULATION, reason=reason)]).numbers()
@@ -315,9 +329,9 @@ def lost_block(block: range, reason: str) -> BlockNumbers:
 
 
 def joined(blocks: Sequence[BlockNumbers]) -> BlockNumbers:
-    """Blocks as one, in the order of the runs, whatever order they were made in."""
+    """Return blocks as one, sorted by run."""
     ordered = sorted(blocks, key=lambda block: int(block.runs[0]))
-    # Each once, in the order in which they come.
+    # Unique, in order of first occurrence.
     estimands = tuple(dict.fromkeys(each for block in ordered for each in block.estimands))
     checks = tuple(dict.fromkeys(each for block in ordered for each in block.checks))
     return BlockNumbers(
@@ -336,7 +350,7 @@ def _stacked(
     columns: tuple[object, ...],
     missing: float,
 ) -> NDArray[Any]:
-    """Arrays by run under one another, each column where all have it."""
+    """Stack arrays by run with common columns; columns that an array lacks are `missing`."""
     place = {column: i for i, column in enumerate(columns)}
     stacked = []
     for array, own in parts:

@@ -1,6 +1,6 @@
-"""Figures of many runs, each with its Monte-Carlo error, and what they tell.
+"""Figures of a study, each with its Monte-Carlo error, and checks of them.
 
-Whoever has them: a study that was made, or its file.
+They are those of a study or of its file.
 """
 
 import math
@@ -24,19 +24,19 @@ from axisid.support.errors import Missing, UsageError, quoted
 from .plan import interval_covariance
 from .runs import Estimand, FailedRun
 
-_MOST_REASONS = 5  # that are told of what came to nothing
-_ROUNDING = 1e-12  # of the truth: a mean error up to it is one of arithmetic
+_MOST_REASONS = 5  # reasons that are reported for failures
+_ROUNDING = 1e-12  # of the true value; a mean error up to it is rounding
 
 
 class Share(Struct, frozen=True, rename={"interval": "interval_95"}):
-    """How often something happened.
+    """Frequency of an event.
 
     Attributes
     ----------
     count, of : int
-        How often, of how many times that it could.
+        Number of events, and of trials.
     interval : (float, float)
-        Follows from these.
+        95 % interval of the probability.
     """
 
     count: int
@@ -50,16 +50,16 @@ class Share(Struct, frozen=True, rename={"interval": "interval_95"}):
 
     @classmethod
     def of_truths(cls, truths: NDArray[np.bool_]) -> "Share":
-        """How often it is true."""
+        """Return the share of True."""
         return cls(int(np.count_nonzero(truths)), len(truths))
 
     @property
     def value(self) -> float:
-        """The share; not a number of no time."""
+        """Relative frequency; not a number without trials."""
         return self.count / self.of if self.of else math.nan
 
     def interval_at(self, level: float) -> tuple[float, float]:
-        """Wilson's interval of a level; 0 to 1 of no time."""
+        """Return Wilson's interval of the probability at a level; 0 to 1 without trials."""
         from scipy.stats import binomtest
 
         if not self.of:
@@ -76,7 +76,7 @@ class Mean:
     ----------
     value : float
     error : float
-        Its standard error over the runs; not a number of too few.
+        Standard error over the runs; not a number for too few runs.
     """
 
     value: MaybeNan
@@ -84,17 +84,18 @@ class Mean:
 
     @classmethod
     def of_values(cls, values: Array) -> "Mean":
-        """The mean of independent values, (n,)."""
+        """Return the mean of independent values, (n,), with its standard error ``s/sqrt(n)``."""
         n = len(values)
         error = float(values.std(ddof=1)) / math.sqrt(n) if n > 1 else math.nan
         return cls(float(values.mean()) if n else math.nan, error)
 
     @classmethod
     def of_scatter(cls, values: Array) -> "Mean":
-        """Their standard deviation; its error allows for tails that are not the normal one's.
+        """Return the standard deviation of values, (n,), with its standard error.
 
-        By the variance of a sample's variance, ``(m4 - m2^2 (n - 3)/(n - 1))/n``, and the delta
-        method.
+        The error is valid for any distribution: the variance of the sample variance is
+        ``(m4 - s^4 (n - 3)/(n - 1))/n`` with the fourth central moment m4, and the delta method
+        divides its root by ``2 s``.
         """
         if (n := len(values)) < 2:
             return cls(math.nan, math.nan)
@@ -109,30 +110,30 @@ class Mean:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EstimandFigures(Estimand):
-    """What the runs tell of one estimand.
+    """Figures of one estimand over the runs.
 
     Attributes
     ----------
     method : str
     name : str
     kind : {"parameter", "direct", "physical"}
-        As it is identified, of the direct model, or declared and following from others.
+        Identified, of the direct model, or declared and following from others.
     unit : str
     truth : float
-        Not a number, or null, where the twins have no such parameter.
+        True value; not a number, or null, if the twins lack the parameter.
     runs : int
-        That gave an estimate.
+        Number of runs with an estimate.
     bias : Mean
-        Mean error of the value without the bias of filter and noise.
+        Mean error of the value minus its estimated bias by filter and noise.
     raw_bias : Mean
-        Mean error of the value itself.
+        Mean error of the value.
     scatter : Mean
         Standard deviation over the runs.
     deviations : mapping of str to float
-        Root mean square of the stated one, by covariance; ``model`` of the model's error.
+        Root mean square of the standard error, by covariance; ``model`` for the model error.
     coverage : mapping of str to Share
-        How often the 95 % interval of each holds the truth; empty without a truth, and of declared
-        parameters that follow where a known value has a deviation: all runs share its error.
+        Share of the 95 % intervals that cover the true value; empty without a true value, and for
+        parameters that follow from an uncertain known value, whose error all runs share.
     """
 
     truth: MaybeNan
@@ -145,15 +146,15 @@ class EstimandFigures(Estimand):
 
 
 class CheckFigures(Struct, frozen=True, kw_only=True, rename={"missing": "not_evaluated"}):
-    """How often a check ends in each way, of the runs that were judged.
+    """Frequency of each status of a check over the runs with a verdict.
 
     Attributes
     ----------
     name : str
     fails, notes, passes : Share
-        Of the runs in which it was evaluated: what nobody looked at has not passed.
+        Share of the runs in which the check was evaluated.
     missing : Share
-        It could not be evaluated, or the run has no such check.
+        Share of the runs without the check, or in which it could not be evaluated.
     """
 
     name: str
@@ -164,32 +165,32 @@ class CheckFigures(Struct, frozen=True, kw_only=True, rename={"missing": "not_ev
 
 
 class StudyFigures(Checked):
-    """What follows from the figures of a study."""
+    """Base of studies: checks of their figures."""
 
     __slots__ = ()
 
     @property
     @abstractmethod
     def figures(self) -> tuple[EstimandFigures, ...]:
-        """What the runs tell of each estimand."""
+        """Figures of each estimand over the runs."""
 
     @property
     @abstractmethod
     def failures(self) -> tuple[FailedRun, ...]:
-        """Runs that gave nothing, of a method or at all, with the reason."""
+        """Failures of runs, of one method or of all, with the reason."""
 
     @property
     @abstractmethod
     def chosen(self) -> str:
-        """Of `COVARIANCES`, what printed intervals are of."""
+        """Covariance of the printed intervals, one of `COVARIANCES`."""
 
     @abstractmethod
     def __len__(self) -> int:
-        """How many runs were done."""
+        """Return the number of finished runs."""
 
     @property
     def checks(self) -> tuple[Check, ...]:
-        """Whether intervals hold the truth as often as they say, values are biased, runs fail."""
+        """Checks of the coverage and width of intervals, of bias, and of failed runs."""
         narrow, wide = (_listed(self.miscovered(narrow=narrow)) for narrow in (True, False))
         shares = [each.coverage for each in self.figures if each.coverage]
         runs, biased, lost = f"{len(self)} runs tell", _listed(self.biased), "; ".join(self._lost())
@@ -223,7 +224,7 @@ class StudyFigures(Checked):
         )
 
     def _lost(self) -> Iterator[str]:
-        """What came to nothing, with the reasons that occur most."""
+        """Yield sentences on failures by method, with the most frequent reasons."""
         for of, reasons in self.lost.items():
             count = sum(reasons.values())
             listed = list(reasons.items())[:_MOST_REASONS]
@@ -232,20 +233,25 @@ class StudyFigures(Checked):
 
     @property
     def biased(self) -> tuple[EstimandFigures, ...]:
-        """Where the mean error is beyond its own standard error, and beyond rounding."""
+        """Figures with a significant bias, larger than rounding."""
         found = []
         for each in self.figures:
-            # Of few runs the standard error is uncertain too: the distance is Student's.
+            # For few runs the standard error is uncertain, hence a quantile of Student's t.
             furthest = stdtrit(each.runs - 1, ndtr(MIN_BIAS.value)) * each.bias.error
             if each.runs > 1 and abs(each.bias.value) > max(furthest, _ROUNDING * abs(each.truth)):
                 found.append(each)
         return tuple(found)
 
     def miscovered(self, *, narrow: bool) -> tuple[EstimandFigures, ...]:
-        """Whose intervals hold the truth too rarely, or else are wider than they need be.
+        """Return the figures whose intervals cover the true value too rarely, or too often.
 
-        Both beyond the Monte-Carlo error, under what their method states, with 5 % for a mistake in
-        any of the estimands (Bonferroni).
+        Both are significant beyond the Monte-Carlo error, with a probability of 5 % for an error in
+        any of the estimands (Bonferroni), for the covariance of the printed intervals.
+
+        Parameters
+        ----------
+        narrow : bool
+            True for too narrow intervals, False for too wide ones.
         """
         wanted = INTERVAL_LEVEL.value
         stated = [(interval_covariance(each.method, self.chosen), each) for each in self.figures]
@@ -259,25 +265,25 @@ class StudyFigures(Checked):
         )
 
     def of(self, method: str, name: str) -> EstimandFigures:
-        """The figures of a parameter by a method.
+        """Return the figures of a parameter by a method.
 
         Raises
         ------
         UsageError
-            There is none.
+            The study has no such estimand.
         """
         for found in self.figures:
             if (found.method, found.name) == (method, name):
                 return found
         listed = ", ".join(f"{e.method} {e.name}" for e in self.figures)
         raise UsageError(
-            f"there is no {quoted(name)} by {quoted(method)}; there are {listed or 'none'}.",
+            f"there is no {quoted(name)} by {quoted(method)}; the study has {listed or 'none'}.",
             code="result",
         )
 
     @property
     def lost(self) -> Mapping[str, Mapping[str, int]]:
-        """How many runs gave nothing, by method or what else failed, then by reason."""
+        """Number of failed runs, by method or kind of failure, then by reason."""
         found: dict[str, Counter[str]] = {}
         for failed in self.failures:
             found.setdefault(failed.of, Counter())[failed.reason] += 1
@@ -288,4 +294,5 @@ class StudyFigures(Checked):
 
 
 def _listed(figures: Iterable[EstimandFigures]) -> str:
+    """Return methods and names of estimands as a list."""
     return ", ".join(f"{each.method} {each.name}" for each in figures)

@@ -1,10 +1,15 @@
-"""A record's loop once more, with noise as the record has it.
+"""Noise models of records, and simulated replicas of records with that noise.
 
-In: a problem, an estimate of it. Out: the noise model of the record, a `Chain`, its twins, and what
-an estimator makes of them. Knows nothing of methods and of verdicts.
+In: a problem and an estimate. Out: the noise model of each record, a `Chain`; simulated replicas;
+their solutions by an estimator. Knows nothing of methods and of verdicts.
 """
 
 from .noise_estimation import measured_noise as measured_noise
+from .noise_findings import (
+    NoiseSource as NoiseSource,
+    NoiseSources as NoiseSources,
+    noise_sources as noise_sources,
+)
 from .noise_model import (
     AntitheticDraws as AntitheticDraws,
     Autoregressions as Autoregressions,

@@ -1,8 +1,7 @@
-"""The noise of a record, measured in what it is beside its loop at an estimate."""
+"""Estimate the noise of a record: sensor noise, noise of the logged control, and disturbances."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -18,52 +17,48 @@ from axisid.support.errors import EstimationError
 from .noise_model import CORRELATION_TIMES, Autoregressions, Chain, MeasuredChain, spectrum
 from .twins import noise_free_record, twins_of
 
-_DRAWS = 16  # of a disturbance, through filter and projection
-_BANDS = 22  # at most; of few rows a frequency is a band of its own
-_FEWEST_FREQUENCIES = 8  # of the rows, which tell their noise
-_MOST_LEVERAGE = 0.8  # of a frequency: where columns take nearly all, nothing is told
-_RANK = 1e-6
-_ROWS_A_COLUMN = 4
-_HIGHEST = 0.6  # of the frequencies of rows: what the filter leaves as it is
-_TWINS = 8  # that have position noise and steps alone
-_CLASSES = 8  # of speed
-#: Squares of second differences for one power: of one degree of freedom, and of their neighbours'.
-_CORRELATED = 2 * (1 + 2 * ((4 / 6) ** 2 + (1 / 6) ** 2))
-_SURELY = 6.0  # of a logarithm of likelihood: by chance one in 2000
-_REFINEMENTS = 2  # of forces beside what twins with them hunt
-_MOST_AT_ONCE = 16.0  # times less variance, whose geometric half is taken
-_ROUNDS = 400  # of the likelihood's multiplicative updates
-_LEAST = 1e-12  # of the largest power: rounding
-_SMALLEST = 1e-3  # of a band's power
-_ROUNDING = 1e-12  # of the position, or the force
-_LEAST_POWER = 0.1  # of what white noise of the position would make in the rows
-_LONGEST = 8.0  # times that a correlation time has to fit into a record
+_DISTURBANCE_DRAWS = 16  # white disturbances, passed through filter and projection for their power
+_MAX_BANDS = 22  # frequency bands; with few rows each frequency is a band
+_MIN_FREQUENCIES = 8  # frequencies of the rows, below which their noise is not estimated
+_MAX_LEVERAGE = 0.8  # of a frequency: the share that columns are counted to take at most
+_MIN_SINGULAR_VALUE_RATIO = 1e-6  # of the basis, relative to the largest singular value
+_MIN_ROWS_PER_COLUMN = 4
+_MAX_FREQUENCY = 0.6  # of the Nyquist frequency of the rows: the pass band of the filters
+_REPLICAS = 8  # simulated replicas with position noise and encoder steps
+_SPEED_CLASSES = 8
+#: Squared second differences per independent power of two degrees of freedom: 2 for their one
+#: degree of freedom, times the sum of the squared autocorrelations 1, -4/6, 1/6 of second
+#: differences.
+_SQUARES_PER_POWER = 2 * (1 + 2 * ((4 / 6) ** 2 + (1 / 6) ** 2))
+_MIN_LIKELIHOOD_GAIN = 6.0  # of the log-likelihood; exceeded by chance in one of 2000 cases
+_REFINEMENTS = 2  # corrections of the disturbances for the limit cycle of disturbed replicas
+_MAX_REDUCTION = 16.0  # of a variance in one refinement, of which the geometric mean is taken
+_LIKELIHOOD_STEPS = 400  # multiplicative updates
+_RELATIVE_FLOOR = 1e-12  # of the largest power: rounding
+_MIN_BAND_SHARE = 1e-3  # of the power of a band, below which a disturbance is left out
+_ROUNDING = 1e-12  # of the position, the control or the force
+_MIN_POWER_RATIO = 0.1  # of the power that white position noise would cause in the rows
+_MIN_RECORD_LENGTH = 8.0  # correlation times that a record must cover
 
 
 def measured_noise(
     data: FilteredRecord, physical: Array, loops: Sequence[Simulation]
 ) -> MeasuredChain:
-    """Measure the noise of a record.
+    """Estimate the noise of a record at an estimate of its parameters.
 
-    Steps are those of the grids of what was logged. White noise of the position is what its second
-    differences have beyond those of the loop, and of twins with the encoder's steps alone, as much
-    as leaves the same in twins with both. What acts beside the control is a sum of autoregressions
-    of given correlation times, whose variances are the likeliest by Whittle for the rows of the
-    inverse model, without all that the model's columns explain when they may change with time,
-    place, speed and direction, and without what twins with noise and steps of the position have
-    there in common, beside what each of these has of its own: first of the steps alone, then of
-    twins that are disturbed as well. None is there that is not surely likelier than nothing, and
-    none is told where friction remembers, which has no rows. How a loop hunts over the steps of its
-    encoder is an accident of where it begins, so that twins have disturbances that are the
-    likeliest beside the power of one such loop or another.
+    The five steps are: sensor noise and quantisation (`_sensor_noise`); noise of the logged control
+    (`_control_noise`); power of the residual about its systematic part (`_power_about_replicas`);
+    variances of the disturbances by Whittle's likelihood (`_significant_variances`); correction for
+    the limit cycle of a disturbed loop (`_corrected_for_limit_cycle`). Friction with internal state
+    has no rows of measured signals, so that such a record has sensor noise only.
 
     Parameters
     ----------
     data : FilteredRecord
     physical : (p,) array
-        The estimate, as of this record.
+        Parameters of this record's axis.
     loops : sequence of Simulation
-        Of the record, with it; one for each segment.
+        Loops of the record, simulated with these parameters; one for each segment.
 
     Returns
     -------
@@ -72,88 +67,268 @@ def measured_noise(
     Raises
     ------
     EstimationError
-        There are too few rows.
+        The record has too few rows in motion, or position noise that is not white.
     """
     quiet = noise_free_record(data, loops)
+    chain = _sensor_noise(data, quiet, physical)
+    if data.axis.states:
+        return chain
+    rows = _InverseModelRows.of(data, quiet, physical)
+    residuals = rows.residuals(data)
+    chain = replace(chain, control=_control_noise(data, residuals, rows, chain))
+    powers = _power_about_replicas(data, residuals, rows, chain)
+    force = rows.data.reduce(rows.data.signals.force)
+    if np.linalg.norm(residuals) <= _ROUNDING * np.linalg.norm(force):
+        return chain
+    variances = _significant_variances(powers, rows)
+    variances = _corrected_for_limit_cycle(variances, powers, data, rows, chain)
+    likeliest, *drawn = [
+        _autoregressions(rows.times, rows.unit_power, powers.power, each) for each in variances
+    ]
+    return replace(chain, disturbances=likeliest, drawn=tuple(drawn))
+
+
+def _sensor_noise(data: FilteredRecord, quiet: FilteredRecord, physical: Array) -> MeasuredChain:
+    """Estimate quantisation steps and white sensor noise from second differences.
+
+    A step is that of the grid of the logged values. A signal minus the noise-free signal has second
+    differences ``d_t = e_(t-1) - 2 e_t + e_(t+1)``; white noise of standard deviation sigma gives
+    them the mean square ``E d^2 = 6 sigma^2``.
+
+    Parameters
+    ----------
+    data : FilteredRecord
+    quiet : FilteredRecord
+        The noise-free record from the simulated loops.
+    physical : (p,) array
+    """
     position_step, velocity_step = sensor_steps(data.axis, data.record)
+    velocity: float | None = 0.0
+    if not velocity_step:
+        velocity = _white_noise_level(data.record, quiet.record, "velocity")
+    step_of_control = 0.0
+    if not data.axis.drive.quantisation:
+        step_of_control = control_step(data.record)
     chain = MeasuredChain(
         position_step=position_step,
         anywhere=position_step > 0,
         velocity_step=velocity_step,
-        velocity=0.0 if velocity_step else _white(data.record, quiet.record, "velocity"),
-        acceleration=_white(data.record, quiet.record, "acceleration"),
-        control_step=0.0 if data.axis.drive.quantisation else control_step(data.record),
+        velocity=velocity,
+        acceleration=_white_noise_level(data.record, quiet.record, "acceleration"),
+        control_step=step_of_control,
         is_measured_by_law=is_measured_by_law(data),
     )
     position, jitter = _position_noise(data, quiet, physical, chain)
-    chain = replace(chain, position=position, jitter=jitter)
-    if data.axis.states:  # friction that remembers has no rows
-        return chain
-    # Near turns of either the equation has errors that are no noise of a given colour.
-    moving = data.turning_as(quiet.record.position, also=True)
-    rows = RowSpectrum.of(moving, quiet)
-    by_filter = _residuals(quiet, physical, moving)
-    residuals = _residuals(data, physical, moving) - by_filter
-    times = [t for t in CORRELATION_TIMES if _LONGEST * t <= data.period * len(data)]
-    units = rows.power_of_disturbances(moving, times)
-    in_control = _control_noise(data, residuals, moving, rows, chain, times, units)
-    chain = replace(chain, control=in_control)
+    return replace(chain, position=position, jitter=jitter)
 
-    def errors_of(twin: FilteredRecord) -> Array:
-        return _residuals(twin, physical, moving) - by_filter
 
-    # What every twin has again is no noise: a loop hunts alike until something disturbs it.
-    errors = _of_twins(errors_of, data, physical, chain)
-    repeated, count = errors.mean(axis=0), len(errors)
+@dataclass(frozen=True, kw_only=True)
+class _InverseModelRows:
+    """Rows of the inverse model at an estimate, by which disturbances are estimated.
 
-    def power_of(twin: FilteredRecord) -> Array:
-        return rows.power(errors_of(twin) - repeated)
+    Attributes
+    ----------
+    data : FilteredRecord
+        The record without samples near velocity reversals of record or simulation, where the
+        residual is not noise of a fixed spectrum.
+    physical : (p,) array
+    spectrum : RowSpectrum
+    filter_residuals : (n,) array
+        Residuals of the noise-free record, which are due to the filter alone.
+    times : tuple of float
+        Candidate correlation times that the record is long enough for, s.
+    unit_power : (m, b) array
+        Power by band of a disturbance of each correlation time and standard deviation 1.
+    """
 
-    power = rows.power(residuals - repeated)
-    # The mean includes each twin, and not the record.
-    steps = power_about_another_mean(count) * np.array(
-        [rows.power(each - repeated) for each in errors]
+    data: FilteredRecord
+    physical: Array
+    spectrum: "RowSpectrum"
+    filter_residuals: Array
+    times: tuple[float, ...]
+    unit_power: Array
+
+    @classmethod
+    def of(
+        cls, data: FilteredRecord, quiet: FilteredRecord, physical: Array
+    ) -> "_InverseModelRows":
+        """Return the rows of a record.
+
+        Raises
+        ------
+        EstimationError
+            There are too few rows.
+        """
+        moving = data.turning_as(quiet.record.position, also=True)
+        row_spectrum = RowSpectrum.of(moving, quiet)
+        duration = data.period * len(data)
+        times = tuple(t for t in CORRELATION_TIMES if _MIN_RECORD_LENGTH * t <= duration)
+        return cls(
+            data=moving,
+            physical=physical,
+            spectrum=row_spectrum,
+            filter_residuals=_residuals(quiet, physical, moving),
+            times=times,
+            unit_power=row_spectrum.power_of_disturbances(moving, times),
+        )
+
+    def residuals(self, record: FilteredRecord) -> Array:
+        """Return the residuals of a record or replica minus those of the filter, (n,)."""
+        return _residuals(record, self.physical, self.data) - self.filter_residuals
+
+
+@dataclass(frozen=True, kw_only=True)
+class _BandPowers:
+    """Power of the residual about its systematic part, by band, with that of replicas.
+
+    Attributes
+    ----------
+    power : (b,) array
+        Power of the record's residual.
+    known : (b,) array
+        Mean power of the replicas.
+    backgrounds : (1 + m, b) array
+        The mean power, then that of each of m replicas; the mean alone without encoder steps.
+    counts : (b,) array
+        Independent powers by band, of two degrees of freedom each.
+    replicas : (m, b) array
+        Power of each replica.
+    repeated : (n,) array
+        Mean residual of the replicas: the systematic part.
+    """
+
+    power: Array
+    known: Array
+    backgrounds: Array
+    counts: Array
+    replicas: Array
+    repeated: Array
+
+
+def _power_about_replicas(
+    data: FilteredRecord, residuals: Array, rows: _InverseModelRows, chain: Chain
+) -> _BandPowers:
+    """Compute the power by band of the residual about the mean residual of simulated replicas.
+
+    Replicas have the position noise and encoder steps of the chain but no disturbance. Their mean
+    residual is systematic: an undisturbed loop repeats its limit cycle over the encoder steps. With
+    the discrete Fourier transform F of rows and the set B of the frequencies of a band,
+
+        ``P_B = sum_(f in B) |F(r - mean r*)_f|^2 / (n n_B)``.
+
+    The mean of m replicas includes each replica and excludes the record, so that the power of a
+    replica is multiplied by ``(m + 1)/(m - 1)``.
+
+    Raises
+    ------
+    EstimationError
+        The record has less than a tenth of the power that white position noise would cause.
+    """
+    row_spectrum = rows.spectrum
+    errors = _replica_statistics(rows.residuals, data, rows.physical, chain)
+    repeated = errors.mean(axis=0)
+    power = row_spectrum.power(residuals - repeated)
+    replicas = power_about_another_mean(len(errors)) * np.array(
+        [row_spectrum.power(each - repeated) for each in errors]
     )
-    known = steps.mean(axis=0)
-    if rows.counts @ rows.power(residuals) < _LEAST_POWER * (rows.counts @ rows.power(errors.T)):
+    known = replicas.mean(axis=0)
+    counts = row_spectrum.counts
+    of_record, of_replicas = row_spectrum.power(residuals), row_spectrum.power(errors.T)
+    if counts @ of_record < _MIN_POWER_RATIO * (counts @ of_replicas):
         raise EstimationError(
-            "its position has noise at the highest frequencies that is not white: there is less "
-            "in its rows.",
+            "the position noise is not white: the residual of the rows has less than a tenth of "
+            "the power that such noise would cause if it were white.",
             code="noise",
         )
-    if np.linalg.norm(residuals) <= _ROUNDING * np.linalg.norm(moving.reduce(moving.signals.force)):
-        return chain  # rounding alone
-    backgrounds = np.vstack([known, steps]) if chain.position_step else known[None]
-    variances = likeliest_variances(power, units, backgrounds, rows.counts)
-    # A little that is not there biases estimates, and would keep twins from hunting alike.
-    seen = power, units, backgrounds, _independent(rows.counts, steps)
-    surely = _likelihood(variances, *seen) > _likelihood(0 * variances, *seen) + _SURELY
-    variances = variances * surely[:, None]
+    backgrounds = known[None]
+    if chain.position_step:
+        backgrounds = np.vstack([known, replicas])
+    return _BandPowers(
+        power=power,
+        known=known,
+        backgrounds=backgrounds,
+        counts=counts,
+        replicas=replicas,
+        repeated=repeated,
+    )
 
-    disturbances = partial(_autoregressions, times, units, power)
-    # Where something disturbs a loop it hunts otherwise, which is in what was found. Again, beside
-    # twins that are disturbed as much, and half the way of each logarithm: the more is found, the
-    # more they hunt.
-    for _ in range(_REFINEMENTS if chain.position_step else 0):
+
+def _significant_variances(powers: _BandPowers, rows: _InverseModelRows) -> Array:
+    """Return the maximum-likelihood variances of the disturbances where they are significant.
+
+    The variances maximise Whittle's likelihood of `_log_likelihood` for each background. They are
+    set to 0 where the log-likelihood gains 6 or less over no disturbance: a disturbance that does
+    not exist biases estimates and keeps replicas from their limit cycle.
+
+    Returns
+    -------
+    (1 + m, k) array
+        Variances of k disturbances for each background.
+    """
+    variances = likeliest_variances(
+        powers.power, rows.unit_power, powers.backgrounds, powers.counts
+    )
+    independent = _independent_powers(powers.counts, powers.replicas)
+    observed = powers.power, rows.unit_power, powers.backgrounds, independent
+    with_disturbances = _log_likelihood(variances, *observed)
+    without = _log_likelihood(0 * variances, *observed)
+    is_significant = with_disturbances > without + _MIN_LIKELIHOOD_GAIN
+    return np.asarray(variances * is_significant[:, None])
+
+
+def _corrected_for_limit_cycle(
+    variances: Array,
+    powers: _BandPowers,
+    data: FilteredRecord,
+    rows: _InverseModelRows,
+    chain: Chain,
+) -> Array:
+    """Correct the variances of disturbances for the limit cycle of a disturbed loop.
+
+    A disturbance changes the limit cycle over the encoder steps, and the change is part of the
+    estimated variances. Replicas with the disturbances have the mean power ``D_b``, of which
+    ``H_b = max(D_b - sum_k v_k U_kb, 0)`` is limit cycle. The backgrounds are scaled by
+    ``H_b / K_b``, the likelihood is maximised again for variances w, and
+
+        ``v_k <- sqrt(v_k max(w_k, v_k / 16))``,
+
+    half of the change of each logarithm, as larger disturbances leave more limit cycle.
+
+    Returns
+    -------
+    (1 + m, k) array
+    """
+    refinements = 0
+    if chain.position_step:
+        refinements = _REFINEMENTS
+
+    def power_of(replica: FilteredRecord) -> Array:
+        return rows.spectrum.power(rows.residuals(replica) - powers.repeated)
+
+    for _ in range(refinements):
         mean = variances.mean(axis=0)
-        if not (listed := disturbances(mean)):
+        found = _autoregressions(rows.times, rows.unit_power, powers.power, mean)
+        if not found:
             break
-        disturbed = _of_twins(power_of, data, physical, replace(chain, disturbances=listed))
-        if not disturbed.any():  # none can be simulated
+        disturbed = _replica_statistics(
+            power_of, data, rows.physical, replace(chain, disturbances=found)
+        )
+        if not disturbed.any():  # no replica can be simulated
             break
-        hunting = np.maximum(disturbed.mean(axis=0) - mean @ units, 0.0)
-        beside = backgrounds * (hunting / (known + _LEAST * power.max()))
-        again = likeliest_variances(power, units, beside, rows.counts)
-        variances = np.sqrt(variances * np.maximum(again, variances / _MOST_AT_ONCE))
-    likeliest, *others = map(disturbances, variances)
-    return replace(chain, disturbances=likeliest, drawn=tuple(others))
+        limit_cycle = np.maximum(disturbed.mean(axis=0) - mean @ rows.unit_power, 0.0)
+        floor = _RELATIVE_FLOOR * powers.power.max()
+        backgrounds = powers.backgrounds * (limit_cycle / (powers.known + floor))
+        again = likeliest_variances(powers.power, rows.unit_power, backgrounds, powers.counts)
+        variances = np.sqrt(variances * np.maximum(again, variances / _MAX_REDUCTION))
+    return variances
 
 
 def power_about_another_mean(count: int) -> float:
-    """Ratio ``(m + 1)/(m - 1)`` of the power about an independent mean to that about the own mean.
+    """Return ``(m + 1)/(m - 1)``, the power about an independent mean relative to the own mean.
 
-    Of m independent series: about the mean of all m each has ``1 - 1/m`` of its variance, and a
-    further series has ``1 + 1/m`` about it. One series alone has no power about its own mean.
+    Of m independent series, each has ``1 - 1/m`` of its variance about the mean of all m, and a
+    further series has ``1 + 1/m``. A single series has no power about its own mean; the factor is
+    then 2.
 
     Parameters
     ----------
@@ -163,47 +338,50 @@ def power_about_another_mean(count: int) -> float:
     return (count + 1) / max(count - 1, 1)
 
 
-def _of_twins(
-    figures_of: Callable[[FilteredRecord], Array],
+def _replica_statistics(
+    statistic: Callable[[FilteredRecord], Array],
     data: FilteredRecord,
     physical: Array,
     chain: Chain,
 ) -> Array:
-    """Figures (b,) of twins with a chain's noise, (m, b); 0 without, or where none is simulated."""
-    figures = [figures_of(twin) for twin in twins_of(data, physical, chain, _TWINS)]
-    return np.array(figures) if figures else np.zeros((1, len(figures_of(data))))
+    """Return a statistic (b,) of simulated replicas with the noise of a chain, (m, b).
+
+    One row of zeros for a chain without noise, or where no replica can be simulated.
+    """
+    found = [statistic(replica) for replica in twins_of(data, physical, chain, _REPLICAS)]
+    if found:
+        return np.array(found)
+    return np.zeros((1, len(statistic(data))))
 
 
 def _control_noise(
-    data: FilteredRecord,
-    residuals: Array,
-    moving: FilteredRecord,
-    rows: "RowSpectrum",
-    chain: Chain,
-    times: Sequence[float],
-    units: Array,
+    data: FilteredRecord, residuals: Array, rows: _InverseModelRows, chain: Chain
 ) -> Autoregressions:
-    """Noise that the recorded control has beside the one that acts, which the law gives.
+    """Estimate the noise that only the log adds to the control.
 
-    It is in what the law leaves of the control, and in the rows: of it is what both have in common,
-    by band. What is wrong about the law is in the one alone, a force beside the control in the
-    other.
+    The control error of the law, ``n = u - u_law``, contains the noise and errors of the law. The
+    residual r of the inverse model contains the noise, filtered like the force, and disturbances.
+    The noise is the part that both have in common, with the cross-power by band
+
+        ``C_B = sum_(f in B) Re(F(r)_f conj(F(n)_f)) / (n n_B)``, limited to ``0 <= C_B <= P_B(n)``.
+
+    Its variances maximise Whittle's likelihood of C next to the rounding noise ``step^2 / 12``. The
+    noise is returned where removing it is significant: the log-likelihood gain
+    ``sum_B n_B log(P_B(r) / P_B(r - n))`` exceeds 6.
 
     Parameters
     ----------
     data : FilteredRecord
     residuals : (n,) array
-        What the inverse model leaves of the rows.
-    moving : FilteredRecord
-        The record without rows near turns.
-    rows : RowSpectrum
-        Its rows.
+        Residuals of the inverse model.
+    rows : _InverseModelRows
     chain : Chain
-        With the rest of what is measured.
-    times : sequence of float
-        Correlation times that are looked for.
-    units : (m, b) array
-        Power by band of noise of each time and of deviation 1.
+        Sensor noise.
+
+    Returns
+    -------
+    Autoregressions
+        Empty where the noise is not significant, or the record does not allow to replay the law.
     """
     record, law = data.record, law_of(data.axis)
     clocks = [two_clocks(data.axis, record, span) for span in record.spans]
@@ -214,30 +392,43 @@ def _control_noise(
     noise = np.concatenate([law_residual(data.axis, record, span)[0] for span in record.spans])
     if np.linalg.norm(noise) <= _ROUNDING * np.linalg.norm(record.control):
         return ()
-    in_rows = moving.reduce(moving.force_by(noise))
-    power = np.clip(rows.power(residuals, in_rows), 0.0, rows.power(in_rows))
-    steps = units[0] * chain.control_step**2 / 12
-    variances = likeliest_variances(power, units, steps, rows.counts)
-    # Without it the rows are surely likelier.
-    before, after = rows.power(residuals), rows.power(residuals - in_rows)
-    gained = float(rows.counts @ np.log(before / (after + _LEAST * before.max())))
-    return _autoregressions(times, units, power, variances) if gained > _SURELY else ()
+    row_spectrum = rows.spectrum
+    in_rows = rows.data.reduce(rows.data.force_by(noise))
+    power = np.clip(row_spectrum.power(residuals, in_rows), 0.0, row_spectrum.power(in_rows))
+    steps = rows.unit_power[0] * chain.control_step**2 / 12
+    variances = likeliest_variances(power, rows.unit_power, steps, row_spectrum.counts)
+    before, after = row_spectrum.power(residuals), row_spectrum.power(residuals - in_rows)
+    gain = row_spectrum.counts @ np.log(before / (after + _RELATIVE_FLOOR * before.max()))
+    if not float(gain) > _MIN_LIKELIHOOD_GAIN:
+        return ()
+    return _autoregressions(rows.times, rows.unit_power, power, variances)
 
 
 def _autoregressions(
-    times: Sequence[float], units: Array, power: Array, variances: Array
+    times: Sequence[float], unit_power: Array, power: Array, variances: Array
 ) -> Autoregressions:
-    """Those of variances (m,) that make more than a thousandth of the power of a band."""
-    counts = np.any(variances[:, None] * units > _SMALLEST * power, axis=1)
+    """Return the autoregressions with more than a thousandth of the power of some band.
+
+    Parameters
+    ----------
+    times : sequence of float
+        Correlation times, s.
+    unit_power : (m, b) array
+        Power by band of each with standard deviation 1.
+    power : (b,) array
+        Observed power.
+    variances : (m,) array
+    """
+    is_visible = np.any(variances[:, None] * unit_power > _MIN_BAND_SHARE * power, axis=1)
     return tuple(
         (time, float(sd))
-        for time, sd, counted in zip(times, np.sqrt(variances), counts, strict=True)
-        if counted
+        for time, sd, visible in zip(times, np.sqrt(variances), is_visible, strict=True)
+        if visible
     )
 
 
 def control_step(record: Record) -> float:
-    """What a record's force, or else its control, is rounded to; 0 for none."""
+    """Return the quantisation step of a record's force, or else of its control; 0 for none."""
     values = record.control if record.force is None else record.force
     if values is None:
         return 0.0
@@ -245,85 +436,114 @@ def control_step(record: Record) -> float:
 
 
 def likeliest_variances(power: Array, units: Array, known: Array, counts: Array) -> Array:
-    """Variances, (..., m), for which powers by band are the likeliest, by Whittle.
+    """Return the variances, (..., m), that maximise Whittle's likelihood of powers by band.
 
     Parameters
     ----------
     power : (b,) array
-        Mean by band.
+        Mean power P_b of each band.
     units : (m, b) array
-        What is expected of each variance of 1.
+        Expected power U_kb for each variance of 1.
     known : (..., b) array
-        What is there besides.
+        Expected power K_b of everything else.
     counts : (b,) array
-        Independent powers of each band, of two degrees of freedom each.
+        Independent powers n_b of each band, of two degrees of freedom each.
 
     Notes
     -----
-    By multiplicative updates, which keep what is not negative so.
+    With the expected power ``S_b = sum_k v_k U_kb + K_b`` the log-likelihood [Whittle1953]_ is
+    ``-sum_b n_b (log S_b + P_b / S_b)``. Multiplicative updates keep the variances at 0 or above:
+    ``v_k <- v_k (sum_b n_b P_b U_kb / S_b^2) / (sum_b n_b U_kb / S_b)``.
     """
     if not (power.any() and len(units)):
         return np.zeros((*known.shape[:-1], len(units)))
     variances: Array = power.mean() / units.mean(axis=1) / len(units)
-    counted, least = counts * power, _LEAST * power.max()
-    for _ in range(_ROUNDS):
-        expected = variances @ units + known + least
+    counted, floor = counts * power, _RELATIVE_FLOOR * power.max()
+    for _ in range(_LIKELIHOOD_STEPS):
+        expected = variances @ units + known + floor
         up, down = counted / expected**2, counts / expected
         variances = variances * (up @ units.T) / (down @ units.T)
     return variances
 
 
-def _likelihood(variances: Array, power: Array, units: Array, known: Array, counts: Array) -> Array:
-    """Logarithm of Whittle's likelihood, (...)."""
-    expected = variances @ units + known + _LEAST * power.max()
+def _log_likelihood(
+    variances: Array, power: Array, units: Array, known: Array, counts: Array
+) -> Array:
+    """Return Whittle's log-likelihood, (...), without its constant.
+
+    ``-sum_b n_b (log S_b + P_b / S_b)`` with ``S_b = sum_k v_k U_kb + K_b``; see
+    `likeliest_variances` for the arguments. [Whittle1953]_
+    """
+    expected = variances @ units + known + _RELATIVE_FLOOR * power.max()
     return np.asarray(-(np.log(expected) + power / expected) @ counts)
 
 
 def _position_noise(
     data: FilteredRecord, quiet: FilteredRecord, physical: Array, chain: Chain
 ) -> tuple[float, float]:
-    """Deviations of white noise of the position, and of the instants of sampling.
+    """Return the standard deviations of white position noise and of the sampling jitter in s.
 
-    The second differences of the first are alike everywhere, those of the second in proportion to
-    the speed: by classes of speed, beyond what steps of the encoder make.
+    Noise of standard deviation sigma and jitter tau at the speed v give second differences the mean
+    square ``6 (sigma^2 + tau^2 v^2)``, in addition to that of the encoder steps of replicas. Both
+    variances maximise Whittle's likelihood over classes of speed; jitter is 0 where it gains a
+    log-likelihood of 6 or less. Noise dithers the encoder steps and is fed back by the law, so that
+    both values are scaled by ``sqrt((P - K)/(R - K))``, with the mean squares P of the record, K of
+    replicas without, and R of replicas with this noise.
     """
     if data.record.integrated:
         return 0.0, 0.0
     speed = np.abs(data.motion[1])
     inner = np.concatenate([np.arange(a + 1, b - 1) for a, b in data.record.spans])
     order = inner[np.argsort(speed[inner], kind="stable")]
-    classes = [each for each in np.array_split(order, _CLASSES) if len(each)]
+    classes = [each for each in np.array_split(order, _SPEED_CLASSES) if len(each)]
 
     def power_of(other: FilteredRecord) -> Array:
         second = np.diff(other.record.position - quiet.record.position, 2) ** 2
         return np.array([second[each - 1].mean() for each in classes])
 
-    # Without steps of the encoder nothing is measured of the position but its noise.
-    steps = _of_twins(power_of, data, physical, chain if chain.position_step else Chain())
+    # Without encoder steps, noise of other signals does not reach the measured position.
+    without_noise: Chain = Chain()
+    if chain.position_step:
+        without_noise = chain
+    steps = _replica_statistics(power_of, data, physical, without_noise)
     power, known = power_of(data), steps.mean(axis=0)
     squares = np.array([np.mean(speed[each] ** 2) for each in classes])
-    units = 6 * np.stack([np.ones(len(classes)), squares])  # 1, -2, 1
-    counts = _independent(np.array([*map(len, classes)]) / _CORRELATED, steps)
-    seen = power, units, known, counts
-    both = likeliest_variances(*seen)
-    without = np.append(likeliest_variances(power, units[:1], known, counts), 0.0)
-    # A little jitter is mostly noise in how it is measured, and biases estimates.
-    likelier = _likelihood(both, *seen) > _likelihood(without, *seen) + _SURELY
-    position, jitter = map(float, np.sqrt(both if likelier else without))
+    units = 6 * np.stack([np.ones(len(classes)), squares])
+    lengths = np.array([len(each) for each in classes])
+    counts = _independent_powers(lengths / _SQUARES_PER_POWER, steps)
+    observed = power, units, known, counts
+    with_jitter = likeliest_variances(*observed)
+    without_jitter = np.append(likeliest_variances(power, units[:1], known, counts), 0.0)
+    # Jitter that is not significant is mostly an error of its estimate, and biases estimates.
+    gain = _log_likelihood(with_jitter, *observed) > (
+        _log_likelihood(without_jitter, *observed) + _MIN_LIKELIHOOD_GAIN
+    )
+    variances = with_jitter if gain else without_jitter
+    position, jitter = map(float, np.sqrt(variances))
     rounding = _ROUNDING * float(np.abs(data.record.position).max())
-    # Noise dithers the steps, and the law feeds it back: not in proportion, as above.
     noisy = replace(chain, position=position, jitter=jitter)
-    of_noisy = _of_twins(power_of, data, physical, noisy).mean(axis=0)
-    added, measured = (float(counts @ (each - known)) for each in (of_noisy, power))
-    share = float(np.sqrt(max(measured, 0.0) / added)) if added > 0 else 1.0
+    of_noisy = _replica_statistics(power_of, data, physical, noisy).mean(axis=0)
+    added, measured = float(counts @ (of_noisy - known)), float(counts @ (power - known))
+    share = 1.0
+    if added > 0:
+        share = float(np.sqrt(max(measured, 0.0) / added))
     position, jitter = share * position, share * jitter
     return position * (position > rounding), jitter * (jitter * float(speed.max()) > rounding)
 
 
-def _independent(counts: Array, steps: Array) -> Array:
-    """How many independent powers twins with an encoder's steps, (m, b), have by band, (b,).
+def _independent_powers(counts: Array, steps: Array) -> Array:
+    """Return the number of independent powers by band, (b,), at most that of the replicas.
 
-    Their errors come again with the motion; one twin alone, without noise, does not tell.
+    A mean of n independent powers of two degrees of freedom has the relative variance ``1/n``. The
+    error of encoder steps repeats with the motion, so that the number is
+    ``min(n_b, mean^2 / variance)`` of the replicas' power.
+
+    Parameters
+    ----------
+    counts : (b,) array
+        Number of independent powers of white noise, n_b.
+    steps : (m, b) array
+        Power of replicas with encoder steps; a single one has no variance and is not used.
     """
     if len(steps) == 1:
         return counts
@@ -332,8 +552,12 @@ def _independent(counts: Array, steps: Array) -> Array:
     return np.asarray(np.minimum(counts, independent))
 
 
-def _white(record: Record, quiet: Record, role: str) -> float | None:
-    """Deviation of white noise of a role, by its second differences; None if not measured."""
+def _white_noise_level(record: Record, quiet: Record, role: str) -> float | None:
+    """Return the standard deviation of white noise of a signal; None if it is not measured.
+
+    The root of ``mean d^2 / 6`` of the second differences d of the signal minus the noise-free one,
+    within segments; 0 for a record too short for a second difference.
+    """
     if getattr(record, role) is None:
         return None
     noise = getattr(record, role) - getattr(quiet, role)
@@ -342,7 +566,16 @@ def _white(record: Record, quiet: Record, role: str) -> float | None:
 
 
 def _residuals(record: FilteredRecord, physical: Array, data: FilteredRecord) -> Array:
-    """What the inverse model leaves of a record, in the rows of another of its kind, (n,)."""
+    """Return the residuals of the inverse model for a record, in the rows of another record, (n,).
+
+    Parameters
+    ----------
+    record : FilteredRecord
+        Record or replica whose signals are used.
+    physical : (p,) array
+    data : FilteredRecord
+        Record of the same samples whose filter and row selection are used.
+    """
     form = InverseForm(data.axis).at(physical)
     rows = form.equations(record.signals).reduced(data)
     return rows.residuals(form.regressed(physical))
@@ -350,18 +583,18 @@ def _residuals(record: FilteredRecord, physical: Array, data: FilteredRecord) ->
 
 @dataclass(frozen=True, kw_only=True)
 class RowSpectrum:
-    """A record's rows in time, without what columns explain of them.
+    """Power spectrum of rows, after projection on the complement of regressor-like columns.
 
     Attributes
     ----------
     places : (n,) array of int
-        Of the rows, among those that no rest and no gap leaves out.
+        Positions of the rows on a grid of one row each without gaps.
     basis : (n, r) array
-        Orthonormal, of the columns.
+        Orthonormal basis of the columns.
     bands : (b + 1,) array of int
         First frequency of each band, and the one after the last.
     counts : (b,) array
-        Frequencies of each, less what the columns take.
+        Frequencies of each band, minus those that the columns take.
     """
 
     places: IntArray
@@ -371,7 +604,7 @@ class RowSpectrum:
 
     @classmethod
     def of(cls, data: FilteredRecord, quiet: FilteredRecord) -> "RowSpectrum":
-        """Of a record, with the columns of its loop.
+        """Return the spectrum of a record's rows, with the columns of its noise-free record.
 
         Raises
         ------
@@ -381,14 +614,14 @@ class RowSpectrum:
         numbers = np.round(data.sampling.rows).astype(np.int64)
         places = (numbers - numbers[:1]) // data.prefilter.decimate
         count = int(places.max(initial=0)) + 1
-        highest = _HIGHEST * count / 2
-        if highest < _FEWEST_FREQUENCIES:
+        highest = _MAX_FREQUENCY * count / 2
+        if highest < _MIN_FREQUENCIES:
             raise EstimationError(
-                f"its {len(places)} rows in motion are too few to tell their noise; record a "
+                f"the {len(places)} rows in motion are too few to estimate their noise; record a "
                 "longer motion.",
                 code="too-short",
             )
-        bands = np.unique(np.geomspace(1.0, highest, _BANDS + 1).astype(np.int64))
+        bands = np.unique(np.geomspace(1.0, highest, _MAX_BANDS + 1).astype(np.int64))
         rows = cls(
             places=places,
             basis=_basis(data, quiet),
@@ -398,40 +631,54 @@ class RowSpectrum:
         return rows.counted()
 
     def counted(self) -> "RowSpectrum":
-        """The same with the frequencies of each band counted, less what the columns take."""
+        """Return the spectrum with counts set: ``n_B = sum_(f in B) (1 - min(h_f, 0.8))``.
+
+        The leverage ``h_f = sum_j |F(q_j)_f|^2 / n`` of a frequency is the share of its power that
+        the basis columns q take.
+        """
         taken = np.sum(np.abs(self._transform(self.basis)) ** 2, axis=1) / len(self.places)
-        return replace(self, counts=self._by_band(1 - np.minimum(taken, _MOST_LEVERAGE)))
+        return replace(self, counts=self._by_band(1 - np.minimum(taken, _MAX_LEVERAGE)))
 
     def power(self, rows: Array, others: Array | None = None) -> Array:
-        """Mean power by band of rows, (n,) or of several (n, m), (b,); or what others share of it.
+        """Return the mean power by band of projected rows, or their cross-power with others, (b,).
 
-        Of what the columns do not explain of either.
+        ``sum_(f in B) Re(conj(F_f) G_f) / (n n_B)``, with F and G the transforms of rows and of
+        others minus their projection on the basis; averaged over the columns of (n, m) arrays.
         """
-        every = (rows,) if others is None else (rows, others)
-        lacking = [self._transform(each - self.basis @ (self.basis.T @ each)) for each in every]
-        power = np.real(np.conj(lacking[0]) * lacking[-1]).mean(axis=1) / len(rows)
+        projected = self._transform(rows - self.basis @ (self.basis.T @ rows))
+        with_others = projected
+        if others is not None:
+            with_others = self._transform(others - self.basis @ (self.basis.T @ others))
+        power = np.real(np.conj(projected) * with_others).mean(axis=1) / len(rows)
         return self._by_band(power) / self.counts
 
     def _by_band(self, values: Array) -> Array:
-        """Sums of values by frequency."""
+        """Return the sums over each band of values by frequency, (b,)."""
         return np.asarray(np.add.reduceat(values, self.bands)[:-1], dtype=float)
 
     def _transform(self, rows: Array) -> ComplexArray:
-        """Of rows (n,) or columns (n, m), by frequency, (f, m)."""
+        """Return the Fourier transform of rows (n,) or columns (n, m) on their grid, (f, m)."""
         placed = np.zeros((self.places[-1] + 1, *rows.shape[1:]))
         placed[self.places] = rows
         return np.asarray(np.fft.rfft(placed.reshape(len(placed), -1), axis=0))
 
     def power_of_disturbances(self, data: FilteredRecord, times: Sequence[float]) -> Array:
-        """Power by band of disturbances of deviation 1 and correlation times, (m, b).
+        """Return the power by band of disturbances of standard deviation 1, (m, b).
 
-        White ones pass the record's filter; others have their colour put on the rows.
+        White noise is passed through the record's filter; autoregressions of a correlation time are
+        made of the filtered rows by their spectrum.
+
+        Parameters
+        ----------
+        data : FilteredRecord
+        times : sequence of float
+            Correlation times, s.
         """
         whole, rng = data.without(()), np.random.default_rng(0)
         first, every = round(float(data.sampling.rows[0])), data.prefilter.decimate
         places = (np.round(whole.sampling.rows).astype(np.int64) - first) // every
-        white = np.zeros((int(places[-1] - places[0]) + 1, _DRAWS))
-        for draw in range(_DRAWS):
+        white = np.zeros((int(places[-1] - places[0]) + 1, _DISTURBANCE_DRAWS))
+        for draw in range(_DISTURBANCE_DRAWS):
             noise = rng.standard_normal(len(data))
             white[places - places[0], draw] = whole.reduce(whole.force_by(noise))
         here = self.places - places[0]
@@ -446,18 +693,23 @@ class RowSpectrum:
 
 
 def _basis(data: FilteredRecord, quiet: FilteredRecord) -> Array:
-    """Orthonormal columns of the model and what it may lack, with what changes each, (n, r)."""
+    """Return an orthonormal basis of model columns and likely missing terms, (n, r).
+
+    Each column is also multiplied by time, the sign of time, position, speed and direction, as far
+    as there are 4 rows or more per column, so that parameters may vary along the motion.
+    """
     signals = quiet.signals
     time = np.linspace(-1.0, 1.0, len(data))
     ones, speed = np.ones_like(time), np.abs(signals.velocity)
-    lacking = [ones, signals.position, signals.velocity, signals.direction]
+    missing = [ones, signals.position, signals.velocity, signals.direction]
     forces = np.abs(signals.force), np.gradient(signals.force)
     declared = InverseForm(data.axis).equations(signals).regressor
-    columns = np.column_stack([declared, *lacking, *forces])
-    changing = [ones, time, np.sign(time), signals.position, speed, signals.direction]
-    most = max(len(data.sampling.rows) // (_ROWS_A_COLUMN * columns.shape[1]), 1)
-    # One after the other: all samples of all columns are much more than their rows.
-    every = np.hstack([data.reduce(columns * each[:, None]) for each in changing[:most]])
-    norms = np.linalg.norm(every, axis=0)
-    basis, sizes, _ = np.linalg.svd(every[:, norms > 0] / norms[norms > 0], full_matrices=False)
-    return np.asarray(basis[:, sizes > _RANK * sizes[0]])
+    columns = np.column_stack([declared, *missing, *forces])
+    factors = [ones, time, np.sign(time), signals.position, speed, signals.direction]
+    most = max(len(data.sampling.rows) // (_MIN_ROWS_PER_COLUMN * columns.shape[1]), 1)
+    # Reduced factor by factor, as all samples of all columns take much more memory than the rows.
+    products = np.hstack([data.reduce(columns * each[:, None]) for each in factors[:most]])
+    norms = np.linalg.norm(products, axis=0)
+    unit = products[:, norms > 0] / norms[norms > 0]
+    basis, sizes, _ = np.linalg.svd(unit, full_matrices=False)
+    return np.asarray(basis[:, sizes > _MIN_SINGULAR_VALUE_RATIO * sizes[0]])

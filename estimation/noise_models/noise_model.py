@@ -1,4 +1,4 @@
-"""The noise model of a record, a `Chain`: what its sensors add, and what acts beside the drive."""
+"""The noise model of a record, a `Chain`: sensor noise, quantisation and disturbance forces."""
 
 import math
 from dataclasses import dataclass, fields
@@ -12,20 +12,21 @@ from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import UsageError, is_real, quoted
 
-#: Of forces that a chain may have, s: first-order autoregressions; 0 is white noise.
+#: Candidate correlation times of disturbances, s: first-order autoregressions; 0 is white noise.
 CORRELATION_TIMES = (0.0, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
 
-#: Of the longest correlation times: what ends meet by, as noise is drawn by its spectrum.
+#: Extra length in longest correlation times, as noise drawn by its spectrum is periodic.
 _RUN_IN = 2.0
-_FORGOTTEN = 9.0  # correlation times around a circle, after which nothing comes back
+_FORGOTTEN = 9.0  # correlation times per period, beyond which wrap-around is negligible
 
-#: Correlation times, s, and deviations of independent first-order autoregressions, which add up.
+#: Correlation time, s, and standard deviation of each of independent first-order autoregressions,
+#: which are added.
 Autoregressions = tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True, slots=True)
 class AntitheticDraws:
-    """Random numbers, or their opposite.
+    """Random numbers of a generator, or the same numbers with the opposite sign.
 
     Attributes
     ----------
@@ -37,48 +38,51 @@ class AntitheticDraws:
     sign: float = 1.0
 
     def normal(self, size: int) -> Array:
-        """Standard normal, (size,)."""
+        """Return standard normal numbers, (size,)."""
         return self.sign * self.rng.standard_normal(size)
 
     def of_a_step(self) -> float:
-        """Uniform, where a step begins as a share of one."""
+        """Return a uniform offset between -0.5 and 0.5 of a quantisation step."""
         return self.sign * float(self.rng.uniform(-0.5, 0.5))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Chain:
-    """The noise of a record, as it was measured in one or is declared for twins, SI.
+    """The noise of a record, estimated from the record or declared for twins, SI.
 
     Attributes
     ----------
     position_step : float
-        Of the encoder; 0 for none.
+        Quantisation step of the encoder; 0 for none.
     anywhere : bool
-        Whether a motion begins anywhere in a count of the encoder, drawn for each twin, which
-        decides how the loop hunts; else where the experiment has it.
+        True if a motion begins at a random place within an encoder step, drawn for each replica,
+        which determines the limit cycle of the loop; False if it begins as in the experiment.
     control_step : float
-        Of the logged control, or force where that is logged, beside the loop; 0 for none.
+        Quantisation step of the logged control, or of the force where that is logged, outside the
+        loop; 0 for none.
     position : float
-        Deviation of white noise of the measured position.
+        Standard deviation of white noise of the measured position.
     velocity_step : float
-        Of a measured velocity, beside the loop; 0 for none.
+        Quantisation step of a measured velocity, outside the loop; 0 for none.
     velocity, acceleration : float or None
-        Deviations of white noise of a measured velocity and acceleration, beside the loop; None
-        where they are not measured.
+        Standard deviations of white noise of a measured velocity and acceleration, outside the
+        loop; None where they are not measured.
     jitter : float
-        Deviation of the instants at which the position is sampled, s: white.
+        Standard deviation of the sampling instants of the position, s; white.
     is_measured_by_law : bool
-        Whether the law has the steps, noise and jitter of the position, or the log alone.
+        True if the control law reads the position with its steps, noise and jitter; False if only
+        the log has them.
     control : tuple of (float, float)
-        Correlation time, s, and deviation, in the drive's unit, of noise that the logged control
-        has, beside the loop: independent first-order autoregressions; a time of 0 for white noise.
+        Correlation time, s, and standard deviation, in the drive's unit, of noise of the logged
+        control, outside the loop: independent first-order autoregressions; 0 s for white noise.
     disturbances : tuple of (float, float)
-        Likewise of what acts beside the control and is not logged.
+        Correlation time, s, and standard deviation, in the drive's unit, of disturbances that add
+        to the control and are not logged.
 
     Raises
     ------
     UsageError
-        One of these is no size of a noise.
+        A value is negative, not finite or no number.
     """
 
     position_step: float = 0.0
@@ -101,7 +105,7 @@ class Chain:
                     isinstance(each, tuple) and len(each) == 2 and all(map(_is_size, each))
                     for each in value
                 )
-                form = "pairs of a correlation time and a deviation, as in ((0.05, 0.1),)"
+                form = "pairs of a correlation time and a standard deviation, as in ((0.05, 0.1),)"
             if not (allowed or name in _FLAGS or (value is None and name in _SENSORS)):
                 raise UsageError(
                     f"the {name.replace('_', ' ')} of the noise is {quoted(value)}; give {form}.",
@@ -110,7 +114,7 @@ class Chain:
 
     @classmethod
     def of_experiment(cls, axis: Axis) -> "Chain":
-        """What an axis's experiment declares: noise of the position and an encoder, if any."""
+        """Return the position noise and encoder step that an axis's experiment declares."""
         experiment = axis.experiment
         if experiment is None:
             return cls()
@@ -118,56 +122,30 @@ class Chain:
 
     @property
     def likeliest(self) -> "Chain":
-        """As it is told and written: of one that was measured, what that makes the likeliest."""
+        """The plain chain of the most likely values, as it is reported and written to files."""
         return Chain(**{each.name: getattr(self, each.name) for each in fields(Chain)})
 
     @property
     def is_silent(self) -> bool:
-        """Whether a twin with it would be the loop without noise."""
+        """True if the chain has no noise and no quantisation."""
         return not any(getattr(self, each.name) for each in fields(self) if each.name not in _FLAGS)
 
     @property
     def is_random(self) -> bool:
-        """Whether two twins with it differ: steps alone are the same in each."""
+        """True if two replicas with this chain differ; fixed steps are the same in each."""
         of_chance = ("position", *_SENSORS, "jitter", "anywhere", *_AUTOREGRESSIONS)
         return any(getattr(self, name) for name in of_chance)
 
-    def told(self, unit: str, of_control: str) -> str:
-        """In words, by the units of the coordinate and of the drive's control."""
-        parts = [
-            f"{value:.3g} {of} {what}"
-            for value, of, what in (
-                (self.position_step, unit, "steps of the position"),
-                (self.position, unit, "white noise of the position"),
-                (self.velocity_step, f"{unit}/s", "steps of the velocity"),
-                (self.velocity, f"{unit}/s", "white noise of the velocity"),
-                (self.acceleration, f"{unit}/s^2", "white noise of the acceleration"),
-                (self.jitter, "s", "jitter of the sampling"),
-                (self.control_step, "SI", "steps of the recorded control or force"),
-            )
-            if value
-        ]
-        parts += [
-            f"{sd:.3g} {of_control} {where}" + (f" over {time:g} s" if time else ", white")
-            for each, where in (
-                (self.control, "of noise of the recorded control"),
-                (self.disturbances, "beside the control"),
-            )
-            for time, sd in each
-        ]
-        noise = ", ".join(parts) or "no noise"
-        return noise if self.is_measured_by_law else f"{noise}; the law measures another position"
-
     def drawn_offset(self, rng: AntitheticDraws) -> float:
-        """How far from the middle of a count a motion begins."""
+        """Draw the distance of the first position from the middle of an encoder step."""
         return self.anywhere * self.position_step * rng.of_a_step()
 
     def drawn_disturbance(self, rng: AntitheticDraws, samples: int, period: float) -> Array:
-        """What acts beside the control, (N,), in the drive's unit."""
+        """Draw a disturbance that adds to the control, (N,), in the drive's unit."""
         return _drawn(self.disturbances, rng, samples, period)
 
     def logged_control(self, rng: AntitheticDraws, control: Array, period: float) -> Array:
-        """A control, or force, as the log has it, (N,)."""
+        """Return a control or force with the noise and quantisation of the log, (N,)."""
         if self.control:
             control = control + _drawn(self.control, rng, len(control), period)
         return _rounded(control, self.control_step, rng)
@@ -175,14 +153,14 @@ class Chain:
     def logged(
         self, record: Record, rng: AntitheticDraws, of_control: AntitheticDraws
     ) -> dict[str, Array]:
-        """Columns of a record as sensors and drive log them, where these have noise or steps.
+        """Return the columns of a record with sensor noise and quantisation, by role.
 
         Parameters
         ----------
         record : Record
-            Its position is measured already, as the law may measure it.
+            Its position has its noise already, as the law may read that.
         rng, of_control : AntitheticDraws
-            Of velocity and acceleration, and of the control or force.
+            Random numbers for velocity and acceleration, and for the control or force.
         """
         columns: dict[str, Array] = {}
         if record.velocity is not None:
@@ -199,19 +177,19 @@ class Chain:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MeasuredChain(Chain):
-    """The noise of a record, as surely as it was measured.
+    """The noise of a record with the uncertainty of its disturbances.
 
     Attributes
     ----------
     drawn : tuple of Autoregressions
-        What the disturbances may be as well, of which each twin has one.
+        Alternative estimates of the disturbances; each replica uses one of them at random.
     """
 
     drawn: tuple[Autoregressions, ...] = ()
 
     def drawn_disturbance(self, rng: AntitheticDraws, samples: int, period: float) -> Array:
         """See `Chain.drawn_disturbance`."""
-        # The same of the opposite numbers.
+        # Replicas of opposite noise choose the same alternative.
         chosen = self.drawn[rng.rng.integers(len(self.drawn))] if self.drawn else self.disturbances
         return _drawn(chosen, rng, samples, period)
 
@@ -226,7 +204,7 @@ def _is_size(value: object) -> bool:
 
 
 def _rounded(values: Array, step: float, rng: AntitheticDraws) -> Array:
-    """Values in steps, which begin anywhere; as they are without."""
+    """Return values rounded to a step on a grid of random offset; unchanged for a step of 0."""
     if not step:
         return values
     offset = rng.of_a_step()
@@ -234,7 +212,7 @@ def _rounded(values: Array, step: float, rng: AntitheticDraws) -> Array:
 
 
 def _drawn(parts: Autoregressions, rng: AntitheticDraws, samples: int, period: float) -> Array:
-    """A sum of autoregressions, (N,)."""
+    """Draw a sum of autoregressions, (N,)."""
     longest = max((time for time, _ in parts), default=0.0)
     run_in = min(samples, int(np.ceil(_RUN_IN * longest / period)))
     m = next_fast_len(samples + run_in, real=True)
@@ -246,13 +224,13 @@ def _drawn(parts: Autoregressions, rng: AntitheticDraws, samples: int, period: f
 
 @lru_cache(maxsize=32)
 def _response(parts: Autoregressions, period: float, samples: int) -> Array:
-    """What makes white noise of these autoregressions, by frequency."""
+    """Return the amplitude by frequency that turns white noise into these autoregressions."""
     power = np.zeros(samples // 2 + 1)
     for time, deviation in parts:
         if samples > _FORGOTTEN * (time / period):
             power += deviation**2 * spectrum(time / period, samples)
             continue
-        # One that lasts by circulant embedding: its covariance declines either way around.
+        # A long one by circulant embedding: its covariance declines in both directions.
         lags = np.minimum(np.arange(samples), samples - np.arange(samples))
         covariance = np.exp(-lags / (time / period))
         power += deviation**2 * np.maximum(np.fft.rfft(covariance).real, 0.0)
@@ -260,16 +238,18 @@ def _response(parts: Autoregressions, period: float, samples: int) -> Array:
 
 
 def spectrum(time: float, samples: int, apart: float = 1.0) -> Array:
-    """Power of a first-order autoregression of variance 1, (samples // 2 + 1,).
+    """Return the power of a first-order autoregression of variance 1, (samples // 2 + 1,).
+
+    ``(1 - a^2) / |1 - a exp(-i w)|^2`` with ``a = exp(-1/time)``.
 
     Parameters
     ----------
     time : float
-        Its correlation time, in samples.
+        Correlation time in samples; 0 for white noise.
     samples : int
-        Over which frequencies are.
+        Length whose discrete frequencies are returned.
     apart : float
-        Of what is looked at each so many samples, up to the frequencies that are left.
+        Decimation factor: the frequencies are those of rows that are this many samples apart.
     """
     pole = np.exp(-1 / time) if time else 0.0
     turn = np.exp(-2j * np.pi * np.fft.rfftfreq(samples) / apart)

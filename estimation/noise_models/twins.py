@@ -1,4 +1,4 @@
-"""Twins: records as their loops would have been logged, with noise or without."""
+"""Simulated replicas of records: the simulated loops of a record, logged with or without noise."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
@@ -18,46 +18,46 @@ from axisid.support.errors import DataError, EstimationError, UsageError, is_who
 
 from .noise_model import AntitheticDraws, Chain
 
-#: Enough for intervals.
+#: Number of replicas that is enough for intervals.
 DEFAULT_TWIN_COUNT = 32
 
-_FEWEST, _MOST = 8, 100_000  # but for none
+_FEWEST, _MOST = 8, 100_000  # replicas, apart from 0
 
 
 def check_twin_count(count: object) -> None:
-    """Refuse a number of twins that tells nothing.
+    """Refuse a number of simulated replicas that is neither 0 nor 8 to 100 000.
 
     Raises
     ------
     UsageError
-        It is none from 8 on, nor 0.
+        The number is another one, or no whole number.
     """
     if not (is_whole(count) and (count == 0 or _FEWEST <= count <= _MOST)):
         raise UsageError(
-            f"the twins of the bootstrap are {quoted(count)}; give a whole number from {_FEWEST} "
-            f"to {_MOST}, or 0 for none.",
+            f"the number of simulated replicas of the bootstrap is {quoted(count)}; give a whole "
+            f"number from {_FEWEST} to {_MOST}, or 0 for none.",
             code="noise",
         )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Twins:
-    """Twins of a problem's records.
+    """Simulated replicas of a problem's records.
 
     Attributes
     ----------
     problem : Problem
     form : Form
-        In which the parameters are the problem's.
+        The form that the parameters belong to.
     at : (p,) array
-        Physical parameters of their loops, to as many digits as these are simulated with.
+        Physical parameters of the simulated loops, rounded to the digits of the simulation.
     chains : tuple of Chain
-        One for each record.
+        Noise of each record.
     count : int
-        How many are drawn: one whose loop cannot be simulated is left out. Without noise all are
-        alike, and one is.
+        Number of replicas that are drawn; a replica whose loop cannot be simulated is left out.
+        Without noise all replicas are equal, and one is drawn.
     kinds : tuple of type of Form
-        Linear forms whose rows are made of each twin together.
+        Linear forms whose rows are made together from each replica.
     """
 
     problem: Problem
@@ -66,7 +66,7 @@ class Twins:
     chains: tuple[Chain, ...]
     count: int
     kinds: tuple[type[Form], ...] = ()
-    #: Rows by form, which are the same wherever they are asked for if the axis is linear.
+    #: Rows by linear form, which do not depend on the parameters of the form.
     _linear: dict[type[Form], list[Equations]] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -75,7 +75,7 @@ class Twins:
             object.__setattr__(self, "count", 1)
 
     def solutions(self, form: Form, solver: Solver) -> list[Solution]:
-        """What a solver makes of each: one step from an estimate, with its own instruments."""
+        """Return a solver's solution of each replica, by one step from the estimate."""
         solutions = []
         for rows in self.rows(form):
             with suppress(EstimationError):
@@ -85,7 +85,7 @@ class Twins:
         return solutions
 
     def rows(self, form: Form) -> Iterable[Equations]:
-        """Their rows, one after the other."""
+        """Return the rows of each replica, one replica after the other."""
         if not form.is_linear:
             return (rows for (rows,) in self._drawn([form]))
         if type(form) not in self._linear:
@@ -107,35 +107,40 @@ class Twins:
             ]
 
         for runs in _paired(self.count):
-            with suppress(DataError, EstimationError):  # one alone would not cancel
+            with suppress(DataError, EstimationError):  # a pair is kept or left out as a whole
                 yield from [
                     [self.problem.reduced(form, own) for form in forms] for own in map(twins, runs)
                 ]
 
 
 def _draws(record: Record, run: int) -> AntitheticDraws:
-    """Random numbers of a record's own digits: its twins are the same in whatever company.
+    """Return the random numbers of a run, seeded by the record's positions.
 
-    Every other twin has the opposite of those of the one before: what is a straight line of the
-    noise cancels in the mean of the two, so that few tell a bias.
+    So the replicas of a record do not depend on other records. Every second run has the numbers of
+    the run before with the opposite sign: effects that are linear in the noise cancel in the mean
+    of the two, so that a few replicas show a bias.
     """
     seed = crc32(np.ascontiguousarray(record.position).tobytes())
     return AntitheticDraws(np.random.default_rng((seed, run // 2)), -1.0 if run % 2 else 1.0)
 
 
 def _paired(count: int) -> list[range]:
-    """Runs of opposite noise together."""
+    """Return the runs in pairs of opposite noise."""
     return [range(first, min(first + 2, count)) for first in range(0, count, 2)]
 
 
 def pair_freedom(count: int) -> float:
-    """Degrees of freedom of a variance of estimates over so many twins in pairs of opposite noise.
+    """Return the degrees of freedom of the variance over replicas in pairs of opposite noise.
 
-    The estimates of a pair are ``theta + q + d`` and ``theta + q - d``. The noise moves them by d,
-    which is an odd function of the noise, and its squares by q, which is hardly random. So
-    ``sum_r (theta_r - mean)^2`` is ``2 sum d^2``, twice a chi-squared variable of ``count / 2``
-    degrees of freedom: the second twin of a pair tells nothing new of the variance. Antithetic
-    variates: [HammersleyMorton1956]_.
+    The estimates of a pair are ``theta + q + d`` and ``theta + q - d``, with d odd and q even in
+    the noise; q is hardly random. So ``sum_r (theta_r - mean)^2`` is ``2 sum d^2``, twice a
+    chi-squared variable of ``count / 2`` degrees of freedom: the second replica of a pair adds no
+    information on the variance. Antithetic variates: [HammersleyMorton1956]_.
+
+    Parameters
+    ----------
+    count : int
+        Number of replicas.
     """
     return float(count // 2)
 
@@ -143,28 +148,39 @@ def pair_freedom(count: int) -> float:
 def twins_of(
     data: FilteredRecord, physical: Array, chain: Chain, count: int, *, paired: bool = False
 ) -> Iterator[FilteredRecord]:
-    """Some twins of one record, one after the other, so that few are held at a time.
+    """Yield simulated replicas of one record, one after the other, so that few are in memory.
 
-    Those that cannot be simulated are left out, and none is of a silent chain.
+    Replicas that cannot be simulated are left out. A chain without noise has no replicas.
 
-    They are independent of each other, or `paired` with those of the opposite noise, which tell
-    nothing new of what does not change its sign with the noise.
+    Parameters
+    ----------
+    data : FilteredRecord
+    physical : (p,) array
+        Parameters of the record's axis.
+    chain : Chain
+    count : int
+        Number of replicas.
+    paired : bool
+        Whether replicas are in pairs of opposite noise; by default all are independent.
     """
     if chain.is_silent:
         return
-    for runs in _paired(count) if paired else [range(2 * run, 2 * run + 1) for run in range(count)]:
+    groups = [range(2 * run, 2 * run + 1) for run in range(count)]
+    if paired:
+        groups = _paired(count)
+    for runs in groups:
         with suppress(DataError, EstimationError):
             yield from [twin_of(data, physical, chain, _draws(data.record, run)) for run in runs]
 
 
 def noise_free_record(data: FilteredRecord, loops: Sequence[Simulation]) -> FilteredRecord:
-    """The record as its simulated loops have it, under the same filter.
+    """Return the noise-free record: recorded columns replaced by simulated ones, same filter.
 
-    A column that was recorded is made of the loops as its sensor would see them.
+    Each recorded column has the values that its sensor would measure in the simulated loops.
     """
     record = data.record
     jumps = data.axis.jumps
-    sensed = jumps and data.prefilter.hold != "zoh"  # else it is what is held from the sample on
+    sensed = jumps and data.prefilter.hold != "zoh"  # otherwise the force held from the sample on
     simulated: dict[str, Callable[[Simulation], Array]] = {
         "position": lambda s: s.position,
         "velocity": lambda s: s.velocity,
@@ -183,22 +199,22 @@ def noise_free_record(data: FilteredRecord, loops: Sequence[Simulation]) -> Filt
 def twin_of(
     data: FilteredRecord, physical: Array, chain: Chain, rng: AntitheticDraws
 ) -> FilteredRecord:
-    """A record as its loop would have been logged with the noise of a chain, under its filter.
+    """Return one simulated replica of a record with the noise of a chain, under the same filter.
 
-    What disturbs the motion is neither in the control that is logged nor in a logged force.
+    A disturbance moves the axis, but is in neither the logged control nor a logged force.
 
     Parameters
     ----------
     data : FilteredRecord
     physical : (p,) array
-        Of its axis.
+        Parameters of the record's axis.
     chain : Chain
     rng : AntitheticDraws
 
     Raises
     ------
     DataError, EstimationError
-        Its loop cannot be simulated.
+        The loop cannot be simulated.
     """
     record, samples = data.record, len(data.record)
     by_law, step = chain.is_measured_by_law, chain.position_step
@@ -217,7 +233,7 @@ def twin_of(
         late = chain.jitter * rng.normal(samples + 1)
         noise += data.motion[1] * late[:-1]
         if by_law:
-            # Each control is held for longer or shorter than a period.
+            # Jitter holds each control for longer or shorter than a period.
             loops = simulated(disturbance=disturbance)
             control = np.concatenate([loop.control for loop in loops]) - disturbance
             disturbance = disturbance + control * np.diff(late) / record.period
@@ -227,16 +243,19 @@ def twin_of(
         data.drive.force(each, data.motion, data.recorded)
         for each in (control + disturbance, control)
     )
-    logged = [
-        replace(
-            loop,
-            position=loop.measured_position - offset
-            if by_law
-            else measured_positions(loop.position, noise[a:b], step) - offset,
-            control=control[a:b],
-            force=loop.force - (disturbed - alone)[a:b],
+    logged = []
+    for loop, (a, b) in zip(loops, record.spans, strict=True):
+        if by_law:
+            measured = loop.measured_position
+        else:
+            measured = measured_positions(loop.position, noise[a:b], step)
+        logged.append(
+            replace(
+                loop,
+                position=measured - offset,
+                control=control[a:b],
+                force=loop.force - (disturbed - alone)[a:b],
+            )
         )
-        for loop, (a, b) in zip(loops, record.spans, strict=True)
-    ]
     twin = noise_free_record(data, logged)
     return twin.with_columns(**chain.logged(twin.record, rng, rng))

@@ -1,7 +1,7 @@
-"""Searches for parameters: what is searched, how errors count, and where bounds let it end.
+"""Nonlinear least squares: weighted residuals under a loss, within bounds.
 
 In: predictions, unknowns, weights. Out: `SearchResult`.
-Knows nothing of records, of drives and of how sure its end is.
+Knows nothing of records, drives and standard errors.
 """
 
 from .trust_region import (

@@ -1,7 +1,7 @@
-"""The search: bounded least squares of weighted errors, by trust regions and differences.
+"""Search: bounded least squares of weighted residuals by a trust-region method.
 
-What is left of parameters beyond their bounds is settled at the end: one that is driven to a bound
-is held there, and the others are searched on, so that they are what they are with it.
+Active bounds are determined at the end of a search: a parameter that the residuals drive to a bound
+is fixed there, and the search continues with the other parameters.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -18,32 +18,32 @@ from axisid.estimation.unknowns import Unknowns
 from axisid.support.arrays import Array
 from axisid.support.progress import Progress
 
-# deviations from a bound that the errors drive to; held there, it moves by no more
+# distance from a bound in standard errors, below which a parameter is fixed at the bound
 _AT_BOUND = 0.05
 
 MOST_STEPS = 60
-# of one search with all parameters that it puts to bounds or frees
+# steps of a search including its restarts after a change of the active bounds
 MOST_IN_ALL = 2 * MOST_STEPS
 _TOLERANCE = 1e-8
-#: Of a parameter's standard deviation: a search ends where its steps are shorter.
+#: Length of a step in standard errors at which a search ends.
 RESOLUTION = 0.01
-_LOST = 1e3  # times the errors at the start: what a loop that cannot be simulated counts as
-_ROUNDS = 5  # of searches, after each of which parameters may be put to bounds or freed
+_LOST = 1e3  # residuals of a loop that cannot be simulated, relative to those at the start
+_ROUNDS = 5  # of searches, after each of which parameters may be fixed at bounds or freed
 
-#: Takes squares of errors over the loss's scale, (n,), and gives the loss with its first two
+#: Maps squared residuals over the squared scale of the loss, (n,), to the loss with its first two
 #: derivatives, (3, n).
 Loss = Callable[[Array], Array]
 
 
 @dataclass(frozen=True, slots=True)
 class FitStep:
-    """Where the search was.
+    """Parameters and residual of a step of the search.
 
     Attributes
     ----------
     physical : (P,) array
     error : float
-        Root mean square of the errors, in the output's unit; of several outputs the first's.
+        Root mean square of the residuals in the output's unit; of the first of several outputs.
     """
 
     physical: Array
@@ -52,17 +52,17 @@ class FitStep:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WeightedLoss:
-    """How errors count.
+    """Weights and loss of the residuals.
 
     Attributes
     ----------
     weights : (n,) array
-        Of the rows: the inverse of the noise, 0 for those that do not count.
+        Inverse standard deviation of the noise of each row; 0 for rows that are not used.
     loss : callable
     tuning : float
-        Of the loss, in noise.
+        Scale of the loss in standard deviations of the noise.
     shares : (n,) array
-        By which each row counts for less beside what was known, its weight by the root.
+        Factor of the loss of each row relative to a prior; the weights include its root.
     """
 
     weights: Array
@@ -71,32 +71,33 @@ class WeightedLoss:
     shares: Array
 
     def counted(self, z: Array) -> Array:
-        """Loss of squares (n,) with its slopes and curvatures, (3, n)."""
-        # An error is as large a one as it was, and counts by its share.
+        """Return the loss of squared residuals (n,) with its first two derivatives, (3, n)."""
+        # The share scales the loss, not the residual for which the loss is evaluated.
         value, first, second = self.loss(z / self.shares)
         return np.array([self.shares * value, first, second / self.shares])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchResult:
-    """Where the search ended.
+    """Result of a search.
 
     Attributes
     ----------
     physical : (P,) array
+        Final parameters.
     errors : (n,) array
-        There.
+        Residuals at these parameters.
     jacobian : (n, P) array
-        Of them by the parameters; 0 by those that are fixed.
+        Derivatives of the residuals by the parameters; 0 for fixed ones.
     at_bound : (P,) array of int
-        -1 at the lower, 1 at the upper one, 0 elsewhere.
+        -1 at the lower bound, 1 at the upper bound, 0 elsewhere.
     steps : tuple of FitStep
     cost : float
     converged : bool
     step_left : float
-        Length of the Gauss-Newton step from there, in standard deviations, see `Search`.
+        Length of the next Gauss-Newton step in standard errors, see `Search`.
     interrupted : bool
-        Whether Ctrl-C ended the search. The result is then the best point so far.
+        True if Ctrl-C ended the search. The result is then the best point so far.
     """
 
     physical: Array
@@ -111,7 +112,7 @@ class SearchResult:
 
 
 class Search:
-    """One search.
+    """Search for the parameters of least cost.
 
     Parameters
     ----------
@@ -121,11 +122,11 @@ class Search:
     weighing : WeightedLoss
     progress : callable, optional
     resolution : float
-        r, the length of a last step in standard deviations. A Gauss-Newton step d lessens the cost
-        F by d' H d / 2, with H = J' J, and the parameters' covariance is s^2 inv(H), with
-        s^2 = 2 F / n. The step thus has the length r where the cost falls by r^2 s^2 / 2, that is
-        where dF / F = r^2 / n [DennisSchnabel1996]_. A coarser search than the default puts no
-        parameter to a bound.
+        Length r of the last step in standard errors. A Gauss-Newton step d reduces the cost F by
+        ``d' H d / 2`` with ``H = J' J``, and the covariance of the parameters is ``s^2 inv(H)``
+        with ``s^2 = 2 F / n``. So a step has the length r if the cost falls by ``r^2 s^2 / 2``,
+        that is ``dF / F = r^2 / n`` [DennisSchnabel1996]_. A coarser search than the default fixes
+        no parameter at a bound.
     """
 
     def __init__(
@@ -145,7 +146,7 @@ class Search:
         self._weighing, self._progress = weighing, progress
         self._steps: list[FitStep] = []
         self._largest = 0.0
-        self._at = np.empty(0)  # where errors and slopes are known
+        self._at = np.empty(0)  # parameters at which residuals and Jacobian are known
         self._slopes: tuple[Array, Array]
         self._best: SearchResult | None = None
 
@@ -157,7 +158,7 @@ class Search:
         Raises
         ------
         EstimationError
-            The loop cannot be simulated at the start, or near where the search came to.
+            The loop cannot be simulated at the start, or near the parameters of a step.
         KeyboardInterrupt
             The search was interrupted before its first step.
         """
@@ -169,14 +170,13 @@ class Search:
             return replace(self._best, steps=tuple(self._steps), interrupted=True)
 
     def _searched(self, start: Array) -> SearchResult:
+        """Search, and repeat the search until the active bounds do not change."""
         at, bound = start.copy(), np.zeros(len(start), dtype=np.int8)
         for left in reversed(range(self._rounds)):
             at, converged = self._ended(at, bound)
             moved = self._at_bounds(at)
             settled = np.array_equal(moved, bound)
-            if (
-                settled or not left or len(self._steps) >= MOST_IN_ALL
-            ):  # what is put to a bound, or freed, is searched once more
+            if settled or not left or len(self._steps) >= MOST_IN_ALL:
                 break
             freed, u = (bound != 0) & (moved == 0), self._unknowns
             at = np.select(
@@ -196,9 +196,9 @@ class Search:
         )
 
     def _ended(self, at: Array, bound: NDArray[np.int8]) -> tuple[Array, bool]:
-        """Where a search ends with what is at a bound held there, and whether by its tolerances.
+        """Return the end of one trust-region search with active bounds fixed, and convergence.
 
-        By trust regions, in units of the parameters' scales.
+        The search is in units of the parameters' scales.
         """
         u = self._unknowns
         if not (chosen := u.free & (bound == 0)).any():
@@ -235,7 +235,7 @@ class Search:
         return whole(ended.x), bool(ended.status > 0)
 
     def _residuals(self, at: Array) -> Array:
-        """Weighted errors, then those of what was known before; large ones for a lost loop."""
+        """Return weighted residuals, then prior errors; large values for a failed loop."""
         if np.array_equal(self._at, at) or not self._largest:
             return weighed_rows(at, self._slopes_at(at)[0], self._unknowns, self._weighing)
         if (lanes := self._predictions(at[None, :])).failures:
@@ -244,11 +244,12 @@ class Search:
         return weighed_rows(at, lanes.errors[:, 0], self._unknowns, self._weighing)
 
     def _jacobian(self, at: Array) -> Array:
+        """Return the Jacobian of weighted residuals and prior errors."""
         jacobian = self._weighing.weights[:, None] * self._slopes_at(at)[1]
         return np.vstack([jacobian, self._unknowns.known_rows])
 
     def _slopes_at(self, at: Array) -> tuple[Array, Array]:
-        """Errors (n,) and their slopes (n, P) at parameters (P,)."""
+        """Return residuals (n,) and their Jacobian (n, P) at parameters (P,)."""
         if np.array_equal(self._at, at):
             return self._slopes
         self._predictions.settle(at)
@@ -267,7 +268,7 @@ class Search:
         return self._slopes
 
     def _keep_best(self, at: Array) -> None:
-        """Keep the point whose slopes were taken last, if no point before cost less."""
+        """Store the last point as the best one, if no earlier point has a lower cost."""
         errors, jacobian = self._slopes
         cost = cost_of(at, errors, self._unknowns, self._weighing)
         if self._best is None or cost <= self._best.cost:
@@ -282,9 +283,9 @@ class Search:
             )
 
     def _step_left(self, at: Array) -> float:
-        """Length of the Gauss-Newton step from parameters (P,), in standard deviations.
+        """Return the length of the Gauss-Newton step from parameters (P,), in standard errors.
 
-        It is the root of g' inv(H) g / s^2, with g = J' r and H = J' J of the weighted errors r.
+        ``sqrt(g' inv(H) g) / s`` with ``g = J' r`` and ``H = J' J`` of the weighted residuals r.
         """
         rows, jacobian = self._rows_as_counted(at)
         sizes = np.linalg.norm(jacobian, axis=0)
@@ -294,7 +295,7 @@ class Search:
         return float(np.linalg.norm(shown @ step)) / noise if noise > 0 else 0.0
 
     def _rows_as_counted(self, at: Array) -> tuple[Array, Array]:
-        """Weighted errors and slopes at parameters (P,), each by the root of the loss's slope."""
+        """Return weighted residuals and Jacobian, times the root of the loss's derivative."""
         rows = weighed_rows(at, self._slopes_at(at)[0], self._unknowns, self._weighing)
         n, jacobian = len(self._weighing.weights), self._jacobian(at)
         slope = self._weighing.counted((rows[:n] / self._weighing.tuning) ** 2)[1]
@@ -303,10 +304,9 @@ class Search:
         return rows, jacobian
 
     def _at_bounds(self, at: Array) -> NDArray[np.int8]:
-        """Which parameters the errors drive to a bound, and which of those there are kept.
+        """Return the active bounds, -1 or 1, of parameters that the residuals drive to a bound.
 
-        Weights are of the errors at the start, so that a deviation is one of the errors as they
-        are now.
+        Weights are those of the start, so that standard errors use the present residuals.
         """
         (errors, _), u = self._slopes_at(at), self._unknowns
         rows, jacobian = weighed_rows(at, errors, u, self._weighing), self._jacobian(at)
@@ -323,33 +323,46 @@ class Search:
 
 
 def weighed_rows(at: Array, errors: Array, unknowns: Unknowns, weighing: WeightedLoss) -> Array:
-    """Weighted errors (n,), then those of what was known before, over its deviations."""
+    """Return weighted residuals (n,), then the prior errors over their standard deviations."""
     return np.concatenate([weighing.weights * errors, unknowns.known_errors(at)])
 
 
 def cost_of(at: Array, errors: Array, unknowns: Unknowns, weighing: WeightedLoss) -> float:
-    """What the search makes least, of parameters (P,) and the errors (n,) that they leave."""
+    """Return the cost ``sum c^2 rho((w e / c)^2) / 2 + ||prior errors||^2 / 2`` of parameters (P,).
+
+    Parameters
+    ----------
+    at : (P,) array
+    errors : (n,) array
+        Residuals e.
+    unknowns : Unknowns
+    weighing : WeightedLoss
+        Weights w, loss rho and scale c.
+    """
     known, c = unknowns.known_errors(at), weighing.tuning
     losses = c * c * weighing.counted((weighing.weights * errors / c) ** 2)[0]
     return 0.5 * float(losses.sum() + known @ known)
 
 
 def best_of(found: Sequence[SearchResult]) -> SearchResult:
-    """The search that ended lowest, of one or more; of several that ended as low the first."""
+    """Return the result with the lowest cost; the first of equal ones."""
     least = min(each.cost for each in found) * (1 + 100 * _TOLERANCE)
     return next(each for each in found if each.cost <= least)
 
 
 def _squares(z: Array) -> Array:
+    """Return the loss z and its first two derivatives."""
     return np.array([z, np.ones_like(z), np.zeros_like(z)])
 
 
 def _soft_l1(z: Array) -> Array:
+    """Return the loss ``2 (sqrt(1 + z) - 1)`` and its first two derivatives."""
     root = np.sqrt(1 + z)
     return np.array([2 * (root - 1), 1 / root, -0.5 / root**3])
 
 
 def _huber(z: Array) -> Array:
+    """Return the loss z up to 1, ``2 sqrt(z) - 1`` above, and its first two derivatives."""
     root = np.sqrt(np.maximum(z, 1.0))
     return np.where(z > 1, [2 * root - 1, 1 / root, -0.5 / root**3], _squares(z))
 

@@ -1,4 +1,4 @@
-"""How sure an output-error estimate is: the errors are coloured, as the loop colours noise.
+"""Covariance of an output-error estimate, whose errors the loop colours.
 
 Noise of the position comes back through the law, differentiated, so that errors follow one another
 with alternating signs; what the model lacks lasts. Both are told by an autoregression of the errors
@@ -38,7 +38,7 @@ _MIN_PART = 0.1
 
 
 def unseen_directions(jacobian: Array, scale: Array, free: BoolArray) -> tuple[Array, BoolArray]:
-    """Directions in which parameters change and the errors do not.
+    """Return directions in which parameters change and the errors do not.
 
     Parameters
     ----------
@@ -68,18 +68,35 @@ def unseen_directions(jacobian: Array, scale: Array, free: BoolArray) -> tuple[A
     return moves, size > _MIN_PART * size.max(axis=1, keepdims=True, initial=0.0)
 
 
-def unseen_in_words(moves: Array, parts: BoolArray, names: Sequence[str]) -> tuple[str, ...]:
-    """Directions that are not shown: ``Fc at all``, ``M and m apart (...)``."""
-    sentences = []
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnseenDirection:
+    """A parameter, or a combination of parameters, that no output shows.
+
+    Attributes
+    ----------
+    parameters : tuple of str
+    changes : tuple of float
+        By which they change together without any effect, relative to the first.
+    """
+
+    parameters: tuple[str, ...]
+    changes: tuple[float, ...] = (1.0,)
+
+
+def named_directions(
+    moves: Array, parts: BoolArray, names: Sequence[str]
+) -> tuple[UnseenDirection, ...]:
+    """Return `unseen_directions` with the names of their parameters."""
+    directions = []
     for move, part in zip(moves, parts, strict=True):
-        named = [names[int(j)] for j in np.flatnonzero(part)]
-        listed = ", ".join(
-            f"{share:+.3g} of {name}"
-            for share, name in zip(move[part] / move[part][0], named, strict=True)
+        changes = move[part] / move[part][0]
+        directions.append(
+            UnseenDirection(
+                parameters=tuple(names[int(j)] for j in np.flatnonzero(part)),
+                changes=tuple(map(float, changes)),
+            )
         )
-        several = f"{' and '.join(named)} apart ({listed} together change nothing)"
-        sentences.append(f"{named[0]} at all" if len(named) == 1 else several)
-    return tuple(sentences)
+    return tuple(directions)
 
 
 _NOTHING = MIN_SHOWN.value / 2  # what is nearer to being shown is said to be vague instead
@@ -87,7 +104,7 @@ _NOTHING = MIN_SHOWN.value / 2  # what is nearer to being shown is said to be va
 
 @dataclass(frozen=True, kw_only=True)
 class Sandwich:
-    """What the sandwich covariance of an estimate is made of.
+    """The parts of the sandwich covariance of an estimate.
 
     Attributes
     ----------
@@ -123,12 +140,12 @@ class Sandwich:
 
     @property
     def counted(self) -> BoolArray:
-        """Which rows are measured, (n,)."""
+        """Rows that are measured, (n,)."""
         return self.counts > 0
 
     @cached_property
     def inverse(self) -> Array:
-        """Of the curvature of the cost, (k, k), from a triangle of columns of one size.
+        """Inverse of the curvature of the cost, (k, k), from scaled columns.
 
         What changes nothing is left out, whose variances are told as infinite: the rounding in it
         would else be in those of every other parameter.
@@ -140,13 +157,13 @@ class Sandwich:
         return np.asarray(factor @ factor.T)
 
     def influence(self, weights: Array) -> Array:
-        """Of errors that are weighted by these, (n,), on the parameters, (k, n)."""
+        """Return the influence of errors with weights (n,) on the parameters, (k, n)."""
         weighed = self.curvature[:, None] * self.jacobian * weights[:, None]
         return np.asarray(self.inverse @ weighed.T)
 
     @cached_property
     def autoregressions(self) -> tuple[Autoregression, ...]:
-        """Of the errors, by record."""
+        """Autoregressions of the errors, by record."""
         return tuple(
             autoregression_of(
                 [self.errors[rows] for rows in spans],
@@ -158,7 +175,7 @@ class Sandwich:
         )
 
     def coloured(self, *, clustered: bool = False) -> CovarianceEstimate:
-        """Covariance for errors that follow autoregressions and, as twins', no less, (k, k).
+        """Return the covariance for autoregressive errors, at least that of replicas, (k, k).
 
         Or by the scatter over stretches, which are windows of an open loop. What was known is sure.
         """
@@ -176,24 +193,24 @@ class Sandwich:
         return sum_covariances([*parts, sure])
 
     def _of_record(self, columns: Array, r: int, taken: float) -> CovarianceEstimate:
-        """Of columns (n, j) and a record's errors, of which a fit took so many degrees."""
+        """Return the covariance of scores by one record, with columns (n, j)."""
         spans = self.spans[r]
         used = int(self.counted[record_rows(spans)].sum())
         return autoregressive_covariance(columns, self.autoregressions[r], spans, used, taken)
 
     def independent(self) -> Array:
-        """Covariance for independent errors, of each record its own variance, (k, k)."""
+        """Return the covariance for independent errors, with a variance by record, (k, k)."""
         return self._sandwich(sum(map(self._independent, self.spans), self.known.T @ self.known))
 
     def by_known(self) -> Array:
-        """What the deviations of what was known before add to a covariance, (k, k)."""
+        """Return the covariance by the standard errors of prior values, (k, k)."""
         return self._sandwich(self.known.T @ self.known)
 
     def effects(self) -> Array:
-        """How much more each record's errors tell of what was known if they are independent, (r,).
+        """Return the ratio of coloured to independent variance by record, (r,).
 
-        Over the variances of what was known: a record whose weights are divided by its square root
-        counts beside what was known as its coloured errors allow, for one parameter exactly.
+        In directions of the prior values: a record whose weights are divided by its square root has
+        the weight that its coloured errors allow relative to the prior, exactly for one parameter.
         """
         reach, ratios = self.known @ self.inverse, []
         for r, spans in enumerate(self.spans):
@@ -203,7 +220,7 @@ class Sandwich:
         return np.array(ratios)
 
     def beside(self, columns: Array) -> "Sandwich":
-        """The same with further parameters, by which weighted errors have slopes (n, q)."""
+        """Return the sandwich with further parameters, of slopes (n, q)."""
         nothing = np.zeros((len(self.known), columns.shape[1]))
         return replace(
             self,
@@ -212,7 +229,7 @@ class Sandwich:
         )
 
     def extended(self, columns: Array, *, clustered: bool) -> tuple[Array, Array, Array]:
-        """What further columns (n, q) of weighted errors change, to first order; see `Solved`.
+        """Return the changes by further columns (n, q), to first order; see `Solved`.
 
         Chance is what twins make of them, or the errors' colours where those are too few.
         """
@@ -244,7 +261,7 @@ def sandwich_of(
     records: Sequence[Record],
     chosen: BoolArray,
 ) -> Sandwich:
-    """Of the chosen parameters, (P,), where a search of the records' outputs ended."""
+    """Return the sandwich of the chosen parameters, (P,), where a search ended."""
     weighed = weighing.weights * found.errors
     z = (weighed / weighing.tuning) ** 2
     _, first, second = weighing.counted(z)

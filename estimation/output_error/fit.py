@@ -1,4 +1,4 @@
-"""Output error: a simulated output follows the recorded one, by whatever parameters are free."""
+"""Output error: free parameters are searched so that a simulated output follows the record."""
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -170,11 +170,11 @@ def fit(
         UsageError,
         (
             not (is_whole(starts) and 1 <= starts <= _MOST_STARTS),
-            f"the starts are {quoted(starts)}; give a whole number from 1 to {_MOST_STARTS}",
+            f"the starts are {quoted(starts)}. Give a whole number from 1 to {_MOST_STARTS}",
         ),
         (
             not (is_whole(seed) and 0 <= seed <= _LARGEST_SEED),
-            f"the seed is {quoted(seed)}; give a whole number from 0 to {_LARGEST_SEED}",
+            f"the seed is {quoted(seed)}. Give a whole number from 0 to {_LARGEST_SEED}",
         ),
         code="fit",
     )
@@ -217,7 +217,7 @@ def _with_time_found(
     search: Callable[[GeneratedAxis, StartLike, Parameter], FitSearch],
     period: float,
 ) -> FitSearch:
-    """The search that ends where its loop has the time that it finds, from the first one's start.
+    """Return the search whose loop has the time that it finds, from the first start.
 
     The period is that of the records, s: an open loop has no law with one. A time that does not
     settle is reported as a search that has not converged.
@@ -244,7 +244,7 @@ def _with_time_found(
 
 
 def _deviation_of_last(search: FitSearch) -> float:
-    """Standard deviation of the last parameter where the search ended, as if errors were white."""
+    """Return the standard error of the last parameter, as if errors were white."""
     rows = search.weighing.weights[:, None] * search.best.jacobian
     errors = search.weighing.weights * search.best.errors
     counted = int(np.count_nonzero(search.weighing.weights))
@@ -278,7 +278,7 @@ def _searched(
     keeps_rests: bool,
     progress: Progress | None,
 ) -> FitSearch:
-    """Search from a start with the loop of an axis, and about its time; others as `fit` has them.
+    """Search from a start with the loop of an axis; other arguments are those of `fit`.
 
     Weights are NaN where they are found.
     """
@@ -340,7 +340,7 @@ def _predictions(
     physical: Array,
     horizon: float | None,
 ) -> OutputResiduals:
-    """What is predicted; windows of an open loop are such that errors do not grow in them.
+    """Return the predicted outputs; errors do not grow in windows of an open loop.
 
     At parameters (P,), where a length, s, is not asked for. Where they cannot be simulated, the
     search tells it.

@@ -1,4 +1,4 @@
-"""The searches of one fit: what they start from, how outputs are weighed, and where they end."""
+"""The searches of one fit: their starts, the weights of the outputs, and their ends."""
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -39,7 +39,7 @@ _COARSE = 0.1
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FitSearch:
-    """What a fit was asked for, and where its searches ended.
+    """The arguments of a fit, and the ends of its searches.
 
     Attributes
     ----------
@@ -96,7 +96,7 @@ class FitSearch:
 
     @property
     def of_start(self) -> BoolArray:
-        """Which parameters are first positions and velocities of loops, (P,)."""
+        """Parameters that are initial positions and velocities of loops, (P,)."""
         return least_sizes(self.form) > 0
 
     @property
@@ -105,14 +105,14 @@ class FitSearch:
         return dict(zip(self.unknowns.names, map(float, self.best.physical), strict=True))
 
     def sandwich(self, chosen: BoolArray) -> Sandwich:
-        """Of the chosen parameters, (P,), where the best search ended."""
+        """Return the sandwich of the chosen parameters, (P,), where the best search ended."""
         return sandwich_of(
             self.best, self.weighing, self.unknowns, self.predictions, self.records, chosen
         )
 
 
 def near_rests(form: ExtendedForm, records: Sequence[Record]) -> dict[int, FilteredRecord]:
-    """Records of which a fit leaves out what is near a rest or a reversal, by number.
+    """Return by number the records whose samples near rests and reversals are left out.
 
     Of these, or of their simulated loops, as regressions leave out rows, under the default filter,
     which says how near. At rest friction takes any force, so that such samples tell nothing of the
@@ -160,7 +160,7 @@ class FitRun:
     interrupted: bool = False
 
     def first(self, begins: Sequence[FitStart]) -> tuple[FitStart, Array, list[str]]:
-        """The start that leaves least, where it is, and why those before it cannot be simulated."""
+        """Return the best start, its place, and reasons why earlier ones cannot be simulated."""
         why: list[str] = []
         tried = list[tuple[FitStart, Array, Array, Array, list[str]]]()
         for begin in begins:
@@ -184,7 +184,7 @@ class FitRun:
         return first, at, before
 
     def _counted(self, physical: Array | None = None) -> Array:
-        """1 for rows that count, 0 near rests of the records, and of their loops there, (n,).
+        """Return 1 for rows that count, 0 near rests of records and simulated loops, (n,).
 
         Parameters
         ----------
@@ -211,7 +211,7 @@ class FitRun:
         return counted
 
     def _suspects(self, begin: FitStart) -> str:
-        """What may be wrong where no loop can start: what of it is below its bounds, or the law."""
+        """Return possible causes where no loop can start: parameters below bounds, or the law."""
         quantities, low = self.unknowns.quantities, begin.physical < self.unknowns.lower
         below = ", ".join(
             f"{q.name} = {value:.6g} {q.unit}"
@@ -230,7 +230,7 @@ class FitRun:
     def searches(
         self, first: FitStart, begun: Array, count: int, random: np.random.Generator
     ) -> tuple[SearchResult, ...]:
-        """The searches that come to an end: from the start, then from about it.
+        """Return the finished searches: from the start, then from near it.
 
         An interrupt ends them all, once there is a point to report.
         """
@@ -257,7 +257,7 @@ class FitRun:
         return tuple(replace(e, cost=cost_of(e.physical, e.errors, u, self.weighing)) for e in ends)
 
     def _sizes(self, begun: Array) -> Array:
-        """By how much each parameter has to change to change the outputs as much as any does, (P,).
+        """Return changes of the parameters with equal changes of the outputs, (P,).
 
         What changes nothing there has the scale of its steps.
         """
@@ -288,7 +288,7 @@ class FitRun:
         return found
 
     def _search(self, begun: Array) -> SearchResult:
-        """Until the weights, by what the fit leaves, are those that it was made with.
+        """Search until the weights by the residual are those of the search.
 
         What was known before is weighed by what the records leave without it, where they show every
         parameter: by what it makes them leave itself, one that contradicts them would count for all
@@ -321,7 +321,7 @@ class FitRun:
             return replace(found, converged=False, interrupted=True)
 
     def _reweighed(self, found: SearchResult, unknowns: Unknowns) -> SearchResult:
-        """Search on until the weights are those of what the search leaves.
+        """Continue the search until the weights are those by its residual.
 
         What a search finds before they are is lost with them, so that it needs to be exact to a
         part of a deviation alone. The last search is as exact as any.
@@ -350,7 +350,7 @@ class FitRun:
         return found
 
     def _effects(self, found: SearchResult, unknowns: Unknowns) -> Array | None:
-        """By how much each record's errors, as they are coloured, tell less of what was known."""
+        """Return the variance ratio of coloured to independent errors; None without a prior."""
         if not unknowns.has_prior.any():
             return None
         return sandwich_of(
@@ -358,7 +358,7 @@ class FitRun:
         ).effects()
 
     def _weigh(self, errors: Array, effects: Array | None = None) -> None:
-        """Weigh the rows of each output of each record by the inverse of what is left of them.
+        """Weigh the rows of each output and record by the inverse of their residual.
 
         Outputs are not weighted by how their errors go together: of a control, which the law makes
         of the position, that is nearly everything, and what is then left counts for most.

@@ -1,4 +1,4 @@
-"""What a fit is asked for: where it starts, what it follows, and what is free."""
+"""The arguments of a fit: its start, its outputs, and its free parameters."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -13,8 +13,8 @@ from axisid.estimation.choices import (
     LEAST_SQUARES_START,
     NOMINAL_START,
     OPEN_LOOP,
-    OPEN_LOOP_FIT,
     OUTPUTS,
+    open_loop_fit,
 )
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.identification import JointRecords, check_drive_time, identify
@@ -59,7 +59,7 @@ StartLike = str | Mapping[str, float] | Estimate
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FitStart:
-    """Where a search starts.
+    """The start of a search.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ def split_free(
     records: Sequence[Record],
     outputs: Sequence[str],
 ) -> tuple[Sequence[str], Parameter | None]:
-    """What is free of the law, and of the drive: its lag or its delay, or neither.
+    """Return the free gains of the law, and the drive's lag or delay if one is free.
 
     Raises
     ------
@@ -103,14 +103,14 @@ def split_free(
         UsageError,
         (
             len(times) > 1,
-            "lag and delay of the drive are both free, and a record shows their sum; leave one of "
-            "them as it is declared",
+            "lag and delay of the drive are both free, but a record shows their sum only. Free one "
+            "of them",
         ),
         (
             axis.declared.states,
-            f"the drive's {name} cannot be free: the friction of axis {axis.declared.name!r} "
-            "remembers, and is simulated with no drive whose force changes between the samples "
-            "of the law; leave it as it is declared",
+            f"the drive's {name} cannot be free: the friction of axis {axis.declared.name!r} has "
+            "internal state, which cannot be simulated with a force that changes between the "
+            "samples of the law. Use the declared value",
         ),
         code="free",
     )
@@ -124,7 +124,7 @@ def split_free(
 def form_with(
     names: Sequence[str], outputs: Sequence[str], shared: JointRecords, joint: JointForm | None
 ) -> ExtendedForm:
-    """Parameters that records share by a joint form, and what of drive, law and starts is free.
+    """Return the joint form of shared parameters, with free ones of drive, law and starts.
 
     Raises
     ------
@@ -144,9 +144,9 @@ def form_with(
             UsageError,
             (
                 FORCE in outputs or by_force,
-                "the drive gain cannot be free where a fit follows, or is driven by, a force "
-                "column, which is behind it; follow the control or the position, or see what "
-                "identify says of that column",
+                "the drive gain cannot be free where the fit follows, or is driven by, a force "
+                "column, which is measured behind it. Fit the control or the position, or compare "
+                "the force column with the control by identify",
             ),
             code="free",
         )
@@ -157,13 +157,13 @@ def form_with(
         UsageError,
         (
             names and OPEN_LOOP in outputs,
-            f"{', '.join(map(str, names))} cannot be free in an open loop, which has no law, and a "
-            "start of its own in each window; follow the control or the position",
+            f"{', '.join(map(str, names))} cannot be free in an open loop, which has no law and an "
+            "initial state in each window. Fit the control or the position",
         ),
         (
             both,
-            f"{' and '.join(map(str, both))} cannot be free and known of each record as well; "
-            "leave one of the two out",
+            f"{' and '.join(map(str, both))} cannot be both free and known of each record. Leave "
+            "one of the two out",
         ),
         code="free",
     )
@@ -171,8 +171,8 @@ def form_with(
     gains = [n for n in names if n not in starts]
     if law is not None and of_law and (others := [n for n in gains if n not in of_law]):
         raise UsageError(
-            f"there is no gain {quoted(others[0])} to be free; control law {law.name!r} has "
-            f"{', '.join(of_law)}. Beside gains of the law there are {_GAIN}, lag and delay of "
+            f"there is no gain {quoted(others[0])} that could be free. Control law {law.name!r} "
+            f"has {', '.join(of_law)}. Besides its gains, choose from {_GAIN}, lag and delay of "
             f"the drive, {START}, {' and '.join(INITIAL_STATE_PARAMETERS)}.",
             code="free",
         )
@@ -183,12 +183,12 @@ def form_with(
 def check_remembered(
     states: Sequence[State], unknowns: Unknowns, begins: Sequence[FitStart]
 ) -> None:
-    """Refuse to search for what friction remembers by from nothing: no step of it has a size.
+    """Refuse to search for a parameter of friction with internal state from 0.
 
     Raises
     ------
     UsageError
-        A parameter of a state's equation starts at 0, and nothing tells how large it is.
+        A parameter of a state's equation starts at 0, so its size is unknown.
     """
     inside = {str(each) for state in states for law in state.laws for each in law.free_symbols}
     known = np.where(unknowns.has_prior, unknowns.prior, 0.0)
@@ -196,9 +196,8 @@ def check_remembered(
     lost = unknowns.free & (sizes.min(axis=0) == 0)
     if names := [n for n, at in zip(unknowns.names, lost, strict=True) if at and n in inside]:
         raise UsageError(
-            f"{names[0]} starts at 0, and what the friction remembers follows by it, so that "
-            "nothing tells its size; give its parameter a nominal value of about that size, or "
-            "a prior.",
+            f"{names[0]} starts at 0, so the internal state of the friction does not change and "
+            "does not show its size. Declare a nominal value of about that size, or give a prior.",
             code="fit",
         )
 
@@ -206,7 +205,7 @@ def check_remembered(
 def starts_from(
     asked: StartLike, shared: JointRecords, form: ExtendedForm, gain: str
 ) -> tuple[list[FitStart], list[str]]:
-    """Starts in the order in which they are tried, and why others came to nothing.
+    """Return starts in the order in which they are tried, and the reasons why others failed.
 
     Parameters
     ----------
@@ -233,12 +232,12 @@ def starts_from(
         return [FitStart(physical=_given(asked, form), size=size, named="given")], []
     if not is_among(asked, FIT_STARTS):
         raise UsageError(
-            f"there is no start {quoted(asked)}; choose from {', '.join(FIT_STARTS)}, or give an "
+            f"there is no start {quoted(asked)}. Choose from {', '.join(FIT_STARTS)}, or give an "
             "estimate, or values by name.",
             code="fit",
         )
     if shared.axis.states:
-        return [nominal], ["the friction remembers, so that nothing estimates a start"]
+        return [nominal], ["no method estimates a start for friction with internal state"]
     why: list[str] = []
     for name in FIT_STARTS[FIT_STARTS.index(asked) : -1]:
         pairs = zip(form.axes, shared.records, strict=True)
@@ -254,7 +253,8 @@ def starts_from(
                     local=shared.local,
                     known=shared.known or None,
                     gain=gain,
-                    bootstrap=0,  # a start needs no bias and no deviations
+                    bootstrap=0,
+                    judge=False,  # a start needs no standard errors
                 )
             return [_of_estimate(result[_METHODS[name]], names, name, *others), nominal], why
         except AxisidError as error:
@@ -268,7 +268,7 @@ def _of_estimate(
     if [q.name for q in estimate.quantities] != [*names]:
         raise UsageError(
             f"the estimate to start from has {', '.join(q.name for q in estimate.quantities)}, the "
-            f"fit {', '.join(names)}; give one of the same axis and records.",
+            f"fit {', '.join(names)}. Give an estimate of the same axis and records.",
             code="fit",
         )
     size = np.zeros(len(names))
@@ -288,7 +288,7 @@ def _given(asked: Mapping[str, float], form: ExtendedForm) -> Array:
     for name, value in asked.items():
         if name not in names or not (is_real(value) and np.isfinite(value)):
             raise UsageError(
-                f"the start of {quoted(name)} is {quoted(value)}; give finite numbers, by name, "
+                f"the start of {quoted(name)} is {quoted(value)}. Give finite numbers, by name, "
                 f"of {', '.join(names)}.",
                 code="fit",
             )
@@ -297,18 +297,18 @@ def _given(asked: Mapping[str, float], form: ExtendedForm) -> Array:
 
 
 def checked_outputs(given: object) -> tuple[str, ...]:
-    """What is followed, once each."""
+    """Return the fitted outputs, each once."""
     names = listed(given)
     check_among(*(("output", name, OUTPUTS) for name in names))
     found = tuple(dict.fromkeys(map(str, names)))
     refuse(
         UsageError,
-        (not found, f"there is no output to follow; choose from {', '.join(OUTPUTS)}"),
+        (not found, f"no output is given. Choose from {', '.join(OUTPUTS)}"),
         (
             OPEN_LOOP in found and len(found) > 1,
-            f"{', '.join(found)} cannot be followed together: an open loop has the recorded "
-            "control, and the others are of a loop with its law. Leave open-loop out, or fit it "
-            "by itself",
+            f"{', '.join(found)} cannot be fitted together: an open loop has the recorded control, "
+            "and the other outputs are of a closed loop with its law. Leave open-loop out, or fit "
+            "it alone",
         ),
         code="fit",
     )
@@ -318,29 +318,29 @@ def checked_outputs(given: object) -> tuple[str, ...]:
 def checked_horizon(
     given: object, outputs: Sequence[str], records: Iterable[Record]
 ) -> float | None:
-    """Length of an open loop's windows, s, where it is asked for; that of the shortest at least."""
+    """Return the length of an open loop's windows, s, at least that of the shortest."""
     if given is None:
         return None
     if not (is_real(given) and 0 < given < np.inf):
-        raise UsageError(f"the horizon is {quoted(given)}; give a positive time, s.", code="fit")
+        raise UsageError(f"the horizon is {quoted(given)}. Give a positive time, s.", code="fit")
     if OPEN_LOOP not in outputs:
         raise UsageError(
-            f"a horizon is given, and the {' and '.join(outputs)} of a loop has no windows; "
-            f"leave it out, or follow {OPEN_LOOP_FIT}.",
+            f"a horizon is given, but the {' and '.join(outputs)} of a closed loop has no windows. "
+            f"Leave it out, or choose another output: {open_loop_fit()}.",
             code="fit",
         )
     return max(float(given), FEWEST_IN_WINDOW * max(record.period for record in records))
 
 
 def checked_weights(given: Mapping[str, float] | None, outputs: Sequence[str]) -> tuple[float, ...]:
-    """Weights of the outputs, NaN where none is given."""
+    """Return weights of the outputs, NaN where none is given."""
     told, most = by_name(given, "weights"), _MAX_WEIGHT
     for name, weight in told.items():
         if not (name in outputs and is_real(weight) and 1 / most <= float(weight) <= most):
             raise UsageError(
-                f"the weight of {quoted(name)} is {quoted(weight)}; the fit follows "
-                f"{' and '.join(outputs)}: give of one of these the inverse of the deviation that "
-                f"its errors have, a number from {1 / most:g} to {most:g}.",
+                f"the weight of {quoted(name)} is {quoted(weight)}. The fit follows "
+                f"{' and '.join(outputs)}. Give for each of these the inverse of the standard "
+                f"deviation of its errors, a number from {1 / most:g} to {most:g}.",
                 code="fit",
             )
     return tuple(float(told.get(name, np.nan)) for name in outputs)

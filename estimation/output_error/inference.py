@@ -1,4 +1,4 @@
-"""Where the searches of a fit ended, and what that tells: deviations, and what noise moves."""
+"""Inference from the end of a fit's searches: covariances, and the bias by noise."""
 
 import math
 from collections.abc import Container, Mapping, Sequence
@@ -35,7 +35,7 @@ _EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FittedParameters:
-    """Parameters of a fit and how far they may be off, whether it has its records or is of a file.
+    """Parameters of a fit with their covariances, also of a fit that was read from a file.
 
     Attributes
     ----------
@@ -59,16 +59,16 @@ class FittedParameters:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the parameters."""
+        """Names of the parameters."""
         return tuple(self.parameters)
 
     @property
     def covariance(self) -> Array:
-        """The one that was chosen, (P, P)."""
+        """The chosen covariance, (P, P)."""
         return self.covariances[self.chosen]
 
     def distribution(self, at_bound: Container[str]) -> SamplingDistribution:
-        """What functions of the parameters are derived from, those at a bound by name."""
+        """Return the sampling distribution of the parameters, with names of those at a bound."""
         freedom = np.array([degrees_of_freedom_of(value) for value in self.parameters.values()])
         return SamplingDistribution(
             quantities=tuple(Quantity(name=n, unit=v.unit) for n, v in self.parameters.items()),
@@ -82,7 +82,7 @@ class FittedParameters:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class FitInference(FittedParameters):
-    """What the end of a search tells of the parameters.
+    """Inference on the parameters from the end of a search.
 
     Attributes
     ----------
@@ -116,7 +116,7 @@ class FitInference(FittedParameters):
 
 
 def inferred(of: FitSearch) -> FitInference:
-    """What the best end of a fit's searches tells.
+    """Return the inference from the best end of a fit's searches.
 
     Deviations are those of every free parameter as if no bound were there. What a bound holds is
     not known: the others are as unsure as its parameter lets them be. A bounded estimate is nearer
@@ -174,7 +174,7 @@ def inferred(of: FitSearch) -> FitInference:
 
 
 def _noise(of: FitSearch, loops: Sequence[RecordLoops | Missing]) -> Array | Missing | None:
-    """What noise makes of the outputs where the search ended, (n, R); None where it is not asked.
+    """Return the outputs by noise where the search ended, (n, R); None if not requested.
 
     Windows have the noise of what is measured alone: forces beside the control move their errors in
     proportion, which is no bias, and what their parameters scatter by is seen from window to
@@ -183,7 +183,7 @@ def _noise(of: FitSearch, loops: Sequence[RecordLoops | Missing]) -> Array | Mis
     if not of.bootstrap:
         return None
     if of.loss != SQUARES:
-        return NotUsed("errors count by their size, and outliers are no noise of a loop")
+        return NotUsed("the loss function is robust, and outliers are no noise of a loop")
     noise = unless_faulty(
         partial(
             outputs_by_noise,
@@ -197,11 +197,11 @@ def _noise(of: FitSearch, loops: Sequence[RecordLoops | Missing]) -> Array | Mis
     )
     if isinstance(noise, Missing) or noise.any():
         return noise
-    return NotUsed("no noise that is measured reaches what is followed")
+    return NotUsed("no measured noise reaches the fitted output")
 
 
 def _corrected(of: FitSearch, sandwich: Sandwich, common: Array | None) -> tuple[Array, IntArray]:
-    """The parameters less what noise moves them by, and which are at a bound, (P,) each.
+    """Return the parameters minus their bias by noise, and sides at bounds, (P,) each.
 
     What is taken off may lead one to its bound, or from there; the others are what they are with
     it.
@@ -239,7 +239,7 @@ def _covariances(
     twins: Array | None,
     errors: Array,
 ) -> tuple[CovarianceEstimate, dict[str, Array]]:
-    """By coloured errors alone, and by name with all else that leaves unsure, (k, k) each.
+    """Return the covariance by coloured errors, and those by name with all other errors.
 
     Parameters
     ----------
@@ -292,7 +292,7 @@ def _covariances(
 
 
 def _slopes_by_start(of: FitSearch) -> Array:
-    """Slopes of the errors by first positions and velocities of stretches in motion, (n, j).
+    """Return slopes of the errors by initial states of stretches in motion, (n, j).
 
     A record tells them but for its noise. None where they are searched.
     """
@@ -318,7 +318,7 @@ def _held(
     errors: Array,
     variances: Array,
 ) -> tuple[ParameterAtBound, ...]:
-    """Parameters at their bounds, and what each would be without its own.
+    """Return parameters at their bounds, with their values without these.
 
     The interval of one is that of a normal about the estimate without the bound, cut off there.
     Other parameters at bounds may be elsewhere, so that the normal is as wide as without any, and
@@ -354,7 +354,7 @@ def _held(
 
 
 def reach_of_cut_normal(bound: float, centre: float, deviation: float, side: int) -> float:
-    """Up to where 95 % are of a normal distribution that is cut off at a bound, from there on.
+    """Return the end of the one-sided 95 % interval of a normal cut off at a bound.
 
     Parameters
     ----------
@@ -379,7 +379,7 @@ def _parameters(
     chosen: str,
     dof: Array,
 ) -> NamedValues:
-    """The parameters with unit, deviations and interval, by degrees of freedom (k,) of the free."""
+    """Return the parameters with unit, standard errors and interval."""
     freedom = np.full(len(physical), np.inf)
     freedom[unknowns.free] = dof
     # What is hardly shown may have a variance that rounding made negative.

@@ -1,4 +1,4 @@
-"""Twins of a fit, and what a control law that is not the drive's moves it by.
+"""Simulated replicas of a fit, and the moves of its parameters by a wrong control law.
 
 Twins are its loops with the noise that is measured in the records.
 
@@ -32,13 +32,14 @@ from axisid.estimation.signals import FilteredRecord, Prefilter, RowTimes
 from axisid.estimation.unknowns import ExtendedForm, axis_at
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError, Missing
+from axisid.support.settings import setting
 
 from .covariance import Sandwich
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordLoops:
-    """A record's loops at a fit, and the noise that it has beside them.
+    """A record's simulated loops at a fit, and its noise.
 
     Attributes
     ----------
@@ -74,7 +75,7 @@ class RecordLoops:
         return cls(data=data, physical=theta, chain=chain, quiet=quiet)
 
     def twins(self, chain: Chain, count: int, *, paired: bool) -> list[Record]:
-        """As many with a chain's noise as can be simulated; of a silent one all are quiet."""
+        """Return replicas with a chain's noise that can be simulated; quiet ones without noise."""
         if chain.is_silent:
             return [self.quiet] * count
         twins = twins_of(self.data, self.physical, chain, count, paired=paired)
@@ -90,7 +91,7 @@ def outputs_by_noise(
     disturbed: bool,
     paired: bool,
 ) -> Array:
-    """What the noise of records makes of the outputs of a fit, (n, R).
+    """Return the outputs of a fit by the noise of the records, (n, R).
 
     Parameters
     ----------
@@ -120,8 +121,8 @@ def outputs_by_noise(
     fewest = min(map(len, twins))
     if 2 * fewest < count:
         raise EstimationError(
-            f"{fewest} of {count} twins could be simulated with the noise of the records; leave "
-            "the bootstrap out.",
+            f"only {fewest} of {count} replicas could be simulated with the noise of the records. "
+            f"Leave them out with {setting('bootstrap', '0')}.",
             code="noise",
         )
     still = predictions.outputs_of(quiet, physical)
@@ -138,7 +139,7 @@ def outputs_by_noise(
 def calibrated_covariance(
     sandwich: Sandwich, errors: Array, estimates: Array, residuals: Array
 ) -> Array:
-    """Covariance of parameters, (k, k), by twins, the HAC covariance of scores as the pivot.
+    """Return the covariance by replicas, (k, k), with HAC of the scores as the pivot.
 
     The bootstrap-t of [EfronTibshirani1993]_: the covariance of ``h (theta_r - mean) / h_r``, with
     the HAC deviations ``h_r`` of the twins and ``h`` of the records. Intervals from it are
@@ -176,7 +177,7 @@ _LEVEL = 0.975  # at which eight twins are as sure as the normal law has it
 def laws_in_twins(
     law: LawAgreement | Missing, loops: RecordLoops | Missing, found: EstimatedGains
 ) -> Sequence[LawAgreement]:
-    """The law's agreement with twins, which are under the declared one; none without twins.
+    """Return the law's agreement with replicas under the declared law; none without replicas.
 
     A control that answers to noise within a sample is no sum of its terms, and their deviations
     know of what stands in the rows alone.
@@ -211,7 +212,7 @@ def moves_by_explanation(
     every: Sequence[RecordLoops | Missing],
     found: EstimatedGains,
 ) -> MovesByExplanation:
-    """Changes of the parameters with the law and the control as each explanation has them.
+    """Return the moves of the parameters by each explanation of law and control.
 
     Each record moves them by its own values, minus what those of its twins do in the mean; one that
     does not tell them is taken for the mean of those that do.
@@ -267,7 +268,7 @@ def moves_by_explanation(
 
 
 def _told(law: LawAgreement | Missing, kind: tuple[str, ...]) -> Mapping[str, float]:
-    """Values of an explanation of that kind; none of a law that does not tell them."""
+    """Return values of an explanation of a kind; none where the law has none."""
     explanations = () if isinstance(law, Missing) else law.explanations
     for each in explanations:
         if each.kind == kind and not each.turns_a_sign:
@@ -276,7 +277,7 @@ def _told(law: LawAgreement | Missing, kind: tuple[str, ...]) -> Mapping[str, fl
 
 
 def _values(told: Mapping[str, float], names: Sequence[str], limit: float) -> Array | None:
-    """Values by name, (k,), with that of a limit that is not shown; None without them."""
+    """Return values by name, (k,), with that of a limit that is not shown; None without."""
     values = {LIMIT: limit, **told}
     if not told or not {*names} <= {*values}:
         return None

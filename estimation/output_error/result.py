@@ -1,4 +1,4 @@
-"""What a fit of outputs comes to."""
+"""The result of a fit of outputs."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
@@ -39,7 +39,7 @@ from axisid.support.arrays import Array, Exact, MaybeInfinite
 from axisid.support.errors import Missing
 from axisid.support.presentable import Presentable
 
-from .covariance import unseen_in_words
+from .covariance import UnseenDirection, named_directions
 from .fit_search import FitSearch
 from .inference import FitInference, inferred
 from .parametric_bootstrap import (
@@ -54,7 +54,7 @@ _OF_POSITION = 16  # twins with noise of the position alone
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RecordError:
-    """What a fit leaves of an output of one record.
+    """Errors of a fit in an output of one record.
 
     Attributes
     ----------
@@ -89,14 +89,14 @@ class RecordError:
 
     @property
     def percent_beyond_noise(self) -> float:
-        """What is left beyond noise, of the recorded output."""
+        """Error beyond noise, % of the recorded output."""
         share = 1 - (self.noise / self.error) ** 2 if self.error else 0.0
         return self.percent * float(np.sqrt(max(share, 0.0)))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
-    """Parameters with which a simulated output follows that of the records.
+    """Parameters whose simulated output follows that of the records.
 
     Attributes
     ----------
@@ -131,7 +131,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         judge: Callable[["OutputFit"], tuple[Check, ...]],
         levels: Levels,
     ) -> "OutputFit":
-        """What the searches of a fit come to."""
+        """Return the result of the searches of a fit."""
         u, inference, without = search.unknowns, inferred(search), dict[str, tuple[float, float]]()
         if search.alone is not None:
             alone = inferred(replace(search, unknowns=u.without_prior, best=search.alone))
@@ -149,7 +149,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         )
 
     def __getstate__(self) -> dict[str, Any]:
-        """With what twins tell, and without them: many times what the records hold."""
+        """Return the state with the results of the replicas, without these, for their size."""
         names = (each.name for each in fields(self))
         state = {
             n: getattr(self, n)
@@ -160,12 +160,12 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @cached_property
     def axes(self) -> tuple[GeneratedAxis, ...]:
-        """By record, under the law with the gains that were found."""
+        """The axes by record, with the estimated gains of the law."""
         return tuple(axis_at(axis, self.form, self.physical) for axis in self.form.axes)
 
     @property
     def at_bound(self) -> Mapping[str, Literal["lower", "upper"]]:
-        """``lower`` or ``upper``, by parameters that are driven to a bound.
+        """``lower`` or ``upper``, by name of each parameter at a bound.
 
         The interval of one is on the side that is allowed.
         """
@@ -173,19 +173,19 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @property
     def bounds(self) -> Mapping[str, tuple[float, float]]:
-        """That were in force."""
+        """Bounds of the fit by parameter."""
         u = self.unknowns
         return {n: (float(a), float(b)) for n, a, b in zip(u.names, u.lower, u.upper, strict=True)}
 
     @property
     def fixed(self) -> Mapping[str, float]:
-        """Values that were held."""
+        """Fixed values by parameter."""
         u = self.unknowns
         return {u.names[j]: float(u.fixed[j]) for j in np.flatnonzero(~u.free)}
 
     @property
     def prior(self) -> Mapping[str, tuple[float, float]]:
-        """What was known before, with its deviation."""
+        """Prior values with their standard errors."""
         u = self.unknowns
         return {
             u.names[j]: (float(u.prior[j]), float(u.prior_sd[j]))
@@ -193,9 +193,9 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         }
 
     @property
-    def unseen(self) -> tuple[str, ...]:
-        """Parameters, or sums of them, that no output shows, in words."""
-        return unseen_in_words(*self.not_shown, self.names)
+    def unseen(self) -> tuple[UnseenDirection, ...]:
+        """Parameters, or combinations of them, that no output shows."""
+        return named_directions(*self.not_shown, self.names)
 
     @property
     def local(self) -> Mapping[str, tuple[str, ...]]:
@@ -204,7 +204,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @cached_property
     def of_records(self) -> tuple[RecordError, ...]:
-        """What is left of each record, and in each of every output."""
+        """Errors by record and output."""
         # A chain takes for forces what the model lacks, so that noise is that of the position.
         weights, outputs, errors = self.weighing.weights, self.outputs, []
         twins = value_or(
@@ -245,36 +245,36 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @property
     def errors(self) -> tuple[Array, ...]:
-        """Simulated less recorded output, (N,) by record; of m outputs (N, m)."""
+        """Simulated minus recorded output, (N,) by record; of m outputs (N, m)."""
         errors, count = self.best.errors, len(self.outputs)
         whole = (errors[record_rows(spans)] for spans in self.predictions.spans)
         return tuple(whole) if count == 1 else tuple(each.reshape(-1, count) for each in whole)
 
     @cached_property
     def law(self) -> LawAgreement | Missing:
-        """The declared control law against the records: that of the first that fails."""
+        """Agreement of the declared control law with the first record that fails."""
         return first_failing(self.laws)
 
     @cached_property
     def law_moves(self) -> Mapping[str, Array]:
-        """What each term of the law, 1 % larger, would move the parameters by, (P,)."""
+        """Moves of the parameters by each term of the law that is 1 % larger, (P,)."""
         moves = value_or(({},), lambda: self._moves_of_records)
         return {name: np.asarray(np.sum([of[name] for of in moves], axis=0)) for name in moves[0]}
 
     @cached_property
     def law_move(self) -> Array | None:
-        """What the law as the records have it would move them by, (P,)."""
+        """Moves of the parameters by the gains of the recorded control, (P,)."""
         return self.law_shift[0] if isinstance(self.law_shift, tuple) else None
 
     @property
     def law_shift(self) -> tuple[Array, Array] | Missing | None:
-        """What the gains that the records have would move them by, with deviations, (P,) each."""
+        """Moves by the gains of the recorded control, with standard errors, (P,) each."""
         moves = self.law_moves_by_explanation
         return moves if isinstance(moves, Missing) else moves.get((GAINS,))
 
     @cached_property
     def law_moves_by_explanation(self) -> MovesByExplanation | Missing:
-        """What the gains, and each plausible explanation of the recorded control, move them by."""
+        """Moves by the gains, and by each plausible explanation of the recorded control."""
         return unless_faulty(
             lambda: moves_by_explanation(
                 self._slopes_by_explanation, self.laws, self.loops, self.estimated_gains
@@ -283,7 +283,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @cached_property
     def _slopes_by_explanation(self) -> tuple[Mapping[str, Array], ...]:
-        """By record: change of the parameters, (P,), per unit of each value of an `Explanation`."""
+        """Slopes of the parameters, (P,), by each value of an `Explanation`, by record."""
         slopes = []
         for spans, moves in zip(self.predictions.spans, self._moves_of_records, strict=True):
             of = {name: move / PERCENT for name, move in moves.items()}
@@ -301,7 +301,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @cached_property
     def _moves_of_records(self) -> tuple[Mapping[str, Array], ...]:
-        """What each term of a record's law, 1 % larger, moves them by, (P,), by its gains."""
+        """Moves of the parameters, (P,), by each term of a record's law that is 1 % larger."""
         slopes = self.predictions.jacobian_by_law(self.physical)
         return tuple(
             {name: -PERCENT * (self.influence[:, r] @ slope[r]) for name, slope in slopes.items()}
@@ -310,18 +310,18 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @cached_property
     def lacks(self) -> tuple[tuple[Misspecification, ...] | Missing, ...]:
-        """What the model lacks on each record, what explains most first."""
+        """Misspecifications of the model by record, the largest first."""
         return tuple(unless_faulty(partial(self._lacks, i)) for i in range(len(self.records)))
 
     def _lacks(self, number: int) -> tuple[Misspecification, ...] | Missing:
-        """By the rows of a record, and of its twins, as identified ones.
+        """Return the misspecifications from the filtered rows of a record and its replicas.
 
         What a model lacks is no matter of what is followed: the residuals of instruments at the
         fit's parameters tell it, whatever output these are of.
         """
         axis, loops = self.axes[number], self.loops[number]
         if axis.states:
-            return Missing("friction that remembers has no rows in which that could be looked for")
+            return Missing("friction with internal state has no rows for a search of missing terms")
         data = filtered_record(axis, self.records[number], Prefilter())
         model, searched = self.form.of_model, set(self.searched) - self.prior.keys()
         joint = self.physical[: len(model.physical_quantities)]
@@ -343,14 +343,14 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @cached_property
     def checks(self) -> tuple[Check, ...]:
-        """Whether to believe it."""
+        """Checks of the fit."""
         return self.judge(self)
 
     @cached_property
     def laws(self) -> tuple[LawAgreement | Missing, ...]:
-        """The declared control law against each record."""
+        """Agreement of the declared control law with each record."""
         if self.outputs == (OPEN_LOOP,):
-            why = NotUsed("no law is simulated: the control is the recorded one")
+            why = NotUsed("the open loop has the recorded control and no control law")
             return (why,) * len(self.records)
         return tuple(
             unless_faulty(partial(found_law_agreement, axis, record, self.estimated_gains))
@@ -359,7 +359,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @cached_property
     def estimated_gains(self) -> EstimatedGains:
-        """Gains of the law that were searched, and are not at a bound."""
+        """Gains of the law that were estimated, and are not at a bound."""
         law = self.axis.control
         names = () if law is None else tuple(name for name in law.gains if name in self.searched)
         places = [self.names.index(name) for name in names]
@@ -368,11 +368,11 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @property
     def searched(self) -> tuple[str, ...]:
-        """Names of what is neither held nor at a bound."""
+        """Names of the parameters that are neither fixed nor at a bound."""
         return tuple(n for n in self.names if n not in self.fixed and n not in self.at_bound)
 
     def derive(self, function: FunctionLike) -> Value:
-        """Any function of the parameters, with its unit and interval.
+        """Return a function of the parameters, with its unit and interval.
 
         Parameters
         ----------
@@ -401,32 +401,32 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @property
     def deviations(self) -> Array:
-        """Of the parameters, (P,)."""
+        """Standard errors of the parameters, (P,)."""
         return np.array([value.deviation for value in self.parameters.values()])
 
     @property
     def output(self) -> str:
-        """What is followed, in words."""
+        """The fitted outputs as text."""
         return " and ".join(self.outputs)
 
     @property
     def unit(self) -> str:
-        """Of the first output."""
+        """Unit of the first output."""
         return self.predictions.units[0]
 
     @property
     def error(self) -> float:
-        """Root mean square of what is left of all records, of the first output, in its unit."""
+        """Root mean square error of all records, of the first output, in its unit."""
         of_first = self.of_records[:: len(self.outputs)]
         squares = sum(each.rows * each.error**2 for each in of_first)
         return float(np.sqrt(squares / sum(each.rows for each in of_first)))
 
     @property
     def error_percent(self) -> float:
-        """Of the recorded output; of several records or outputs the largest."""
+        """Error, % of the recorded output; the largest of several records or outputs."""
         return max(each.percent for each in self.of_records)
 
     @property
     def percent_beyond_noise(self) -> float:
-        """What is left beyond noise, of the recorded output; of several the largest."""
+        """Error beyond noise, % of the recorded output; the largest of several."""
         return max(each.percent_beyond_noise for each in self.of_records)

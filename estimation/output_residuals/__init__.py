@@ -1,7 +1,7 @@
-"""Errors of records' simulated outputs, for many parameter sets side by side, and their slopes.
+"""Residuals of simulated outputs for many parameter sets in parallel, and their Jacobian.
 
-In: axes, records, parameters. Out: `BatchResiduals` of simulated less recorded outputs, and their
-slopes. Knows nothing of how parameters are searched for.
+In: axes, records, parameters. Out: `BatchResiduals`, simulated minus recorded outputs, and their
+derivatives. Knows nothing of search algorithms.
 """
 
 from .closed_loop_residuals import (

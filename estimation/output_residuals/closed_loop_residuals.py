@@ -1,7 +1,7 @@
-"""Outputs of the simulated loop of each record, for many parameter sets in one batch.
+"""Residuals of the simulated closed loop of each record, for many parameter sets in one batch.
 
-Several outputs are of one simulation, and the rows of a sample are neighbours: control, position,
-control, position, and so on.
+Several outputs come from one simulation, and their rows alternate: control, position, control,
+position, and so on.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -24,12 +24,12 @@ from .output_residuals import OutputResiduals, Stretch, interleaved
 
 
 def measured_output(output: str, axis: GeneratedAxis, record: Record) -> tuple[str, str, Array]:
-    """The recorded output that a fit follows: its name in a `Simulation`, its unit, values (N,).
+    """Return the recorded output of a fit: its name in `Simulation`, its unit, values (N,).
 
     Parameters
     ----------
     output : str
-        Of `axisid.estimation.choices.OUTPUTS`.
+        One of `axisid.estimation.choices.OUTPUTS`.
     axis : GeneratedAxis
     record : Record
 
@@ -45,7 +45,7 @@ def measured_output(output: str, axis: GeneratedAxis, record: Record) -> tuple[s
     }.get(output, ("position", q.unit, None if record.integrated else record.position))
     if values is None:
         raise DataError(
-            f"{record.provenance.source} has no {name} column, which the fit is to follow; "
+            f"{record.provenance.source} has no {name} column, the output of the fit; "
             f"name it with columns {name}=NAME, or choose another output.",
             code="missing-column",
         )
@@ -53,17 +53,17 @@ def measured_output(output: str, axis: GeneratedAxis, record: Record) -> tuple[s
 
 
 class ClosedLoopResiduals(OutputResiduals):
-    """The simulated loops of the records.
+    """Residuals of the simulated closed loops of the records.
 
     Parameters
     ----------
     form : Form
-        Says which parameters of its axis each record has.
+        Maps the parameters to those of each record's axis.
     axes : sequence of GeneratedAxis
         By record. Their drives are simulated without rounding, see `unrounded`.
     records : sequence of Record
     outputs : str or sequence of str
-        Of `axisid.estimation.choices.OUTPUTS`.
+        From `axisid.estimation.choices.OUTPUTS`.
 
     Raises
     ------
@@ -90,7 +90,7 @@ class ClosedLoopResiduals(OutputResiduals):
         super().__init__(form, records, stretches)
 
     def outputs_of(self, records: Sequence[Record], physical: Array) -> Array:
-        """See `OutputResiduals.outputs_of`; the first samples tell where a loop starts."""
+        """See `OutputResiduals.outputs_of`; initial states come from the first samples."""
         pieces = []
         for each in self.stretches:
             record, (at, theta) = records[each.record], self._at(each, physical)
@@ -107,12 +107,12 @@ class ClosedLoopResiduals(OutputResiduals):
         return np.concatenate(pieces)
 
     def settle(self, physical: Array) -> None:
-        """See `OutputResiduals.settle`: how many steps a sample is simulated in.
+        """See `OutputResiduals.settle`; the number of steps per sample is chosen.
 
         Raises
         ------
         EstimationError
-            Friction that remembers is so stiff there that samples take the most steps there are:
+            Friction with internal state is so stiff that samples need the largest number of steps:
             such loops are not resolved, and a search would take hours.
         """
         for each in self.stretches:
@@ -121,14 +121,15 @@ class ClosedLoopResiduals(OutputResiduals):
             if each.axis.states and steps >= most_substeps(len(each.inputs.reference)):
                 raise EstimationError(
                     f"with {each.axis.describe(theta)} the friction of axis "
-                    f"{each.axis.name!r} is so stiff that a sample takes {steps} "
-                    "steps, the most there are; start from nominal values of the right order, or "
+                    f"{each.axis.name!r} is so stiff that a sample needs {steps} "
+                    "steps, the largest number; start from nominal values of the right order, or "
                     "bound the stiffness.",
                     code="simulation",
                 )
             each.substeps = max(steps, each.substeps or 1)
 
     def _errors(self, physical: Array) -> Iterator[tuple[Array, Mapping[int, str]]]:
+        """See `OutputResiduals._errors`."""
         gains = gains_in(self._form, physical)
         for stretch in self.stretches:
             theta = np.array([self._form.own(lane, stretch.record) for lane in physical])
@@ -147,7 +148,8 @@ class ClosedLoopResiduals(OutputResiduals):
 def _stretches(
     number: int, axis: GeneratedAxis, record: Record, measured: Sequence[tuple[str, str, Array]]
 ) -> Iterator[Stretch]:
-    loop_reference(axis, record)  # or it is refused
+    """Yield the segments of a record with the inputs of their loops and the measured outputs."""
+    loop_reference(axis, record)  # refuses a record without one
     counted = ~mask_of(record.masked, len(record))
     starts = zip(record.spans, loop_starts(axis, record), strict=True)
     for segment, (span, start) in enumerate(starts):
@@ -165,16 +167,16 @@ def _stretches(
         )
 
 
-# The records of a fit have one axis, or few, and to build one may compile its loop. Of two that are
-# equal one may be compiled and the other not.
+# The records of a fit have one axis, or few, and building an axis may compile its loop. Of two
+# equal axes one may be compiled and the other not.
 @lru_cache(maxsize=16)
 def unrounded(axis: GeneratedAxis, *, native: bool) -> GeneratedAxis:
-    """The same axis, its drive without steps, compiled or not; itself where that has none."""
+    """Return the axis with its drive not rounding commands, compiled or not."""
     if not axis.declared.drive.quantisation:
         return axis
     drive = axis.declared.drive
     others = drive.delay or not replace(drive.path, quantisation=0.0).is_plain
-    # What acts of a command that nothing changes is the command.
+    # A command that the drive does not change is the acting control.
     logged = drive.logged if others or drive.logged != "applied" else "command"
     smooth = replace(drive, quantisation=0.0, logged=logged)
     return build(replace(axis.declared, drive=smooth), native=native)

@@ -1,9 +1,9 @@
-"""Positions under the recorded control, in windows that each start where the record is.
+"""Open-loop multiple shooting: positions under the recorded control, in windows.
 
-Nothing holds an axis without its loop: a small error of the force drifts away with the square of
-time. So the record is cut into windows [Bock1983]_, each with a first position and velocity of its
-own. These are no parameters of the search: to first order what they can do is taken out of the
-errors of their window, by a QR of the errors' slopes by them, and they follow the parameters.
+Without its loop an axis drifts: a small error of the force grows with the square of time. So the
+record is cut into windows [Bock1983]_, each with its own initial position and velocity. These are
+not parameters of the search: to first order their effect is projected out of the residuals of their
+window, by a QR of the residuals' derivatives, and they are re-estimated for other parameters.
 """
 
 import math
@@ -23,35 +23,38 @@ from axisid.estimation.thresholds import ADVISED_WINDOWS, MAX_GROWTH
 from axisid.modeling.declaration import no_law
 from axisid.support.arrays import Array, mask_of
 from axisid.support.errors import DataError, EstimationError, UsageError
+from axisid.support.settings import setting
 
 from .output_residuals import OutputResiduals, Piece
 
-_HORIZON = 1.0  # s, of the windows of an open loop where none is given
+_HORIZON = 1.0  # s, default length of the windows
 
-#: Samples in a window.
+#: Smallest number of samples of a window.
 FEWEST_IN_WINDOW = 20
-_FITTED = 20  # samples from the first on, from which a first velocity is begun
-_ROUNDS = 8  # of the first positions and velocities, at each point, at most
-_SHARES = np.array([1.0, 0.25, 0.03])  # of a step of them, that are tried
-_SHORTEST = 0.0625  # s, of the windows that are asked first
-_STILL = 1e-6  # of a window's squared errors, by which a step lessens them that is the last
-# Of what a first position changes, what a first velocity does: else it is rounding. A velocity that
-# friction hides is a start's all the same: without it a window from rest outweighs all others.
+_FITTED = 20  # first samples of a window, for the first estimate of its initial velocity
+_ROUNDS = 8  # largest number of iterations of the initial states
+_SHARES = np.array([1.0, 0.25, 0.03])  # fractions of a step of the initial states that are tried
+_SHORTEST = 0.0625  # s, of the windows that are tried first
+_STILL = 1e-6  # relative decrease of a window's squared residuals at which the iteration ends
+# Smallest effect of an initial state relative to that of the other one; a smaller effect is
+# rounding. An initial velocity that friction suppresses is kept as a state: otherwise a window from
+# rest would outweigh all others.
 _SHOWN = 1e-9
-_STEP = 1e-6  # of the range of positions, and of that over the window's time
+_STEP = 1e-6  # step of an initial position relative to the position range, likewise of a velocity
 
 
 @dataclass(slots=True, kw_only=True)
 class _Windows:
-    """Windows of one length of one segment, side by side.
+    """Windows of equal length of one segment, in parallel.
 
     Attributes
     ----------
     axis : GeneratedAxis
-        Without a loop.
+        Without a control law.
     record : int
+        Number of the record.
     first : int
-        Sample of the record that the first begins at.
+        First sample of the first window in the record.
     period : float
         s
     position, control : (N, w) array
@@ -59,11 +62,11 @@ class _Windows:
         1 for samples that are measurements, 0 for others.
     signals : tuple of (N, w) array
     first_states : (2, w) array
-        Positions and velocities that they start from.
+        Initial positions and velocities.
     basis : (w, N, 2) array
-        Directions of the errors that other first states can make.
+        Orthonormal basis of the derivatives of the residuals by the initial states.
     substeps : int or None
-        Of a sample, once they are settled.
+        Steps per sample, once they are chosen.
     """
 
     axis: GeneratedAxis
@@ -80,22 +83,22 @@ class _Windows:
 
     @property
     def count(self) -> int:
-        """How many."""
+        """Number of windows."""
         return int(self.position.shape[1])
 
     @property
     def steps(self) -> Array:
-        """Steps of first position and velocity for slopes, (2,)."""
+        """Steps of initial position and velocity for differences, (2,)."""
         reach = _STEP * max(float(np.ptp(self.position)), 1e-9)
         return np.array([reach, reach / (len(self.position) * self.period)])
 
     def cut(self, values: Array) -> Array:
-        """Values of the record's samples, (N,), as windows have them, (N, w)."""
+        """Cut values of the record's samples into windows, (N, w)."""
         inside = values[self.first : self.first + self.position.size]
         return np.ascontiguousarray(inside.reshape(self.count, -1).T)
 
     def inputs(self, states: Array) -> LoopInputs:
-        """Of the windows, once or several times, from states (2, B w)."""
+        """Return the inputs of the windows, repeated B times, from initial states (2, B w)."""
         sets = states.shape[1] // self.count
         wide = [np.tile(v, (1, sets)) for v in (self.position, self.control, *self.signals)]
         return LoopInputs(
@@ -107,9 +110,9 @@ class _Windows:
         )
 
     def errors(self, theta: Array, states: Array | None = None) -> tuple[Array, dict[int, str]]:
-        """Of parameters (B, p): (N, B, w), and what failed by set.
+        """Return the residuals for parameters (B, p), (N, B, w), and failures by parameter set.
 
-        From where the windows start, or from states (2, B w).
+        The windows start from their initial states, or from given states (2, B w).
         """
         sets = len(theta)
         first = np.tile(self.first_states, (1, sets)) if states is None else states
@@ -127,14 +130,14 @@ class _Windows:
         return errors, {lane // self.count: why for lane, why in batch.failures.items()}
 
     def rows(self, errors: Array) -> Array:
-        """Errors (N, B, w) as rows, window after window, (w N, B), less what first states make."""
+        """Return residuals (N, B, w) as rows, (w N, B), without the effect of initial states."""
         inner = np.einsum("wnk,nbw->wkb", self.basis, errors)
         net = errors - np.einsum("wnk,wkb->nbw", self.basis, inner)
         return np.asarray(net.transpose(2, 0, 1).reshape(-1, errors.shape[1]))
 
 
 class MultipleShootingResiduals(OutputResiduals):
-    """Positions under the recorded control.
+    """Residuals of positions under the recorded control, in windows.
 
     Parameters
     ----------
@@ -150,7 +153,7 @@ class MultipleShootingResiduals(OutputResiduals):
     DataError
         A record has no position or no control.
     UsageError
-        The friction of an axis remembers.
+        The friction of an axis has an internal state.
     """
 
     horizon: float
@@ -162,11 +165,11 @@ class MultipleShootingResiduals(OutputResiduals):
         records: Sequence[Record],
         horizon: float,
     ) -> None:
-        if remembers := [axis.name for axis in axes if axis.states]:
+        if with_states := [axis.name for axis in axes if axis.states]:
             raise UsageError(
-                f"what the friction of axis {remembers[0]!r} remembers where a window begins is in "
-                "no record; follow the control or the position, whose loops begin as the record "
-                "does.",
+                f"the internal state of the friction of axis {with_states[0]!r} at the start of a "
+                "window is not recorded; fit the control or the position of the closed loop, which "
+                "starts with the record.",
                 code="equation",
             )
         self._axes, self.horizon = tuple(axes), horizon
@@ -178,7 +181,7 @@ class MultipleShootingResiduals(OutputResiduals):
                 record=w.record,
                 spans=w.count * (len(w.position),),
                 samples=w.first + np.arange(w.position.size),
-                measured=(w.position - w.position[0]).T.ravel(),  # from its first position on
+                measured=(w.position - w.position[0]).T.ravel(),  # relative to its first position
                 counted=w.counted.T.ravel(),
             )
             for w in self._windows
@@ -186,7 +189,7 @@ class MultipleShootingResiduals(OutputResiduals):
         super().__init__(form, records, pieces)
 
     def settle(self, physical: Array) -> None:
-        """See `OutputResiduals.settle`: steps of a sample, and where the windows start."""
+        """See `OutputResiduals.settle`; chooses steps per sample and initial states."""
         for w in self._windows:
             theta = np.asarray(self._form.own(physical, w.record))
             inputs = w.inputs(w.first_states)
@@ -199,7 +202,7 @@ class MultipleShootingResiduals(OutputResiduals):
             w.substeps = None
 
     def _errors(self, physical: Array) -> Iterator[tuple[Array, dict[int, str]]]:
-        """Errors of windows; those of a trial alone start where its own errors are least."""
+        """See `OutputResiduals._errors`; a single parameter set has its own initial states."""
         for w in map(replace, self._windows):
             theta = np.array([self._form.own(lane, w.record) for lane in physical])
             if len(theta) == 1:
@@ -212,7 +215,7 @@ class MultipleShootingResiduals(OutputResiduals):
             yield w.rows(errors), failed
 
     def outputs_of(self, records: Sequence[Record], physical: Array) -> Array:
-        """See `OutputResiduals.outputs_of`; windows start where these records ask for."""
+        """See `OutputResiduals.outputs_of`; initial states are those of these records."""
         controls, pieces = [*map(_control, self._axes, records)], []
         for each in self._windows:
             position = each.cut(records[each.record].position)
@@ -226,10 +229,11 @@ class MultipleShootingResiduals(OutputResiduals):
         return -np.concatenate(pieces)[:, 0]
 
     def steady_horizon(self, physical: Array) -> float:
-        """How long windows may be at parameters (P,), s: as long as these, or a half, and so on.
+        """Return the longest length of windows without error growth at parameters (P,), s.
 
-        A window in which the axis stops forgets how it began, so that short ones are asked first,
-        and no longer ones once errors grow.
+        The length is that of these windows, a half, a quarter, and so on. A window in which the
+        axis stops does not depend on its initial state, so that short windows are tried first, up
+        to the first length at which errors grow.
 
         Raises
         ------
@@ -251,10 +255,10 @@ class MultipleShootingResiduals(OutputResiduals):
 
 
 def _growth(w: _Windows, theta: Array) -> float:
-    """How far a first velocity carries an axis by parameters (p,), over a free one's way.
+    """Return the largest displacement by an initial velocity relative to that of a free axis.
 
-    Of all windows the furthest. More than 1 is a motion that no loop holds: friction that falls
-    with the velocity, or a force away from a place.
+    The ratio is ``|dq/dv0| / T`` over samples and windows of length T, with parameters (p,). More
+    than 1 shows an unstable open loop: friction that falls with velocity, or a repelling force.
     """
     errors, (_, step) = _moved(w, theta), w.steps
     reach = float(np.abs(errors[:, 3] - errors[:, 4]).max()) / 2
@@ -262,7 +266,7 @@ def _growth(w: _Windows, theta: Array) -> float:
 
 
 def default_horizon(records: Sequence[Record]) -> float:
-    """Length of windows of which records have enough that their scatter tells deviations, s."""
+    """Return the longest window length with enough windows for standard errors, s."""
     stretches = [(end - first, r.period) for r in records for first, end in r.spans]
     horizon = _HORIZON
     while horizon > _SHORTEST:
@@ -274,14 +278,15 @@ def default_horizon(records: Sequence[Record]) -> float:
 
 
 def _size(horizon: float, period: float) -> int:
+    """Return the number of samples of a window."""
     return max(round(horizon / period), FEWEST_IN_WINDOW)
 
 
 def _follow(w: _Windows, theta: Array) -> None:
-    """Let windows start where their errors are least, with parameters (p,).
+    """Set the initial states of windows to those of least squared residuals, with parameters (p,).
 
-    Each step is by slopes, and as much of it is taken as lessens the window's errors: friction that
-    holds an axis forgets its first velocity, and what a slope then asks for may be anything.
+    Gauss-Newton steps, of which a fraction is taken that reduces the residuals of a window: if
+    friction stops an axis, the initial velocity has no effect, and a full step may be arbitrary.
     """
     for _ in range(_ROUNDS):
         errors, back = _step_back(w, theta)
@@ -298,7 +303,7 @@ def _follow(w: _Windows, theta: Array) -> None:
 
 
 def _moved(w: _Windows, theta: Array) -> Array:
-    """Errors (N, 5, w) from where windows start, and from a step to either side of each."""
+    """Return residuals (N, 5, w) from the initial states, and with a step of each up and down."""
     shifts = np.array([[0, 1, -1, 0, 0], [0, 0, 0, 1, -1]], dtype=float) * w.steps[:, None]
     states = (w.first_states[:, None, :] + shifts[:, :, None]).reshape(2, -1)
     errors, failed = w.errors(np.tile(theta, (5, 1)), states)
@@ -308,7 +313,10 @@ def _moved(w: _Windows, theta: Array) -> Array:
 
 
 def _step_back(w: _Windows, theta: Array) -> tuple[Array, Array]:
-    """Errors (N, w) from where windows start, and which steps of the start lead to the least."""
+    """Return residuals (N, w), and the Gauss-Newton step of the initial states, (w, 2).
+
+    The step is in units of `_Windows.steps` and to be subtracted. Sets the basis of the windows.
+    """
     errors = _moved(w, theta)
     slopes = (errors[:, [1, 3]] - errors[:, [2, 4]]) / 2  # (N, 2, w), a step each
     basis, triangle = np.linalg.qr(slopes.transpose(2, 0, 1))
@@ -323,9 +331,16 @@ def _step_back(w: _Windows, theta: Array) -> tuple[Array, Array]:
 def _windows(
     axis: GeneratedAxis, record: Record, number: int, horizon: float
 ) -> Iterator[_Windows]:
+    """Yield the windows of each segment of a record.
+
+    Raises
+    ------
+    DataError
+        The record has no position, or no control.
+    """
     if record.integrated:
         raise DataError(
-            f"{record.provenance.source} has no position, which is to be followed.",
+            f"{record.provenance.source} has no position, the output of the fit.",
             code="missing-column",
         )
     control = _control(axis, record)
@@ -361,6 +376,13 @@ def _windows(
 
 
 def _control(axis: GeneratedAxis, record: Record) -> Array:
+    """Return the acting control of a record, or that of the recorded force, (N,).
+
+    Raises
+    ------
+    DataError
+        The record has neither a control nor a force of a drive that is a gain.
+    """
     drive = axis.drive
     if record.control is not None:
         starts = [start for start, _ in record.spans]
@@ -368,7 +390,7 @@ def _control(axis: GeneratedAxis, record: Record) -> Array:
     if record.force is not None and drive.is_gain:
         return np.asarray(record.force / float(drive.gain))
     raise DataError(
-        f"{record.provenance.source} has no control column, under which the axis is to "
-        "move; name it with columns control=NAME.",
+        f"{record.provenance.source} has no control column, with which the axis is "
+        f"simulated. Name it with {setting('columns', {'control': 'NAME'})}.",
         code="missing-column",
     )

@@ -1,4 +1,4 @@
-"""Errors of simulated outputs, one column for each parameter set, and slopes by differences."""
+"""Residuals of simulated outputs, one column per parameter set, and derivatives by differences."""
 
 from abc import ABC, abstractmethod
 from collections import ChainMap
@@ -32,22 +32,22 @@ from axisid.estimation.unknowns import axis_at, inputs_at, started_at
 from axisid.support.arrays import Array
 from axisid.support.errors import EstimationError
 
-#: Of a parameter's scale. The cost is smooth there: slopes agree to 0.06 % from 1e-3 to 1e-6.
+#: Step relative to a parameter's scale. Derivatives agree to 0.06 % for steps from 1e-3 to 1e-6.
 STEP = 1e-4
-# of a term of the law: by how much it is added and taken away for a slope
+# step of the factor of a law's term for a central difference
 _ADDED_SHARE = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BatchResiduals:
-    """Simulated less recorded outputs.
+    """Simulated minus recorded outputs of lanes.
 
     Attributes
     ----------
     errors : (n, B) array
-        One column a lane; NaN where its simulation ended early.
+        One column for each lane; NaN for a simulation that ended early.
     failures : mapping of int to str
-        Why, by lane.
+        Reason of a failure, by lane.
     """
 
     errors: Array
@@ -61,12 +61,13 @@ class Piece:
     Attributes
     ----------
     record : int
-        Of the records, from 0; pieces of one stand behind those of the one before.
+        Number of the record, from 0; pieces are in the order of the records.
     spans : tuple of int
-        Rows of each stretch without a gap.
+        Number of rows of each stretch without a gap.
     samples : (N,) array of int
+        Sample numbers in the record.
     measured, counted : (n,) array
-        As of `OutputResiduals`.
+        As in `OutputResiduals`.
     """
 
     record: int
@@ -78,18 +79,18 @@ class Piece:
 
 @dataclass(slots=True, kw_only=True)
 class Stretch(Piece):
-    """A segment of a record, and what its loop is simulated from.
+    """A segment of a record, with the inputs of its simulated loop.
 
     Attributes
     ----------
     axis : GeneratedAxis
     segment : int
-        Of the record, from 0.
+        Number of the segment in the record, from 0.
     inputs : LoopInputs
     outputs : tuple of str
-        What is followed, as `Simulation` names it; of several the rows of a sample are neighbours.
+        Fitted outputs, by their names in `Simulation`; rows of several outputs alternate.
     substeps : int or None
-        Of a sample, once they are settled.
+        Steps per sample, once they are chosen.
     """
 
     axis: GeneratedAxis
@@ -105,7 +106,7 @@ class Stretch(Piece):
         wanted: Sequence[str],
         gains: Mapping[str, Array] | None = None,
     ) -> BatchSimulation:
-        """Its loop with parameters (B, p)."""
+        """Simulate the loop of the segment with parameters (B, p)."""
         return simulate_lanes(
             self.axis,
             theta,
@@ -117,37 +118,37 @@ class Stretch(Piece):
     def rows(
         self, theta: Array, inputs: LoopInputs, gains: Mapping[str, Array] | None = None
     ) -> tuple[Array, Mapping[int, str]]:
-        """The outputs of its loop with parameters (B, p), (n, B), and why lanes failed."""
+        """Return the outputs of the loop with parameters (B, p), (n, B), and failures by lane."""
         batch = self.simulated(theta, inputs, self.outputs, gains)
         return interleaved([batch[name] for name in self.outputs]), batch.failures
 
 
 def interleaved(columns: Sequence[Array]) -> Array:
-    """Values (N, ...) of each output as rows, those of a sample neighbours, (n, ...)."""
+    """Return values (N, ...) of each output as alternating rows, (n, ...)."""
     return np.stack(columns, axis=1).reshape(-1, *columns[0].shape[1:])
 
 
 class OutputResiduals(ABC):
-    """An output as parameters simulate it less the recorded one, at the samples of all records.
+    """Residuals of outputs: simulated minus recorded, at the samples of all records.
 
     Attributes
     ----------
     spans : tuple of tuple of slice
         Rows of each stretch without a gap, by record.
     samples : tuple of array of int
-        Which sample of its record each row is, or each of several outputs' rows, by record.
+        Sample numbers in each record; one number for the rows of several outputs.
     units : tuple of str
-        Of each output; the rows of a sample are neighbours, one of each.
+        Unit of each output; the rows of the outputs of a sample alternate.
     step : float
-        Of the coarsest encoder; 0 where nothing is known of any.
+        Step of the coarsest encoder; 0 without a known encoder.
     measured : (n,) array
-        What was recorded.
+        Recorded outputs.
     counted : (n,) array
-        1 for rows that count, 0 for those that are no measurements.
+        1 for rows that are used, 0 for rows that are no measurements.
     horizon : float or None
-        Length of windows that each start anew, s; None of loops.
+        Length of the windows of multiple shooting, s; None for simulated loops.
     stretches : sequence of Stretch
-        Segments whose loops are simulated; none of windows.
+        Segments whose loops are simulated; empty for windows.
     """
 
     units: tuple[str, ...]
@@ -171,37 +172,37 @@ class OutputResiduals(ABC):
 
     @abstractmethod
     def _errors(self, physical: Array) -> Iterator[tuple[Array, Mapping[int, str]]]:
-        """Errors of the rows of each piece with parameters (B, P), and why lanes failed."""
+        """Yield the residuals of each piece with parameters (B, P), and failures by lane."""
 
     @abstractmethod
     def settle(self, physical: Array) -> None:
-        """Settle at parameters (P,) what is to be the same for all lanes about them.
+        """Choose at parameters (P,) the settings for all lanes near them, as steps per sample.
 
         Raises
         ------
         EstimationError
-            They cannot be simulated.
+            The parameters cannot be simulated.
         """
 
     def _forget_steps(self) -> None:
-        """Let the steps of a sample be settled anew."""
+        """Forget the chosen steps per sample."""
         for each in self.stretches:
             each.substeps = None
 
     @abstractmethod
     def outputs_of(self, records: Sequence[Record], physical: Array) -> Array:
-        """Rows that the errors of other records of the same samples would have less of, (n,).
+        """Return recorded minus simulated outputs of other records of the same samples, (n,).
 
-        Of each how far its output is from what parameters (P,) predict of it, from where it starts.
+        The outputs are simulated with parameters (P,) from the initial states of those records.
 
         Raises
         ------
         EstimationError
-            It cannot be simulated.
+            A record cannot be simulated.
         """
 
     def __call__(self, physical: Array) -> BatchResiduals:
-        """Errors of parameters (B, P)."""
+        """Return the residuals for parameters (B, P)."""
         pieces, failed = zip(*self._errors(physical), strict=True)
         errors = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
         failures = dict(ChainMap(*map(dict, failed)))
@@ -211,7 +212,7 @@ class OutputResiduals(ABC):
         return BatchResiduals(errors=errors, failures=failures)
 
     def _at(self, stretch: Stretch, physical: Array) -> tuple[Stretch, Array]:
-        """A stretch under the law, and from the start, that parameters (P,) make; its own, (p,)."""
+        """Return a stretch with the law and start of parameters (P,), and its parameters (p,)."""
         axis, inputs = axis_at(stretch.axis, self._form, physical), stretch.inputs
         if axis is not stretch.axis:
             inputs = inputs_at(axis, self._records[stretch.record], stretch.segment, inputs)
@@ -219,9 +220,9 @@ class OutputResiduals(ABC):
         return replace(stretch, axis=axis, inputs=inputs), self._form.own(physical, stretch.record)
 
     def jacobian_by_law(self, physical: Array) -> Mapping[str, Array]:
-        """Slopes of the errors by a factor of each term of the law, (n,), by its gains.
+        """Return the derivative of the residuals by a factor of each law term, (n,), by name.
 
-        None is given without a law that has terms of its own, or where a loop cannot be simulated.
+        Empty without a sampled law, or if a loop cannot be simulated.
         """
         slopes = [jacobian_by_law(*self._at(each, physical)) for each in self.stretches]
         names = dict.fromkeys(name for each in slopes for name in each) if all(slopes) else ()
@@ -229,13 +230,13 @@ class OutputResiduals(ABC):
         return {
             name: np.concatenate([each.get(name, none) for each, none in pairs])
             for name in names
-            if name == LIMIT or all(name in each for each in slopes)  # not each loop reaches it
+            if name == LIMIT or all(name in each for each in slopes)  # some loops may not reach it
         }
 
     def velocities(self, physical: Array) -> tuple[Array, ...]:
-        """Of the loops of parameters (P,) at the samples of each record.
+        """Return the simulated velocities with parameters (P,) at the samples of each record.
 
-        None where there are no loops, or where one cannot be simulated.
+        Empty without loops, or if a loop cannot be simulated.
         """
         velocities: list[list[Array]] = [[] for _ in self.samples]
         for each in self.stretches:
@@ -250,37 +251,37 @@ class OutputResiduals(ABC):
     def follow_time(
         self, later: "OutputResiduals", physical: Array, time: float, step: float
     ) -> None:
-        """Let the last parameter be a time of the drive, for which the loops were generated.
+        """Make the last parameter a time of the drive, by a linear approximation.
 
-        A loop is generated for one lag and one delay. About these its output is a straight line of
-        either; where a search ends, the loop is generated anew, until it is there.
+        A loop is generated for one lag and one delay; the output is linearised about these. At the
+        end of a search the loop is generated again for the found time, until it no longer changes.
 
         Parameters
         ----------
         later : OutputResiduals
-            The same, of drives whose time is longer by a step.
+            Residuals for drives whose time is longer by `step`.
         physical : (P,) array
-            Where the slope by the time is taken.
+            Parameters at which the derivative by the time is taken.
         time, step : float
             s
 
         Raises
         ------
         EstimationError
-            Not both can be simulated there.
+            One of the two cannot be simulated at these parameters.
         """
         self._later, self._time, self._time_step = later, time, step
         self.begin(physical)
 
     def begin(self, physical: Array) -> None:
-        """Begin a search at parameters (P,): forget what an earlier one settled elsewhere.
+        """Begin a search at parameters (P,), without settings of earlier searches.
 
-        The steps of a sample are settled anew, and the slope by the drive's time is taken there.
+        The steps per sample and the derivative by the drive's time are determined again.
 
         Raises
         ------
         EstimationError
-            As of `follow_time`.
+            As in `follow_time`.
         """
         self._forget_steps()
         if self._later is None:
@@ -293,28 +294,28 @@ class OutputResiduals(ABC):
         slope = (there - here) / self._time_step
         if not np.all(np.isfinite(slope)):
             raise EstimationError(
-                "the loop cannot be simulated about the drive's time, which is to be found.",
+                "the loop cannot be simulated near the drive's time that is to be estimated.",
                 code="simulation",
             )
         self._slope_by_time = slope
 
 
 def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
-    """Slopes of a stretch's outputs, (n,), by a factor of each product of gains, or of each gain.
+    """Return the derivatives of a stretch's outputs, (n,), by a factor of each law term, by name.
 
-    Of gains where the law is no sum of products of them, as what it is off by is told then. And by
-    a factor of the drive's limit, where the loop reaches it.
+    The terms are products of gains, or the gains themselves if the law is no sum of such products;
+    and the drive's limit, if the loop reaches it. Central differences of simulated loops.
 
     Parameters
     ----------
     stretch : Stretch
     theta : (p,) array
-        Parameters of its axis.
+        Parameters of the stretch's axis.
 
     Returns
     -------
     mapping of str to (n,) array
-        Empty of a continuous law, and where a loop cannot be simulated.
+        Empty for a continuous law, or if a loop cannot be simulated.
     """
     law, inputs = stretch.axis.control, stretch.inputs
     if law is None or law.continuous:
@@ -324,7 +325,7 @@ def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
         return {}
     position, velocity, control = (loop[name][:, 0] for name in wanted)
     ticks = LawInputs.at_samples(inputs.reference, position, velocity, inputs.signals)
-    # The loop's memory has the drive's behind the law's, whose terms do not depend on it.
+    # The loop's memory ends with that of the drive, on which the law's terms do not depend.
     memory, count = inputs.start.memory, law_memory(stretch.axis)
     start = state_at_rest(stretch.axis, ticks) if memory is None else np.asarray(memory)[:count]
     if law.is_polynomial:
@@ -333,7 +334,7 @@ def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
     else:
         names = [*law.gains]
         terms = LawReplay.of_loop(stretch.axis, ticks, start).jacobian_by_gain()
-    # They are those that are applied; what is injected is applied as late as they are.
+    # Terms are those at their action, after the delay; an injected signal has the same delay.
     terms = np.vstack([terms[law.delay :], np.repeat(terms[-1:], law.delay, axis=0)])
     lanes = _ADDED_SHARE * np.hstack([terms, -terms])
     if inputs.injected is not None:
@@ -357,12 +358,20 @@ def jacobian_by_law(stretch: Stretch, theta: Array) -> Mapping[str, Array]:
 
 
 def record_rows(spans: Sequence[slice], place: int = 0, outputs: int = 1) -> slice:
-    """Rows of a record by its stretches: all, or those of the output at a place of so many."""
+    """Return the slice of a record's rows, of all outputs or of one.
+
+    Parameters
+    ----------
+    spans : sequence of slice
+        Stretches of the record.
+    place, outputs : int
+        Index of the output, and number of outputs.
+    """
     return slice(spans[0].start + place, spans[-1].stop, outputs)
 
 
-_ROOM = 2.001  # steps in the range between the bounds
-_SHORTER = (1, 1 / 8, 1 / 64)  # of the step, where lanes fail
+_ROOM = 2.001  # steps that must fit between the bounds
+_SHORTER = (1, 1 / 8, 1 / 64)  # shorter steps that are tried if lanes fail
 
 
 def jacobian_at(
@@ -373,25 +382,25 @@ def jacobian_at(
     upper: Array,
     free: NDArray[np.bool_] | None = None,
 ) -> tuple[Array, Array]:
-    """Errors (n,) at parameters (P,), and their slopes by these, (n, P); of what is held 0.
+    """Return the residuals (n,) at parameters (P,), and their Jacobian (n, P); 0 for fixed ones.
 
-    By second-order differences, central where the bounds leave room. Where no loop can be simulated
-    on one side, as friction below 0 drives an axis, both steps are to the other.
+    Second-order differences, central if the bounds allow. If no loop can be simulated on one side,
+    as with friction below 0, both steps are to the other side.
 
     Parameters
     ----------
     predictions : OutputResiduals
     physical : (P,) array
     scale : (P,) array
-        Of each parameter: the step is `STEP` of it.
+        Scale of each parameter; the step is `STEP` times the scale.
     lower, upper : (P,) array
     free : (P,) array of bool, optional
-        Which parameters; all by default.
+        True for free parameters; all by default.
 
     Raises
     ------
     EstimationError
-        A loop cannot be simulated there, or nowhere near for one of the parameters.
+        A loop cannot be simulated at the parameters, or with no step of one of the parameters.
     """
     chosen = range(len(physical)) if free is None else map(int, np.flatnonzero(free))
     steps = np.minimum(STEP * scale, (upper - lower) / _ROOM)
@@ -408,7 +417,7 @@ def jacobian_at(
             raise EstimationError(lanes.failures[0], code="simulation")
         here, first, second = lanes.errors[:, :1], lanes.errors[:, 1::2], lanes.errors[:, 2::2]
         a, b = pairs.T
-        # At 0 of the parabolas through the values at 0, a and b.
+        # Derivatives at 0 of the parabolas through the values at 0, a and b.
         slopes = (first * b * b - second * a * a) / (a * b * (b - a)) - here * (a + b) / (a * b)
         lost = {(lane - 1) // 2: why for lane, why in lanes.failures.items()}
         why = next(iter(lost.values()), "")
@@ -421,7 +430,7 @@ def jacobian_at(
 
 
 def _steps(step: float, below: float, above: float) -> Iterator[tuple[float, float]]:
-    """Two steps of a parameter with so much room: about it, or to one side, then shorter ones."""
+    """Yield pairs of steps within the room below and above: central, one-sided, then shorter."""
     for share in _SHORTER:
         h = share * step
         for pair in ((-h, h), (h, 2 * h), (-2 * h, -h)):

@@ -1,4 +1,4 @@
-"""Where a record comes from, how its clock is known, and how it was repaired."""
+"""Provenance of a record: its source, its clock and its repairs."""
 
 from dataclasses import dataclass, field
 from typing import Literal
@@ -59,7 +59,7 @@ class PeriodSource:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Provenance:
-    """Where a record comes from.
+    """Source of a record, with assumptions and repairs.
 
     Attributes
     ----------

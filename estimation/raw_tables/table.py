@@ -1,4 +1,4 @@
-"""What a file holds before any column has a role: names, units as written, what was assumed."""
+"""Content of a file before columns have roles: names, units as written, assumptions."""
 
 import re
 from collections import Counter

@@ -52,7 +52,7 @@ class TableBuilder:
         """
         array = np.asarray(values)
         if array.dtype.kind == "M" and array.ndim == 1:
-            note = f"{name}: time stamps counted from the first"
+            note = f"{name}: time stamps, relative to the first"
             stamps = array[~np.isnat(array)]
             array = array - (stamps[0] if len(stamps) else array)
         if array.dtype.kind == "m":
@@ -80,7 +80,7 @@ class TableBuilder:
             There is a column of this name already.
         """
         wrong = DataError(
-            f"the column {name!r} holds {what}; choose another column.", code="columns"
+            f"the column {name!r} contains {what}. Choose another column.", code="columns"
         )
         self._put(name, RawColumn(samples=wrong, holds=what))
 
@@ -102,7 +102,7 @@ class TableBuilder:
             self.add(name, array.ravel(), unit=unit)
         else:
             wide = array.shape[1] > array.shape[0]
-            note = f"{name}: wider than long, so its rows are columns" if wide else ""
+            note = f"{name}: wider than long, so its rows are read as columns" if wide else ""
             for k, column in enumerate(array if wide else array.T, 1):
                 self.add(f"{name}.{k}", column, note=note)
 
@@ -115,7 +115,7 @@ class TableBuilder:
         *,
         advice: str = "",
     ) -> Table:
-        """What was gathered.
+        """Return the table of the gathered columns.
 
         Raises
         ------
@@ -125,7 +125,7 @@ class TableBuilder:
         if advice and all(column.holds for column in self.columns.values()):
             listed = ", ".join(f"{n}: {c.holds}" for n, c in [*self.columns.items()][:8])
             raise DataError(
-                f"{source} holds no columns of numbers{f' ({listed})' * bool(listed)}; {advice}.",
+                f"{source} has no columns of numbers{f' ({listed})' * bool(listed)}: {advice}.",
                 code="columns",
             )
         return Table(
@@ -140,8 +140,8 @@ class TableBuilder:
 def twice(name: str) -> DataError:
     """The error of a file in which two columns have one name."""
     return DataError(
-        f"The name {name!r} occurs twice in the log, so it is unknown which of the two columns is "
-        "meant. Rename one of them in the file.",
+        f"The name {name!r} occurs twice in the log, so it is ambiguous. Rename one of the two "
+        "columns in the file.",
         code="columns",
     )
 

@@ -144,7 +144,7 @@ class UnitQuantity:
 
 
 def exact_unit(text: str) -> UnitQuantity | None:
-    """What one of a unit such as ``mm`` or ``N m`` is; None if it is not known."""
+    """Return the size of a unit such as ``mm`` or ``N m``; None if it is not known."""
     plain = text.strip().translate(_SPELT)
     if "**" not in plain:
         plain = plain.replace("*", " ")
@@ -158,7 +158,7 @@ def exact_unit(text: str) -> UnitQuantity | None:
 
 
 def is_unit(text: str) -> bool:
-    """Whether a text is surely a unit: one that is known, or what encoders count."""
+    """Return whether a text is surely a unit: one that is known, or what encoders count."""
     return exact_unit(text) is not None or text.strip().lower() in COUNTS
 
 

@@ -11,6 +11,7 @@ from .quantisation import (
 )
 from .reading import read_record as read_record
 from .record import (
+    OtherPeriod as OtherPeriod,
     Record as Record,
     check_record as check_record,
     is_same_period as is_same_period,
@@ -25,10 +26,11 @@ from .run_toml import (
 )
 from .segments import windows_text as windows_text
 from .shifts_and_interpolation import (
+    AdvisedShift as AdvisedShift,
     Interpolation as Interpolation,
     advised_interpolation as advised_interpolation,
-    advised_shift as advised_shift,
     at_times as at_times,
     samples_apart as samples_apart,
+    shift_into_time as shift_into_time,
 )
 from .wild_samples import wild_steps as wild_steps

@@ -56,8 +56,8 @@ def clipped(
     )
     if not masked:
         note = (
-            f"the {role} is cut off in {count} samples{at}, as by a recorder or a converter: if "
-            'the drive did not, leave them out with mask = "clipped" in run.toml'
+            f"the {role} is clipped in {count} samples{at}, perhaps by a recorder or a converter. "
+            'Unless the drive clips it, leave the samples out with mask = "clipped" in run.toml'
         )
         return columns, [note] if count else []
     which = "none" if driven is None else f"{role} {count}{at}"
@@ -105,13 +105,13 @@ class _Signal:
         self.turns = np.flatnonzero(np.diff(np.sign(np.diff(values)))) + 1
 
     def is_steep(self, start: int, stop: int) -> bool:
-        """Whether a run begins and ends by more than a smooth signal's rounding."""
+        """Return whether a run begins and ends by more than a smooth signal's rounding."""
         ends = [k for k in (start, stop) if 0 < k < len(self.values)]
         least = min((abs(self.values[k] - self.values[k - 1]) for k in ends), default=0.0)
         return float(least) > MAX_SMOOTH_STEP.value * self.quantum
 
     def is_set(self, start: int, stop: int) -> bool:
-        """Whether a run is one of a commanded profile, which goes straight from value to value."""
+        """Return whether a run belongs to a commanded profile, straight between values."""
         last = len(self.values) - 1
         before = int(self.turns[self.turns < start].max(initial=0))
         after = int(self.turns[self.turns >= stop].min(initial=last))
@@ -145,7 +145,7 @@ def _samples_kept(values: Array) -> int:
 
 
 def _rests(position: Array | None, start: int, stop: int) -> bool:
-    """Whether the axis does not move during a run of samples."""
+    """Return whether the axis does not move during a run of samples."""
     if position is None or stop - start < 20:
         return False
     quantum = quantisation_step(position) or rounding(position)

@@ -15,11 +15,19 @@ from axisid.estimation.records.columns import RoleColumns
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_MEAN_STEP_DEVIATION
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError, is_real, quoted, refuse
+from axisid.support.settings import setting
 
 from .shifts_and_interpolation import SELDOM_ROLES, advised_interpolation
 
-_EVENLY = 'resample="auto"'
-_SPLIT = 'gaps="split"'
+
+def _evenly() -> str:
+    """Return the setting that resamples a log evenly."""
+    return setting("resample", "auto")
+
+
+def _split() -> str:
+    """Return the setting that cuts a log at its gaps."""
+    return setting("gaps", "split")
 
 
 def long_steps(time: Array, most: float) -> NDArray[np.intp]:
@@ -29,7 +37,7 @@ def long_steps(time: Array, most: float) -> NDArray[np.intp]:
 
 
 def _is_rare(count: int, steps: int) -> bool:
-    """Whether so many steps of all may be faults of single samples, and no jitter."""
+    """Return whether so many steps of all may be faults of single samples, and no jitter."""
     return count <= max(0.01 * steps, 1)
 
 
@@ -44,8 +52,8 @@ def clocked(table: Table, columns: RoleColumns, sample_period: float | None) -> 
     elif any(s.clock is None for s in samples.values()):
         if sample_period is None:
             raise DataError(
-                f"{table.source}: there is no time column among {table.listed()}; name it with "
-                "columns time=NAME, or give sample_period in run.toml. "
+                f"{table.source}: there is no time column among {table.listed()}. Name it with "
+                f"{setting('columns', {'time': 'NAME'})}, or give sample_period in run.toml. "
                 f"{table.missing}".rstrip(),
                 code="time",
             )
@@ -57,7 +65,7 @@ def clocked(table: Table, columns: RoleColumns, sample_period: float | None) -> 
 
 
 def share_clock(columns: RoleColumns) -> bool:
-    """Whether all columns have one clock."""
+    """Return whether all columns have one clock."""
     shared = columns.motion.times
     clocks = [s.times for s in columns.samples.values()]
     return all(clock is shared or np.array_equal(clock, shared, equal_nan=True) for clock in clocks)
@@ -127,10 +135,10 @@ def _past_restarts(time: Array, *, uneven: bool) -> tuple[Array, list[Repair]]:
         return time, []
     shifts = np.zeros(len(time))
     shifts[timed[places + 1]] = 4 * typical - steps[places]  # more than any gap needs, to cut there
-    k = places[0]
+    k, times = places[0], "once" if len(places) == 1 else f"{len(places)} times"
     text = (
-        f"the clock is set back, {len(places)} in all, first before data row {timed[k + 1] + 1}, "
-        f"from {finite[k]:.9g} s to {finite[k + 1]:.9g} s: cut there, and counted on"
+        f"the clock is set back {times}, first before data row {timed[k + 1] + 1}, "
+        f"from {finite[k]:.9g} s to {finite[k + 1]:.9g} s: cut there, and the time continued"
     )
     return time + np.cumsum(shifts), [Repair(kind="clock", count=len(places), text=text)]
 
@@ -171,13 +179,13 @@ def _check_even(table: Table, columns: RoleColumns) -> None:
         for what, cells in ((f"time of the {role}", samples.times), (role, samples.values)):
             empty = np.flatnonzero(~np.isfinite(cells))
             if empty.size:
-                draw = f", or draw it between its values ({advised_interpolation(role)})"
+                draw = f", or interpolate between its values ({advised_interpolation(role)})"
                 raise DataError(
                     f"{columns.source}: the {what} is {cells[empty[0]]} in data row "
-                    f"{empty[0] + 1} ({empty.size} of {len(cells)} cells hold no number). Remove "
-                    f"such rows, or resample what is there ({_EVENLY}), and cut where many follow "
-                    f"one another ({_SPLIT}){draw if role in SELDOM_ROLES else ''}; at the end of "
-                    'a text they may be left out (tail = "drop" in run.toml).',
+                    f"{empty[0] + 1} ({empty.size} of {len(cells)} cells have no number). Remove "
+                    f"such rows, or resample the others ({_evenly()}) and cut where many rows are "
+                    f"missing ({_split()}){draw if role in SELDOM_ROLES else ''}. At the end of a "
+                    'text, leave them out with tail = "drop" in run.toml.',
                     code="empty-cells",
                 )
     first, *others = columns.samples
@@ -189,12 +197,12 @@ def _check_even(table: Table, columns: RoleColumns) -> None:
                 columns.source,
                 table,
                 {first: len(shared), role: len(clock)},
-                f"Where they are sampled at different rates, resample them ({_EVENLY}).",
+                f"If they are sampled at different rates, resample them ({_evenly()}).",
             )
         if clock is not shared and not np.array_equal(clock, shared, equal_nan=True):
             raise DataError(
-                f"{columns.source}: {first} and {role} are sampled at different times; resample "
-                f"them ({_EVENLY}).",
+                f"{columns.source}: {first} and {role} are sampled at different times. Resample "
+                f"them ({_evenly()}).",
                 code="time",
             )
 
@@ -209,14 +217,14 @@ def _unequal(source: str, table: Table, lengths: Mapping[str, int], advice: str 
 
 
 def period_uncertainty(pieces: Sequence[Array]) -> float:
-    """What jitter leaves open of the mean step of segments, the times of each (n,), relative."""
+    """Return the relative uncertainty of the mean step of segments, (n,) times each, by jitter."""
     steps = np.concatenate([np.diff(piece) for piece in pieces])
     total = float(np.sum(steps)) if len(steps) else 0.0
     return len(pieces) * float(np.ptp(steps)) / total if total > 0 else 0.0
 
 
 def step_notes(pieces: Sequence[Array]) -> tuple[str, ...]:
-    """What is said of time steps that are taken as even but are not quite; empty if they are.
+    """Return notes on time steps that are treated as even but are not; empty if they are.
 
     Jitter moves the ends of a window by a part of the spread of the steps.
 
@@ -241,10 +249,10 @@ def check_increases(source: str, what: str, time: Array) -> None:
         row = back[0] + 1
         raise DataError(
             f"{source}: {what} does not increase in data row {row + 1}: after "
-            f"{time[row - 1]:.9g} s comes {time[row]:.9g} s. Cut the log where its clock was set "
-            f"back or another log was joined on ({_SPLIT}); sort rows that are out of order, and "
-            "remove repeated ones; export stamps that are too coarse with more digits, or give "
-            "sample_period in run.toml to count by.",
+            f"{time[row - 1]:.9g} s comes {time[row]:.9g} s. If the clock was set back or another "
+            f"log was appended, cut the log there ({_split()}). If rows are out of order or "
+            "repeated, sort them and remove repetitions. If the time stamps are too coarse, export "
+            "them with more digits, or give sample_period in run.toml.",
             code="time",
         )
 
@@ -263,10 +271,10 @@ def check_time(
     if gaps.size:
         arrival = "" if _is_rare(gaps.size, len(steps)) else f" {_by_arrival(mean)}"
         raise DataError(
-            f"{source}: the time step before data row {gaps[0] + 2} is {steps[gaps[0]]:.6g} "
-            f"s, {typical:.6g} s elsewhere ({gaps.size} of {len(steps)} steps differ). Cut the log "
-            f"where samples are missing or the clock jumps ({_SPLIT}); resample it evenly where "
-            f"its times jitter ({_EVENLY}).{arrival}",
+            f"{source}: the time step before data row {gaps[0] + 2} is {steps[gaps[0]]:.6g} s, but "
+            f"{typical:.6g} s elsewhere ({gaps.size} of {len(steps)} steps differ). If samples are "
+            f"missing or the clock jumps, cut the log there ({_split()}). If its times jitter, "
+            f"resample it evenly ({_evenly()}).{arrival}",
             code="uneven-time",
         )
     if period is not None and abs(mean / typical - 1) < tolerance:
@@ -277,8 +285,8 @@ def check_time(
     if not (slow > mean * (1 - tolerance) and fast < mean * (1 + tolerance)):
         raise DataError(
             f"{source}: the sampling period drifts from {1e3 * slow:.6g} to {1e3 * fast:.6g} ms "
-            "(the extremes of its median, its mean, and its means over 100 samples), which cannot "
-            f"be taken as even. Resample the log evenly ({_EVENLY}). {_by_arrival(mean)}",
+            "(the extremes of its median, its mean, and its means over 100 samples), so it is not "
+            f"constant. Resample the log evenly ({_evenly()}). {_by_arrival(mean)}",
             code="uneven-time",
         )
 
@@ -286,8 +294,8 @@ def check_time(
 def _by_arrival(step: float) -> str:
     """What to do where the samples are even and their stamps are times of arrival."""
     return (
-        "If the drive sampled evenly and the times say only when each row arrived, delete the time "
-        f"column from the log and give sample_period in run.toml (the mean step is {step:.6g} s)."
+        "If the drive sampled evenly and the times are only arrival times of the rows, delete the "
+        f"time column and give sample_period in run.toml (the mean step is {step:.6g} s)."
     )
 
 
@@ -295,8 +303,8 @@ def check_stated(source: str, measured: float, stated: float, uncertainty: float
     """Refuse a sampling period that was given, s, and is not the one of the time column."""
     if not abs(stated / measured - 1) < 0.005 + uncertainty:
         raise DataError(
-            f"{source}: the sampling period is given as {stated:g} s, but the time "
-            f"column steps by {measured:g} s. Correct one of them (time is in seconds).",
+            f"{source}: sample_period is {stated:g} s, but the time column steps by {measured:g} "
+            "s. Correct one of them (time is in seconds).",
             code="time",
         )
 
@@ -305,6 +313,6 @@ def check_sample_period(period: object) -> None:
     """Refuse what is no sampling period."""
     if not (is_real(period) and 0 < period < math.inf):
         raise UsageError(
-            f"the sampling period is {quoted(period)}; give a positive number of seconds.",
+            f"the sampling period is {quoted(period)}. Give a positive number of seconds.",
             code="time",
         )

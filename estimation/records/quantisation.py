@@ -1,4 +1,4 @@
-"""What the values of a record are rounded to: counts of an encoder, steps of a converter."""
+"""Quantisation of a record: counts of an encoder, steps of a converter."""
 
 import numpy as np
 
@@ -10,12 +10,12 @@ from .record import Record
 
 
 def rounding(values: Array) -> float:
-    """What the values are rounded to as floating point numbers."""
+    """Return the floating-point rounding of the values."""
     return 8 * float(np.finfo(float).eps * np.abs(values).max(initial=0.0))
 
 
 def quantisation_step(values: Array, fewest: int = 1) -> float:
-    """What the values are rounded to: the least difference of two, if others are multiples of it.
+    """Return the quantisation step: the least difference, if others are its multiples.
 
     Else 0, as where fewer than so many differences tell it.
     """
@@ -34,14 +34,14 @@ _MAX_DITHERED_SHARE = 0.5
 
 
 def position_step(record: Record) -> float:
-    """What a recorded position is rounded to, SI; 0 where nothing is known of it."""
+    """Return the quantisation step of a recorded position, SI; 0 if it is not known."""
     if record.integrated:
         return 0.0
     return quantisation_step(record.position, int(MIN_STEP_DIFFERENCES.value))
 
 
 def sensor_steps(axis: GeneratedAxis, record: Record) -> tuple[float, float]:
-    """What a sampled law has of steps of the position, and of those of a measured velocity, SI.
+    """Return the quantisation steps of position and measured velocity in a sampled law, SI.
 
     0 where nothing is known of them, or where noise averages the velocity's.
     """

@@ -108,14 +108,14 @@ def read_record(
         UsageError,
         (
             columns is not None and not isinstance(columns, Mapping),
-            f"the columns are {quoted(columns)}; give names by role, such as "
+            f"the columns are {quoted(columns)}. Give names by role, such as "
             f"{{'position': 'q:mm'}}",
             "columns",
         ),
         (
             repairs is not None and not isinstance(repairs, Repairs),
-            f"the repairs are {quoted(repairs)}; give axisid.estimation.Repairs(gaps='split') or "
-            "the like",
+            f"the repairs are {quoted(repairs)}. Give an object such as "
+            "axisid.estimation.Repairs(gaps='split')",
             "repairs",
         ),
     )
@@ -189,7 +189,7 @@ def _record(
     searched = unless_faulty(partial(without_wild_samples, columns, restarts, limit, delay))
     unsearched = []
     if isinstance(searched, Missing):
-        unsearched = [f"wild samples were not searched for: {searched.reason}"]
+        unsearched = [f"outliers were not searched for: {searched.reason}"]
     else:
         columns = searched
     columns, jumps = unwound(columns, moduli, axis, gap)

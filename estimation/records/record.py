@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from axisid.codegen.generated_axes import GeneratedAxis, as_declared
+from axisid.estimation.findings import Finding
 from axisid.estimation.raw_tables import PeriodSource, Provenance, Repair, Samples
 from axisid.estimation.records.columns import log_content
 from axisid.estimation.thresholds import LARGEST_VALUE, MIN_RECORD_SAMPLES
@@ -149,8 +150,8 @@ class Record(Presentable, Exact):
         for role, values in columns.items():
             if role in ROLES and role not in still and values.min() == values.max():
                 raise DataError(
-                    f"{name}: the {role} is {values[0]:g} in every row, so it says nothing about "
-                    f"the axis. Check the {role} column, or record a motion.",
+                    f"{name}: the {role} is {values[0]:g} in every row, so it has no information "
+                    f"about the axis. Check the {role} column, or record a motion.",
                     code="not-shown",
                 )
 
@@ -172,7 +173,7 @@ class Record(Presentable, Exact):
 
     @property
     def motion(self) -> tuple[str, ...]:
-        """What of the motion was measured: roles."""
+        """Return the roles of the measured motion."""
         return tuple(r for r in ("position", "velocity", "acceleration") if r in self.channels())
 
     @property
@@ -284,13 +285,13 @@ class Record(Presentable, Exact):
         """
         if not isinstance(file, (str, Path)):
             raise UsageError(
-                f"the file is {quoted(file)}; give its name, a text or a Path.", code="twin"
+                f"the file is {quoted(file)}. Give its name, a text or a Path.", code="twin"
             )
         path, declared = Path(file), as_declared(axis)
         if declared is None:
             raise UsageError(
-                f"the axis is {quoted(axis)}; give the one whose record it is, as load_axis or "
-                "build gives it.",
+                f"the axis is {quoted(axis)}. Give the axis of the record, as load_axis or build "
+                "returns it.",
                 code="twin",
             )
         return write_file(path, log_content(self.channels(), declared, MARK, self._name(), path))
@@ -319,14 +320,14 @@ class Record(Presentable, Exact):
 
     @property
     def commanded(self) -> Array | None:
-        """What the control law is to follow: the reference with what was added to it, (N,)."""
+        """Return the reference that the law follows, with a test signal added to it, (N,)."""
         if self.reference is None or self.injected is None or self.injected_at != "reference":
             return self.reference
         return self.reference + self.injected
 
     @property
     def added_control(self) -> Array | None:
-        """What was added to the control, in the drive's unit, (N,); None for nothing."""
+        """Return the signal added to the control, in the drive's unit, (N,), or None."""
         return self.injected if self.injected_at == "control" else None
 
     def __len__(self) -> int:
@@ -374,10 +375,10 @@ class Record(Presentable, Exact):
         no_position = self.position is None or not np.size(self.position)
         refuse(
             DataError,
-            (self.time is None, "there is no time; a record needs one"),
+            (self.time is None, "the record has no time. Give the argument time"),
             (
                 no_position and self.velocity is None,
-                "there is no position, nor a velocity in its place; a record needs one",
+                "the record has neither a position nor a velocity. Give at least one of them",
             ),
             before=f"{self._name()}: ",
             code="missing-column",
@@ -388,13 +389,13 @@ class Record(Presentable, Exact):
             UsageError,
             (
                 unnamed,
-                f"the signals are {unnamed}; give arrays by name, such as {{'pressure': values}}",
+                f"the signals are {unnamed}. Give arrays by name, such as {{'pressure': values}}",
                 "record",
             ),
-            (taken, f"{taken!r} is a column of its own, and no signal's name", "record"),
+            (taken, f"{taken!r} is the name of a column. Rename the signal", "record"),
             (
                 self.injected is not None and self.injected_at not in INJECTION_POINTS,
-                f"the injected signal is added to {self.injected_at!r}; give "
+                f"the injected signal is added to {self.injected_at!r}. Give "
                 'injected_at = "control" or injected_at = "reference" in run.toml',
                 "test-signal",
             ),
@@ -418,7 +419,7 @@ def check_record(record: object) -> None:
     """Refuse what is no record, such as a file's name."""
     if not isinstance(record, Record):
         raise UsageError(
-            f"the record is {quoted(record)}; read one with read_record(path, axis).",
+            f"the record is {quoted(record)}. Read a record with read_record(path, axis).",
             code="record",
         )
 
@@ -437,15 +438,15 @@ def checked_column(source: str, role: str, values: ArrayLike) -> Array:
     column = frozen(real_array(values, f"{source}: the {role}", DataError))
     if column.ndim != 1:
         raise DataError(
-            f"{source}: the {role} has the shape {column.shape}; give one row of numbers.",
+            f"{source}: the {role} has the shape {column.shape}. Give one row of numbers.",
             code="record",
         )
     largest = LARGEST_VALUE.value
     bad = np.flatnonzero(~(np.abs(column) <= largest))
     if bad.size:
         raise DataError(
-            f"{source}: the {role} is {column[bad[0]]:g} in data row {bad[0] + 1} ({bad.size} in "
-            f"all), and no signal is that, or larger than {largest:g}. Remove such rows or repair "
+            f"{source}: the {role} is {column[bad[0]]:g} in data row {bad[0] + 1} ({bad.size} such "
+            f"rows). Values must be finite and at most {largest:g}. Remove such rows, or repair "
             "the log.",
             code="not-finite",
         )
@@ -461,16 +462,38 @@ def check_lengths(source: str, channels: Mapping[str, Array]) -> None:
         DataError,
         (
             len({*lengths.values()}) > 1,
-            f"the columns differ in length: {listed}; give a value of each at each time",
+            f"the columns differ in length: {listed}. Give one value of each column per time",
             "record",
         ),
         (
             lengths["time"] < fewest,
-            f"a record needs {fewest} rows or more, not {lengths['time']}",
+            f"the record has {lengths['time']} rows. Give at least {fewest} rows",
             "too-short",
         ),
         before=f"{source}: ",
     )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OtherPeriod(Finding):
+    """A log that is sampled with another period than the control law.
+
+    Attributes
+    ----------
+    period : float
+        Of the log, s.
+    law_period : float
+        Of the control law, s.
+    kept : int or None
+        Number of periods of the law in one of the log; None for no whole number.
+    is_given : bool
+        Whether the period of the log was given for a log without times, and nothing confirms it.
+    """
+
+    period: float
+    law_period: float
+    kept: int | None
+    is_given: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -485,25 +508,30 @@ class LawClock:
         because the record was resampled.
     resampled : bool
         Whether the record has other samples than its log.
-    doubt : str
-        What is wrong with the period of the log, and what to do; empty for nothing.
+    other : OtherPeriod or None
+        The period of the log, where it is not the law's and nothing confirms it.
     confirmed : str
         That it is not the law's, where the user or the law says so.
     """
 
     ratio: float | None
     resampled: bool
-    doubt: str = ""
+    other: OtherPeriod | None = None
     confirmed: str = ""
 
     @property
+    def doubt(self) -> str:
+        """Return what is wrong with the period of the log, and what to do; empty for nothing."""
+        return "" if self.other is None else self.other.sentence
+
+    @property
     def hold_delay(self) -> float:
-        """By how much a drive that holds its control delays it, samples: half of how long."""
+        """Return the delay in samples of a drive that holds its control: half the hold."""
         return 0.5 / max(self.ratio or 1.0, 1.0)
 
 
 def is_same_period(one: float, other: float, uncertainty: float = 0.0) -> bool:
-    """Whether two sampling periods are the same; `uncertainty` is relative, of either."""
+    """Return whether two sampling periods are the same; `uncertainty` is relative, of either."""
     return abs(one / other - 1) <= 5e-4 + uncertainty  # ten times what crystals differ by
 
 
@@ -525,7 +553,7 @@ def law_clock(law: ControlLaw | None, record: Record) -> LawClock:
         f"the record is sampled every {logged:.6g} s, the control law runs every {law.period:.6g} s"
     )
     if law.reference_between or (stated and not clock.counted):
-        whose = "is declared" if law.reference_between else "the period that was given confirms"
+        whose = "declared" if law.reference_between else "confirmed by sample_period"
         return LawClock(
             ratio=ratio if resampled else period / law.period,
             resampled=resampled,
@@ -533,16 +561,10 @@ def law_clock(law: ControlLaw | None, record: Record) -> LawClock:
         )
     count = round(logged / law.period)
     decimated = 2 <= count <= 1000 and is_same_period(logged / law.period, count)
-    which = f"keeps one sample in {count}" if decimated else "has a clock of its own"
-    advice = (
-        "check the time column and its unit, or declare the drive's period; if the log "
-        f"{which}, confirm that by sample_period = {logged:.6g} in run.toml"
+    other = OtherPeriod(
+        period=float(logged),
+        law_period=float(law.period),
+        kept=count if decimated else None,
+        is_given=clock.counted,
     )
-    if clock.counted:
-        advice = (
-            "check sample_period in run.toml, which nothing else confirms, against the "
-            "drive's period; where the log is no record of every period, give its time "
-            "column, or declare how the reference runs between its samples "
-            "(reference_between), which says that the law has a clock of its own"
-        )
-    return LawClock(ratio=ratio, resampled=resampled, doubt=f"{sentence}: {advice}")
+    return LawClock(ratio=ratio, resampled=resampled, other=other)

@@ -12,6 +12,7 @@ from axisid.estimation.records.columns import RoleColumns, motion_role
 from axisid.estimation.thresholds import MAX_UNEVEN_STEP
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError, refuse
+from axisid.support.settings import setting
 
 from .clocks import check_increases, check_stated, long_steps
 from .segments import adjoining, gaps_repair
@@ -59,7 +60,7 @@ def resample(
     for role, s in samples.items():
         if len(s.values) < _FEWEST:
             raise DataError(
-                f"{source}: the {role} has too few rows, or no times, to be resampled.",
+                f"{source}: the {role} cannot be resampled: it has too few rows, or no times.",
                 code="too-short",
             )
         check_increases(source, f"the time of the {role}", s.times)
@@ -75,12 +76,13 @@ def resample(
         UsageError,
         (
             chosen < 0.9 * recorded,
-            f"the {moving} is sampled at {recorded:.6g} Hz; resampled at {chosen:g} Hz its noise "
-            f"would fold. Resample at {recorded:.6g} Hz or more; decimate keeps fewer rows",
+            f"the {moving} is sampled at {recorded:.6g} Hz. Resampling at {chosen:g} Hz would "
+            f"alias its noise. Resample at {recorded:.6g} Hz or more; to keep fewer rows, increase "
+            "the decimation",
         ),
         (
             rows > 1e8,
-            f"resampled at {chosen:g} Hz it would have {rows:.2g} rows; give a lower rate (the "
+            f"the log would have {rows:.2g} rows at {chosen:g} Hz. Give a lower rate (the "
             f"{moving} is sampled at {recorded:.6g} Hz)",
         ),
         before=f"{source}: ",
@@ -93,7 +95,7 @@ def resample(
     kept = [(piece, g) for piece, g in zip(covered, grids, strict=True) if len(g) >= _FEWEST]
     if not kept:
         raise DataError(
-            f"{source}: the columns have no time in common; check their clocks.",
+            f"{source}: the times of the columns do not overlap. Check their clocks.",
             code="resampling",
         )
     gaps = [
@@ -104,7 +106,7 @@ def resample(
     if gaps and not split:
         raise DataError(
             f"{source}: time has {len(gaps)} gaps, the first after {gaps[0][0]:.9g} s; "
-            'resampling would invent the motion there. Add gaps="split".',
+            f"resampling would invent the motion there. Add {setting('gaps', 'split')}.",
             code="uneven-time",
         )
     splined = {"position", "velocity", "reference"}

@@ -1,4 +1,4 @@
-"""What may be said of a log: repairs, and a run.toml that stands in its place, and how one starts.
+"""Repairs of a log, and its run.toml: how it is read and how a first one is written.
 
 A repair is made on request only; each says what it did and how often.
 """
@@ -44,7 +44,7 @@ from .wrapping import Modulus
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Repairs:
-    """What may be done to a log that is not a record as it stands.
+    """Repairs of a log that is not a valid record as recorded.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ class Repairs:
     def __post_init__(self) -> None:
         rate = self.resample
         if rate not in ("auto", None) and not (is_real(rate) and 0 < rate < math.inf):
-            raise UsageError(f"the rate to resample at is {quoted(rate)}; give hertz, or auto.")
+            raise UsageError(f"the resampling rate is {quoted(rate)}. Give a rate in Hz, or auto.")
         ways = (
             ("repair of gaps", self.gaps, ("split",)),
             ("mask", self.mask, ("clipped",)),
@@ -139,14 +139,14 @@ def _modulus(role: str, text: str, axis: Axis | None, scale: Scale) -> Modulus:
         UsageError,
         (
             role in ("time", "reference"),
-            f"no modulus is taken out of the {role} alone; the reference follows the position, and "
-            "a time that begins again is cut (gaps)",
+            f"wrap does not apply to the {role} alone. The reference is unwrapped with the "
+            "position, and a time that restarts is cut with gaps",
             "wrap",
         ),
         (
             not 0 < size < math.inf,
-            f"the modulus is {text!r}; give a positive number in the column's own numbers, or one "
-            "with its unit, as in 360:deg or 1:rev",
+            f"the modulus is {text!r}. Give a positive number in the unit of the column, or a "
+            "number with its unit, as in 360:deg or 1:rev",
         ),
     )
     if unit:
@@ -158,7 +158,7 @@ def _modulus(role: str, text: str, axis: Axis | None, scale: Scale) -> Modulus:
 
 
 def is_run_file(log: object) -> bool:
-    """Whether what stands in the place of a log says what the log is."""
+    """Return whether a file given as a log is a run.toml."""
     return isinstance(log, (str, Path)) and Path(log).suffix.lower() == ".toml"
 
 
@@ -230,9 +230,9 @@ def _said(folder: Path, axis: Axis | None, table: TomlTable) -> tuple[Path, dict
 
 def _log(folder: Path, named: object) -> Path:
     if named is None:
-        raise UsageError('it is missing; add the log\'s path, as in log = "log.csv".')
+        raise UsageError('it is missing. Add the path of the log, as in log = "log.csv".')
     if not isinstance(named, str) or is_run_file(named):
-        raise UsageError(f"it is {quoted(named)}; give the path of a log, as from this file.")
+        raise UsageError(f"it is {quoted(named)}. Give the path of a log, relative to this file.")
     if not os.path.lexists(folder / named):
         names = [file.name for file in folder.iterdir()]
         raise UsageError(f"there is no file {folder / named}.{nearest(named, names)}")
@@ -282,7 +282,7 @@ def started_run(log: Path) -> str:
     table = read_table(log)
     if any("\ud800" <= letter <= "\udfff" for letter in log.name):
         raise DataError(
-            f"the name of {quoted(log.name)} is not UTF-8, as TOML has to be; give it another.",
+            f"the name of {quoted(log.name)} is not UTF-8, which TOML requires. Rename the log.",
             code="run-file",
         )
     keys = [
@@ -294,14 +294,14 @@ def started_run(log: Path) -> str:
     more = len(table.columns) - 100
     lines = [
         *_comment(
-            "What is said of a log. This file stands in its place: axisid identify AXIS run.toml. "
-            "Take the # away from what is wanted."
+            "Description of a log. Give this file instead of the log: axisid identify AXIS "
+            "run.toml. Remove the # from the lines that you need."
         ),
         "",
         f"log = {toml_text(log.name)}",
         *keys,
         "",
-        "# All but columns stands above this line.",
+        "# Keep all keys except columns above this line.",
         "[columns]",
         *_comment(LOG_KEYS["columns"].said),
         *_comment("The log has:"),
@@ -325,7 +325,7 @@ def _role(table: Table, role: str) -> str:
         time, units = _values(table, name), {"": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
         step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
         unit = next((unit for unit, size in units.items() if 1e-6 < step * size < 0.05), "")
-    guessed, ending = (f"  # {unit} is guessed from its steps", f":{unit}") if unit else ("", "")
+    guessed, ending = (f"  # {unit}: guessed from the steps", f":{unit}") if unit else ("", "")
     if not name.isprintable() or len(name) >= _LINE:
         name = f"#{[*table.columns].index(name) + 1}"
     return f"# {role} = {toml_text(name + ending)}{guessed}"
@@ -335,7 +335,7 @@ def _described(table: Table, name: str) -> str:
     column, values = table.columns[name], _values(table, name)
     finite = values[np.isfinite(values)]
     between = f"{finite.min():.6g} to {finite.max():.6g}" if finite.size else "no numbers"
-    unit = f"in {column.unit}" if column.unit else "in SI unless a unit is said"
+    unit = f"in {column.unit}" if column.unit else "in SI unless a unit is given"
     held = column.holds or f"{between}, {unit if unit.isprintable() else ''}"
     return f"{toml_text(name[:_LINE])}: {held}"
 

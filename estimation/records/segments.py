@@ -1,4 +1,4 @@
-"""What of a log is taken, and where it is cut: windows of time, gaps, and segments of samples."""
+"""Selection and cuts of a log: windows of time, gaps, and segments of samples."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -42,8 +42,8 @@ def checked_windows(windows: Iterable[object]) -> tuple[Window, ...]:
         *(
             (
                 other[0] < one[1],
-                f"the windows {windows_text([one])} and {windows_text([other])} overlap; give them "
-                "as one",
+                f"the windows {windows_text([one])} and {windows_text([other])} overlap. Combine "
+                "them into one window",
             )
             for one, other in pairwise(ordered)
         ),
@@ -63,8 +63,8 @@ def _checked(window: Any) -> Window:
         raise UsageError(f"a window is {quoted(window)}; {_GIVE}.", code="window") from error
     if not start < stop:
         raise UsageError(
-            f"the window {quoted(window)} does not end after it begins; give two times of the log "
-            "in seconds, the earlier one first.",
+            f"the window {quoted(window)} does not end after it begins. Give two times of the log "
+            "in seconds, the earlier time first.",
             code="window",
         )
     return start, stop
@@ -116,9 +116,9 @@ def samples_within(
         if end - begin < fewest:
             reach = f"{finite.min():.9g} to {finite.max():.9g} s" if finite.size else "nan to nan"
             raise DataError(
-                f"{source}: the window {windows_text([(start, stop)])} holds "
-                f"{max(end - begin, 0) or 'no'} samples of the log, whose time goes from {reach}; "
-                "give times of the log, or a longer window.",
+                f"{source}: the window {windows_text([(start, stop)])} has "
+                f"{max(end - begin, 0) or 'no'} samples. The time of the log is {reach}. Give "
+                "times within the log, or a longer window.",
                 code="window",
             )
         spans.append((begin, end))
@@ -156,9 +156,9 @@ def reaching(windows: Sequence[Window], first: float, last: float) -> tuple[Wind
 
 
 def window_repair(windows: Sequence[Window], spans: Sequence[Span], samples: int) -> Repair:
-    """What is said of windows, and of how many samples are left out."""
+    """Return the repair for windows, with the number of left-out samples."""
     left_out = samples - sum(stop - start for start, stop in spans)
-    each = ", each filtered and simulated by itself" if len(spans) > 1 else ""
+    each = ", each filtered and simulated separately" if len(spans) > 1 else ""
     return Repair(
         kind="window",
         count=left_out,
@@ -211,10 +211,10 @@ def adjoining(lengths: Sequence[int]) -> tuple[Span, ...]:
 
 
 def gaps_repair(gaps: int, lost: float, segments: int, dropped: int) -> Repair:
-    """What is said of a split log."""
+    """Return the repair for a split log."""
     text = (
         f"cut at {gaps} {'gap' if gaps == 1 else 'gaps'} ({lost:.4g} s are missing) into "
-        f"{segments} segments, each filtered and simulated by itself"
+        f"{segments} segments, each filtered and simulated separately"
     )
     if dropped:
         text += f"; {dropped} rows in pieces of fewer than {MIN_RECORD_SAMPLES.value} left out"
@@ -227,8 +227,8 @@ def checked_spans(source: str, name: str, spans: object) -> tuple[Span, ...]:
         return tuple((index(start), index(stop)) for start, stop in spans)  # type: ignore[attr-defined]
     except (TypeError, ValueError) as error:
         raise UsageError(
-            f"{source}: the {name} are {quoted(spans)}; give pairs of rows, the first and the one "
-            "after the last."
+            f"{source}: the {name} are {quoted(spans)}. Give pairs of row numbers: the first row, "
+            "and the row after the last."
         ) from error
 
 
@@ -243,15 +243,15 @@ def check_spans(
         if whole and start < stop < start + fewest:
             raise DataError(
                 f"{source}: the part from {time[start]:.6g} to {time[stop - 1]:.6g} s has "
-                f"{stop - start} of its rows, and needs {fewest} or more; give a longer window, or "
-                "leave it out.",
+                f"{stop - start} rows, but needs {fewest} or more. Give a longer window, or omit "
+                "this window.",
                 code="too-short",
             )
     lasting = all(stop > start for start, stop in segments)
     inside = all(0 <= start < stop <= samples for start, stop in masked)
     if not (whole and lasting and inside):
         raise DataError(
-            f"{source}: the segments {segments} and masked rows {masked} are no parts of {samples} "
-            f"rows; segments follow one another, with {fewest} rows or more each.",
+            f"{source}: the segments {segments} and masked rows {masked} do not fit {samples} "
+            f"rows. Give segments in order, without overlap, with {fewest} rows or more each.",
             code="record",
         )

@@ -13,10 +13,12 @@ from typing import Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from axisid.estimation.findings import Finding
 from axisid.estimation.raw_tables import Repair, Samples, exact_unit
 from axisid.estimation.records.columns import RoleColumns
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError, check_among, is_real, quoted, refuse
+from axisid.support.settings import setting
 
 _MIN_SELDOM_CHANGES = 20  # values of a column; fewer come at even distances by chance
 
@@ -28,7 +30,7 @@ SELDOM_ROLES = ("velocity", "acceleration", "force")
 
 
 def checked_between(between: object) -> dict[str, Interpolation]:
-    """What columns are between their values, by role.
+    """Return the checked interpolation of columns, by role.
 
     Raises
     ------
@@ -37,14 +39,14 @@ def checked_between(between: object) -> dict[str, Interpolation]:
     """
     if not isinstance(between, Mapping):
         raise UsageError(
-            f"what columns are between their values is {quoted(between)}; give it by role: "
+            f"between is {quoted(between)}. Give the interpolation by role, as in "
             "{'velocity': 'linear'}.",
             code="shift",
         )
     for role, how in between.items():
         check_among(
-            ("column that may be written more seldom than a log's samples", role, SELDOM_ROLES),
-            (f"way of the {role} between its values", how, BETWEEN),
+            ("column that can be interpolated", role, SELDOM_ROLES),
+            (f"interpolation of the {role}", how, BETWEEN),
         )
     return {role: cast(Interpolation, how) for role, how in between.items()}
 
@@ -79,12 +81,12 @@ def _written(values: Array) -> tuple[NDArray[np.intp], int]:
 
 
 def seldom_notes(samples: Mapping[str, Samples]) -> list[str]:
-    """What is said of measured columns that hold each value for several samples."""
+    """Return notes on measured columns that hold each value for several samples."""
     measured = [role for role in SELDOM_ROLES if role in samples]
     every, nth = {r: samples_apart(samples[r].values) for r in measured}, {2: "second", 3: "third"}
     return [
-        f"the {role} is written anew in every {nth.get(count, f'{count}th')} sample alone and held "
-        f"between, {(count - 1) / 2:g} samples late in the mean: draw it between its values ("
+        f"the {role} is updated only in every {nth.get(count, f'{count}th')} sample and held "
+        f"between, so it is {(count - 1) / 2:g} samples late on average: interpolate it ("
         f"{advised_interpolation(role)})"
         for role, count in every.items()
         if count > 1
@@ -113,16 +115,16 @@ def drawn_between(
     for role, how in between.items():
         if role not in columns.samples:
             raise DataError(
-                f"{columns.source}: nothing is to be drawn between values of the {role}, as there "
-                f"is no such column; name it with columns {role}=NAME.",
+                f"{columns.source}: the {role} cannot be interpolated, because there is no such "
+                f"column. Name it with {setting('columns', {role: 'NAME'})}.",
                 code="shift",
             )
         samples = columns.samples[role]
         fresh, _ = _written(samples.values)
         if len(fresh) < _MIN_SELDOM_CHANGES:
             raise DataError(
-                f"{columns.source}: the {role} has {len(fresh)} values, too few to draw it between "
-                "them.",
+                f"{columns.source}: the {role} has {len(fresh)} values, too few to interpolate "
+                "between them.",
                 code="too-short",
             )
         written, count = samples.taken(fresh), len(samples.values)
@@ -152,7 +154,7 @@ def at_times(times: Array, clock: Array, values: Array, how: Interpolation) -> A
 
 
 def advised_interpolation(role: str) -> str:
-    """What suits a column: a velocity bends, an acceleration or a force jumps."""
+    """Return the interpolation that suits a column: a velocity bends, a force jumps."""
     how = "spline" if role == "velocity" else "linear"
     return f'between.{role} = "{how}" in run.toml'
 
@@ -164,7 +166,7 @@ _AMOUNT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*
 
 @dataclass(frozen=True, slots=True)
 class Shift:
-    """By how much a column is moved to later times.
+    """Shift of a column to later times.
 
     Attributes
     ----------
@@ -177,7 +179,7 @@ class Shift:
     in_seconds: bool = False
 
     def seconds(self, step: float) -> float:
-        """For a column of so many seconds a sample."""
+        """Return the shift in seconds for a column with this sampling period."""
         return self.amount if self.in_seconds else self.amount * step
 
 
@@ -191,15 +193,34 @@ def checked_shifts(shifts: object) -> dict[str, Shift]:
     """
     if not isinstance(shifts, Mapping):
         raise UsageError(
-            f"the shift is {quoted(shifts)}; give samples by role: {{'control': 1}}.", code="shift"
+            f"the shift is {quoted(shifts)}. Give samples by role: {{'control': 1}}.", code="shift"
         )
     if "time" in shifts:
-        raise UsageError("'time' is no column that can be moved, but the others.", code="shift")
+        raise UsageError("'time' cannot be shifted. Shift the other columns.", code="shift")
     return {role: _shift(role, amount) for role, amount in shifts.items()}
 
 
-def advised_shift(role: str, late: float, apart: float) -> str:
-    """What moves a column into step that is so many samples late.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AdvisedShift(Finding):
+    """Shift of a column that puts it in time with the others.
+
+    Attributes
+    ----------
+    role : str
+        Or the name of a signal.
+    samples : float
+        To be added to the shift that the column has; negative moves it to earlier times.
+    is_whole : bool
+        Whether it is a whole number of samples; otherwise the log has to be resampled.
+    """
+
+    role: str
+    samples: float
+    is_whole: bool
+
+
+def shift_into_time(role: str, late: float, apart: float) -> AdvisedShift:
+    """Return the shift that puts a late column in time with the others.
 
     Parameters
     ----------
@@ -208,15 +229,12 @@ def advised_shift(role: str, late: float, apart: float) -> str:
     late : float
         Samples; negative for early.
     apart : float
-        Samples by which a whole number may be missed.
+        Samples by which a whole number may differ from it.
     """
     whole = round(late)
     if whole and abs(late - whole) <= apart:
-        return f"move it there (add {-whole:d} to shift.{role} in run.toml)"
-    return (
-        f"move it there by part of a sample (add {-late:.2f} to shift.{role} in run.toml, and "
-        'resample="auto")'
-    )
+        return AdvisedShift(role=role, samples=float(-whole), is_whole=True)
+    return AdvisedShift(role=role, samples=float(-late), is_whole=False)
 
 
 def _shift(role: str, amount: object) -> Shift:
@@ -228,8 +246,8 @@ def _shift(role: str, amount: object) -> Shift:
     timed = unit_of is not None and str(unit_of.unit) == "s"
     if not is_real(number) or not math.isfinite(number) or (unit and not timed):
         raise UsageError(
-            f"the {role} is to be shifted by {quoted(amount)}; give samples, such as 1, or a time "
-            "with its unit, such as 2ms.",
+            f"the shift of the {role} is {quoted(amount)}. Give samples, such as 1, or a time with "
+            "its unit, such as 2ms.",
             code="shift",
         )
     return Shift(float(number) * (float(unit_of) if unit_of else 1.0), in_seconds=timed)
@@ -242,8 +260,8 @@ def check_movable(source: str, columns: Collection[str], shifts: Iterable[str]) 
         *(
             (
                 role not in columns,
-                f"{source}: the {role} is to be shifted, and there is no such column; name it "
-                f"with columns {role}=NAME",
+                f"{source}: the {role} cannot be shifted, because there is no such column. Name it "
+                f"with {setting('columns', {role: 'NAME'})}",
             )
             for role in shifts
         ),
@@ -286,8 +304,8 @@ def shifted(columns: RoleColumns, shifts: Mapping[str, Shift], *, uneven: bool) 
         )
     if any(len(column.values) != len(clock) for column in samples.values()):
         raise DataError(
-            f"{source}: the columns differ in length, so that none can be moved beside the others; "
-            'resample them (resample="auto").',
+            f"{source}: the columns differ in length, so no column can be shifted. Resample them "
+            f"with {setting('resample', 'auto')}.",
             code="shift",
         )
     kept, partners, repairs = shifted_rows(source, clock, shifts)
@@ -334,9 +352,9 @@ def shifted_rows(
         part = abs(samples - count)
         if abs(count) >= len(clock) or part > 0.01 or (samples != 0 and count == 0):
             raise UsageError(
-                f"{source}: the {role} is to be shifted by {samples:.6g} of {len(clock)} samples. "
-                'Give a whole number of samples, or the time of so many. With resample="auto" '
-                "beside it any shift will do.",
+                f"{source}: the shift of the {role} is {samples:.6g} of {len(clock)} samples. Give "
+                "a whole number of samples, or a time of whole samples. With "
+                f"{setting('resample', 'auto')} any shift is possible.",
                 code="shift",
             )
         partners[role] = np.clip(rows - count, 0, len(clock) - 1)
@@ -366,5 +384,5 @@ def _shift_repair(role: str, step: float, shift: Shift, count: int, lost: int) -
     named = f"{abs(samples):.4g} sample{'s' * (abs(samples) != 1)}"
     text = f"{role} moved {named} ({1e3 * abs(seconds):.4g} ms) {way}"
     if lost:
-        text += f"; {lost} row{'s' * (lost > 1)} without a partner left out"
+        text += f"; {lost} row{'s' * (lost > 1)} without a counterpart left out"
     return Repair(kind="shift", count=count if samples else 0, text=text)

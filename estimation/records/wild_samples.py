@@ -101,9 +101,9 @@ def without_wild_samples(
     repair = Repair(
         kind="wild",
         count=sum(map(len, found.values())),
-        text="single samples that leave and return within one step, further than the column moves "
-        f"anywhere else: {'; '.join(texts)}. They are masked, with the rows whose filters reach "
-        "them",
+        text="single outliers, which jump away and back within one step, further than the column "
+        f"moves anywhere else: {'; '.join(texts)}. They are masked, with the rows whose filters "
+        "reach them",
     )
     changed = {role: replace(columns.samples[role], values=courses[role].values) for role in found}
     masks = {role: _mask(at, len(courses[role].values)) for role, at in found.items()}
@@ -154,7 +154,7 @@ def _named(role: str, samples: Samples, places: Places) -> str:
 
 
 def leading_zeros_note(columns: RoleColumns) -> list[str]:
-    """What is said of rows at a log's beginning in which every column is exactly 0.
+    """Return a note on rows at the start of a log in which every column is exactly 0.
 
     Parameters
     ----------
@@ -171,9 +171,9 @@ def leading_zeros_note(columns: RoleColumns) -> list[str]:
     if rows < _FEWEST or len(columns.samples) < 2:
         return []
     return [
-        f"every column is 0 in the first {rows} rows, as of a recorder that has not yet begun: "
-        f'unless the axis rested there, leave them out with windows = ["{min(begins):.9g}.."] in '
-        "run.toml"
+        f"every column is 0 in the first {rows} rows, perhaps because the recorder had not "
+        "started. Unless the axis was at standstill there, leave them out with windows = "
+        f'["{min(begins):.9g}.."] in run.toml'
     ]
 
 
@@ -306,7 +306,7 @@ class _Course:
         return np.maximum(ranges, self.width)
 
     def jumps(self, time: float, times: Array) -> bool:
-        """Whether it bends more about a time than away from all of several."""
+        """Return whether it bends more about a time than away from all of several."""
         kept = np.ones(len(self.values), dtype=bool)
         for each in times:
             kept[self._about(each)] = False

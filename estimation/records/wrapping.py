@@ -15,6 +15,7 @@ from axisid.estimation.records.columns import RoleColumns, Scale
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, refuse
+from axisid.support.settings import setting
 
 from .clocks import long_steps
 from .shifts_and_interpolation import Rows
@@ -26,7 +27,7 @@ _IN_DEGREES = 'wrap = "360:deg" in run.toml'
 
 
 class Modulus(NamedTuple):
-    """What a position starts again after.
+    """Modulus after which a position restarts.
 
     Attributes
     ----------
@@ -73,9 +74,9 @@ def unwound(
     for role, modulus in moduli.items():
         if role not in columns.samples:
             raise DataError(
-                f"{columns.source}: there is no {role} from which the modulus {modulus} could be "
-                f"taken; name a column that is read ({', '.join(columns.samples)}), or leave wrap "
-                "out in run.toml.",
+                f"{columns.source}: the modulus {modulus} is given for the {role}, but there is no "
+                f"such column. Name a column that is read ({', '.join(columns.samples)}), or omit "
+                "wrap in run.toml.",
                 code="wrap",
             )
         if role == "position":
@@ -98,8 +99,8 @@ def _unwrapped(columns: RoleColumns, modulus: Modulus, gap: float) -> RoleColumn
     if span > _MAX_WRAPPED_SPAN * modulus.si:
         raise DataError(
             f"{source}: the position spans {modulus.written(span)}, more than the modulus "
-            f"{modulus}, so it is not wrapped by it; give the modulus with its unit, or leave wrap "
-            "out in run.toml.",
+            f"{modulus}, so it is not wrapped by this modulus. Give the modulus with its unit, or "
+            "omit wrap in run.toml.",
             code="wrap",
         )
     gaps, counts, own_turn, pieces_moved = long_steps(samples["position"].times, gap), {}, False, 0
@@ -120,7 +121,7 @@ def _unwrapped(columns: RoleColumns, modulus: Modulus, gap: float) -> RoleColumn
     text = f"jumps by the modulus {modulus} undone: {counted}"
     if len(gaps):
         across = "a gap" if len(gaps) == 1 else f"each of {len(gaps)} gaps"
-        text += f"; across {across} the motion is taken to be less than half of it"
+        text += f"; across {across} the motion is assumed to be less than half of it"
     text += f"; pieces of the reference moved by whole moduli: {pieces_moved}" * bool(pieces_moved)
     return columns.repaired(
         samples, Repair(kind="wrap", count=sum(counts.values()) + pieces_moved, text=text)
@@ -135,8 +136,8 @@ def _signed(columns: RoleColumns, role: str, modulus: Modulus) -> RoleColumns:
     if float(np.abs(written).max()) > modulus.si:
         raise DataError(
             f"{columns.source}: the {role} reaches {modulus.written(np.abs(written).max())}, more "
-            f"than the modulus {modulus}. Give the modulus in the column's own numbers, or with "
-            "its unit, or leave wrap out in run.toml.",
+            f"than the modulus {modulus}. Give the modulus in the unit of the column, or with its "
+            "unit, or omit wrap in run.toml.",
             code="wrap",
         )
     beyond = written >= modulus.si / 2
@@ -191,9 +192,9 @@ def _check_seams(source: str, unwrapped: Array, places: Rows, gaps: Rows, modulu
     jump = float(np.median(at_seams)) if len(at_seams) and len(elsewhere) else 0.0
     if jump > max(5 * float(elsewhere.max(initial=0.0)), 1e-4 * modulus.si):
         raise DataError(
-            f"{source}: the position still jumps by {modulus.written(jump)} where the modulus "
-            f"{modulus} was taken out, as before data row {seams[0] + 2}; give the modulus "
-            f"that it is wrapped by, with its unit, as in {_IN_DEGREES}.",
+            f"{source}: the position still jumps by {modulus.written(jump)} after unwrapping with "
+            f"the modulus {modulus}, for instance before data row {seams[0] + 2}. Give the modulus "
+            f"by which it is wrapped, with its unit, as in {_IN_DEGREES}.",
             code="wrap",
         )
 
@@ -221,18 +222,22 @@ def _remaining_jumps(
         DataError,
         (
             modulus is not None,
-            f"which the modulus {modulus} does not undo; give the one it is wrapped by, with its "
-            f"unit, as in {_IN_DEGREES}",
+            f"which the modulus {modulus} does not undo. Give the modulus by which it is wrapped, "
+            f"with its unit, as in {_IN_DEGREES}",
         ),
         *(
             (
                 turns and abs(size / turn - 1) < 0.05,  # the axis moves on during a jump
-                "as one that starts again after a turn does; it looks wrapped: add "
-                f"{more}{_IN_DEGREES}",
+                f"as if it restarted after each turn. It looks wrapped. Add {more}{_IN_DEGREES}",
             )
-            for turn, more in ((2 * math.pi, ""), (360.0, "columns position=NAME:deg and "))
+            for turn, more in (
+                (2 * math.pi, ""),
+                (360.0, f"{setting('columns', {'position': 'NAME:deg'})} and "),
+            )
         ),
         before=f"{columns.source}: {jumps}, ",
         code="wrap",
     )
-    return [f"{jumps}: if it starts again there, give what it is wrapped by (wrap in run.toml)"]
+    return [
+        f"{jumps}: if it restarts there, give the modulus by which it is wrapped (wrap in run.toml)"
+    ]

@@ -1,4 +1,4 @@
-"""Signals as rows, and rows solved.
+"""Regression: rows of the model from signals, their solution, and its covariance.
 
 In: `Signals`. Out: `Equations`, `Solution`, `Covariance`.
 Knows nothing of verdicts.

@@ -1,7 +1,7 @@
-"""Errors that follow one another as an autoregression, of one output or of several.
+"""Autoregressive errors of one or several outputs, and covariances of estimates with such errors.
 
-A control's errors are made of the position's by the law, so that one output hardly has any of its
-own: what they make of parameters is told of both together or not at all.
+The law computes the control from the position, so that the errors of both outputs are strongly
+correlated: the covariance of the parameters needs their joint model.
 """
 
 from collections.abc import Sequence
@@ -16,34 +16,35 @@ from axisid.support.arrays import Array
 
 from .linear import CovarianceEstimate
 
-# of the errors, in pairs so far apart between masks: measured with half of the samples masked, at
-# random or in blocks, 0.9 to 1.4 times the scatter is claimed
+# share of the errors that must form pairs at a lag, if samples are masked: measured with half of
+# the samples masked, at random or in blocks, the standard error is 0.9 to 1.4 times the scatter
 _MIN_PAIRS = 0.25
 
 _LONGEST = 0.1  # s, of an autoregression
-_FEWEST = 20  # orders that are tried, whatever the period
+_FEWEST = 20  # orders that are tried for any sampling period
 _ROWS_PER_ORDER = 10
 
 _ROUNDING = 1e-9
-_OWN = 1e-6  # of each output's variance: what no other output and no past tells of it
-# of the variances, below which errors have forgotten what was; asked every so many lags
+_OWN = 1e-6  # of each output's variance: added as independent noise, so that outputs are distinct
+# covariance relative to the variance, below which it is set to 0; checked every so many lags
 _FORGOTTEN, _ASKED = 1e-12, 256
-_PATIENCE = 250  # orders beyond twice the best one, after which none longer is tried
+_PATIENCE = 250  # orders beyond twice the best one, after which no higher order is tried
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Autoregression:
-    """``e_t = -A_1 e_{t-1} - ... + w_t`` of m outputs, whose rows of a sample are neighbours.
+    """Autoregression ``e_t = -A_1 e_{t-1} - ... + w_t`` of m outputs.
+
+    The rows of the outputs alternate: those of one sample are neighbours.
 
     Attributes
     ----------
     coefficients : (p + 1, m, m) array
         ``1, A_1, ..., A_p``.
     variance : (m, m) array
-        Of w.
+        Covariance of the innovations w.
     covariances : (p + 1, m, m) array
-        ``C_0, ..., C_p`` of the errors with those so many samples before, from which the
-        coefficients follow.
+        Autocovariances ``C_0, ..., C_p`` of the errors, from which the coefficients follow.
     """
 
     coefficients: Array
@@ -52,34 +53,33 @@ class Autoregression:
 
     @property
     def order(self) -> int:
-        """How many samples before count."""
+        """Order p."""
         return len(self.coefficients) - 1
 
     @property
     def outputs(self) -> int:
-        """How many."""
+        """Number of outputs m."""
         return len(self.variance)
 
     def covariances_to(self, lags: int) -> Array:
-        """``C_0, ..., C_(lags - 1)`` of errors that follow it: ``C_k = -A_1 C_(k-1) - ...``."""
+        """Return the autocovariances ``C_0, ..., C_(lags - 1)`` by ``C_k = -A_1 C_(k-1) - ...``."""
         m, p = self.outputs, self.order
         found = np.zeros((lags, m, m))
         found[: p + 1] = self.covariances[:lags]
         before = -self.coefficients[:0:-1].transpose(1, 0, 2).reshape(m, p * m)
         for k in range(p + 1, lags if p else 0):
-            if (
-                not k % _ASKED
-                and np.abs(found[k - p : k]).max() < _FORGOTTEN * np.abs(found[0]).max()
-            ):
-                break
+            if k % _ASKED == 0:
+                recent, variance = np.abs(found[k - p : k]).max(), np.abs(found[0]).max()
+                if recent < _FORGOTTEN * variance:
+                    break
             found[k] = before @ found[k - p : k].reshape(p * m, m)
         return found
 
     def coloured(self, columns: Array) -> Array:
-        """Covariance of what columns (m n, k) of one stretch make of such errors, (k, k).
+        """Return ``A' Omega A`` for columns A, (m n, k), and errors of one stretch, (k, k).
 
-        By the spectra of both, on a circle that is longer than twice the stretch: of lags beyond it
-        columns have no products.
+        Omega is the covariance matrix of the errors. The product is computed by Fourier transforms
+        of at least twice the length of the stretch, so that there is no wrap-around.
         """
         n = len(columns) // self.outputs
         if not n:
@@ -92,18 +92,18 @@ class Autoregression:
         return _mean_product(spectra, rfft(circle, axis=0) @ spectra, size)
 
     def uncertainty(self, pieces: Sequence[Array], rows: int) -> float:
-        """Variance of what it makes of columns over its square, as it is found from so many errors.
+        """Return the relative variance of ``a' Omega a`` due to the estimated autoregression.
 
-        The coefficients have the covariance of the inverse of that of so many errors, times that of
-        w [Ljung1999]_, and w's own covariance is sure as that of so many normal ones is. The slopes
-        by them are taken in the frequency domain.
+        The coefficients have the covariance ``C^-1 (x) W / N`` with the block Toeplitz covariance
+        C of p errors, W of the innovations and N samples [Ljung1999]_; W has the covariance of N
+        normal innovations. The derivatives of ``a' Omega a`` are taken in the frequency domain.
 
         Parameters
         ----------
         pieces : sequence of (m n,) array
-            The column in each stretch.
+            The column a in each stretch.
         rows : int
-            Errors that it was found from.
+            Number of errors, m N, from which the autoregression was estimated.
         """
         samples, longest = max(rows // self.outputs, 1), max(map(len, pieces)) // self.outputs
         size = next_fast_len(longest + max(longest, self.order + 1), real=True)
@@ -125,7 +125,7 @@ class Autoregression:
         return share / samples / whole / whole
 
     def _of_coefficients(self, slopes: Array) -> float:
-        """Variance by that of the coefficients, for one sample, of slopes (p, m, m) by them."""
+        """Return the variance due to the coefficients for N = 1, from derivatives, (p, m, m)."""
         from scipy.linalg import cho_factor, cho_solve
 
         p, m = self.order, self.outputs
@@ -137,14 +137,22 @@ class Autoregression:
         return float(np.sum(cho_solve(cho_factor(whole), wide) @ self.variance * wide))
 
     def _spectra(self, columns: Array, size: int) -> NDArray[np.complex128]:
-        """Of columns (m n, k), by frequency, (f, m, k)."""
+        """Return the Fourier transforms of columns (m n, k) by output, (f, m, k)."""
         by_sample = columns.reshape(-1, self.outputs, columns.shape[1])
         return np.asarray(rfft(by_sample, size, axis=0))
 
 
 def _mean_product(one: NDArray[np.complex128], other: NDArray[np.complex128], size: int) -> Array:
-    """Mean over all frequencies of ``one^H other``, (k, l); (f, m, k) and (f, m, l) from 0 on."""
-    weights = np.full(len(one), 2 / size)  # of frequencies below 0 too
+    """Return the mean over all frequencies of ``one^H other``, (k, l).
+
+    Parameters
+    ----------
+    one, other : (f, m, k) and (f, m, l) arrays
+        At frequencies of 0 or more.
+    size : int
+        Number of all frequencies.
+    """
+    weights = np.full(len(one), 2 / size)  # for negative frequencies too
     weights[0] = weights[size // 2 + size % 2 :] = 1 / size
     left, right = (
         each.reshape(-1, each.shape[2]) for each in (one, other * weights[:, None, None])
@@ -158,18 +166,18 @@ def autoregression_of(
     counted: Sequence[NDArray[np.bool_]] | None = None,
     outputs: int = 1,
 ) -> Autoregression:
-    """The autoregression of errors by Yule and Walker, its order by Akaike's criterion.
+    """Estimate the autoregression of errors by Yule-Walker, its order by Akaike's criterion.
 
     Parameters
     ----------
     pieces : sequence of (n,) array
-        Stretches without gaps; none follows another.
+        Stretches without gaps; between stretches there is no correlation.
     period : float
-        s
+        Sampling period, s.
     counted : sequence of (n,) array of bool, optional
-        Which errors are measured; the others are 0, and no pair with one of them counts.
+        True for measured errors; other errors are 0, and pairs with them are left out.
     outputs : int
-        Whose rows of a sample are neighbours.
+        Number of outputs m, whose rows of a sample are neighbours.
     """
     rows = sum(map(len, pieces)) // outputs
     there = np.concatenate([*(each[::outputs] for each in counted or ()), np.zeros(0, dtype=bool)])
@@ -187,22 +195,23 @@ def autoregression_of(
         few = np.flatnonzero(pairs < _MIN_PAIRS * used)
         told = slice(0, int(few[0]) if len(few) else None)
         products = products[told] * whole[told] / pairs[told]
-        used = int(pairs[told].min())  # a criterion that reckons with all takes what chance made
+        used = int(pairs[told].min())  # the criterion must not count pairs that are missing
     return levinson_whittle(products / rows, used)
 
 
 def levinson_whittle(covariances: Array, samples: int) -> Autoregression:
-    """By the recursion of Levinson for several outputs, of the order that the criterion takes.
+    """Return the autoregression of minimal ``N log det V + 2 p m^2`` over the orders p.
 
-    [Whittle1963]_: autoregressions forwards and backwards make each other longer. Each of several
-    outputs has a part of its own, of a thousandth of its size, as one may be a function of the
-    others.
+    Levinson's recursion for several outputs [Whittle1963]_: forward and backward autoregressions of
+    order p give those of order p + 1. Several outputs get independent noise of a thousandth of
+    their standard deviation each, as one output may be a function of the others.
 
     Parameters
     ----------
     covariances : (p + 1, m, m) array
+        Autocovariances.
     samples : int
-        From which they are found.
+        Number N of samples from which they were estimated.
     """
     lagged = covariances.copy()
     if len(lagged[0]) > 1:
@@ -215,7 +224,7 @@ def levinson_whittle(covariances: Array, samples: int) -> Autoregression:
     least = samples * np.linalg.slogdet(v)[1]
     for p in range(1, len(lagged)):
         if p > _PATIENCE + 2 * best.order:
-            break  # each order costs as many products as there are orders below it
+            break  # the cost of an order grows with the order
         partial = np.einsum("pij,pjk->ik", ahead, lagged[p:0:-1])
         first, second = -np.linalg.solve(u.T, partial.T).T, -np.linalg.solve(v.T, partial).T
         pad = np.zeros_like(unit)
@@ -233,7 +242,11 @@ def levinson_whittle(covariances: Array, samples: int) -> Autoregression:
 
 
 def sum_covariances(found: Sequence[CovarianceEstimate]) -> CovarianceEstimate:
-    """The sum of independent covariances, such as those of records: of how many degrees it is."""
+    """Return the sum of independent covariances with its degrees of freedom.
+
+    For the sum of variances ``v_i`` with ``nu_i`` degrees of freedom they are
+    ``(sum v_i)^2 / sum (v_i^2 / nu_i)`` (Welch-Satterthwaite).
+    """
     matrix = np.sum([each.matrix for each in found], axis=0)
     variances = np.diag(matrix)
     per_dof = np.sum([np.diag(each.matrix) ** 2 / each.freedom for each in found], axis=0)
@@ -244,7 +257,10 @@ def sum_covariances(found: Sequence[CovarianceEstimate]) -> CovarianceEstimate:
 def autoregressive_covariance(
     columns: Array, model: Autoregression, spans: Sequence[slice], rows: int, taken: float
 ) -> CovarianceEstimate:
-    """Of columns (n, k) and a record's errors that follow a model, as sure as that model is.
+    """Return ``A' Omega A`` for columns A, (n, k), and errors that follow an autoregression.
+
+    The degrees of freedom are ``2 / relative variance`` of each variance due to the estimated
+    autoregression, minus those that the fit has taken from the errors.
 
     Parameters
     ----------
@@ -253,12 +269,12 @@ def autoregressive_covariance(
     spans : sequence of slice
         The record's stretches.
     rows : int
-        Errors that the model was found from.
+        Number of errors from which the model was estimated.
     taken : float
-        Degrees of freedom that a fit has taken from them, so that they are smaller than before.
+        Degrees of freedom that the fit has taken from the errors.
     """
-    nothing = np.zeros((columns.shape[1], columns.shape[1]))
-    matrix = sum((model.coloured(columns[each]) for each in spans), nothing)
+    zero = np.zeros((columns.shape[1], columns.shape[1]))
+    matrix = sum((model.coloured(columns[each]) for each in spans), zero)
     dof_of_model = np.array(
         [2 / model.uncertainty([column[each] for each in spans], rows) for column in columns.T]
     )
@@ -272,16 +288,17 @@ def autoregressive_covariance(
 def clustered_covariance(
     columns: Array, errors: Array, windows: Sequence[slice]
 ) -> CovarianceEstimate:
-    """Of columns (n, k) and errors of windows that are independent of each other, by their scores.
+    """Return the covariance ``sum_w s_w s_w'`` of scores ``s_w = A_w' e_w`` clustered by window.
 
-    A sandwich clustered by window: what moves an axis besides its control is summed up twice in the
-    errors of an open loop, as no autoregression is. As many windows count for a column as it is
-    alike in. What a fit has taken from the errors of a window is what errors alike would lack.
+    The errors of windows are independent of each other. Within a window, disturbances are
+    integrated twice in the errors of an open loop, which no autoregression describes. A column with
+    ``q_w = a_w' a_w`` has the effective number of windows ``(sum q_w)^2 / sum q_w^2``. The variance
+    is increased by the share of the errors that the fit has taken, computed for equal errors.
 
     Parameters
     ----------
     columns : (n, k) array
-        Slopes times the inverse of their product, as a fit's parameters answer to errors.
+        Influence A: the change of each parameter by each error.
     errors : (n,) array
     windows : sequence of slice
 
@@ -295,7 +312,7 @@ def clustered_covariance(
     sizes = np.diagonal(own, axis1=1, axis2=2)
     count = sizes.sum(axis=0) ** 2 / np.maximum(np.sum(sizes**2, axis=0), np.finfo(float).tiny)
     remaining = np.diag(whole) - np.einsum("gjk,kl,glj->j", own, inverse, own)
-    # What one window alone tells scatters over none.
+    # A parameter that a single window determines has no scatter over windows.
     is_told = remaining > _ROUNDING * np.diag(whole)
     inflation = np.divide(np.diag(whole), remaining, out=np.ones_like(remaining), where=is_told)
     matrix = scores.T @ scores
@@ -306,7 +323,7 @@ def clustered_covariance(
 
 
 def widened(covariance: Array, least: Array) -> Array:
-    """A covariance (k, k) with no variance less than (k,) others; its correlations stay."""
+    """Return a covariance, (k, k), raised to least variances, (k,); the correlations stay."""
     variances = np.diag(covariance)
     ratio = np.divide(least, variances, out=np.ones_like(variances), where=variances > 0)
     scale = np.sqrt(np.maximum(ratio, 1.0))

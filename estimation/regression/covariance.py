@@ -1,4 +1,4 @@
-"""Estimators of the covariance of an estimate, its way through a nonlinear map, and Wald's test.
+"""Estimators of the covariance of an estimate, the delta method, and Wald's test.
 
 An estimate is linear in the residuals to first order: ``theta_hat - theta = A' e``, with the
 influence A, ``X (X'X)^-1`` for least squares and ``Z (X'Z)^-1`` for instruments. The estimators
@@ -29,17 +29,17 @@ from .linear import CovarianceEstimate, Solution
 
 
 class Covariance(ABC):
-    """How sure an estimate is, under what is assumed of the residuals."""
+    """Estimator of the covariance of an estimate under an assumption on the residuals."""
 
-    #: Whether one variance is all that is estimated; else it is the whole matrix.
+    #: True if only one variance is estimated, False if the whole matrix is.
     has_one_variance: ClassVar[bool] = False
 
     @abstractmethod
     def applied(self, solution: Solution) -> CovarianceEstimate:
-        """Covariance of the estimate, its degrees of freedom, and what it is called."""
+        """Return the covariance of the estimate with its degrees of freedom and a note."""
 
     def matrix(self, solution: Solution) -> Array:
-        """Covariance of the estimate, (k, k)."""
+        """Return the covariance of the estimate, (k, k)."""
         return self.applied(solution).matrix
 
 
@@ -50,10 +50,17 @@ def applied_covariance(
     *,
     is_corrected: bool = False,
 ) -> CovarianceEstimate:
-    """A matrix with n - k degrees of freedom, of so many rows and parameters (n, k).
+    """Return a covariance with ``n - k`` degrees of freedom.
 
-    For small samples it is corrected: times ``n/(n - k)``. A covariance of your own is named by a
-    text.
+    Parameters
+    ----------
+    matrix : (k, k) array
+    shape : (int, int)
+        Rows n and parameters k.
+    note : CovarianceNote or str
+        A string names a covariance of your own.
+    is_corrected : bool
+        Whether the matrix is multiplied by ``n/(n - k)`` for small samples.
     """
     n, k = shape
     if isinstance(note, str):
@@ -67,9 +74,9 @@ def applied_covariance(
 class PublishedCovariance(Covariance):
     """``sigma^2 (W'W)^-1`` as in the published tables: independent residuals of equal variance.
 
-    W is the regressor of least squares; with instruments it is Z, as [Young2011]_ has it for
-    noise-free instruments at convergence. The variance is the sample variance with ``n - 1``, as
-    the tables of [Janot2019]_ have it.
+    W is the regressor of least squares; with instruments it is Z, as in [Young2011]_ for noise-free
+    instruments at convergence. The variance is the sample variance with ``n - 1``, as in the tables
+    of [Janot2019]_.
     """
 
     has_one_variance = True
@@ -109,24 +116,25 @@ class Robust(Covariance):
 
 @dataclass(frozen=True, slots=True)
 class Hac(Covariance):
-    """Heteroscedasticity- and autocorrelation-consistent: Bartlett kernel [NeweyWest1987]_.
+    """Heteroscedasticity- and autocorrelation-consistent (HAC) covariance.
 
-    Where the lags are not given the scores of each parameter are whitened by an autoregression of
-    first order, and the long-run covariance is recoloured, as in [AndrewsMonahan1992]_. It is times
-    ``n/(n - k)``, for small samples. Rows count as neighbours by their
-    distance in time, as in [Parzen1963]_: scores of rows that are missing are zero.
+    ``G_0 + sum_(l=1)^L (1 - l/(L+1)) (G_l + G_l')`` of the autocovariances ``G_l`` of the scores
+    ``A_t e_t``, with the Bartlett kernel [NeweyWest1987]_, multiplied by ``n/(n - k)`` for small
+    samples. If the lags are not given, the scores of each parameter are prewhitened by a
+    first-order autoregression and the long-run covariance is recoloured [AndrewsMonahan1992]_.
+    Rows are neighbours by their distance in time: scores of missing rows are zero [Parzen1963]_.
 
     Attributes
     ----------
     lags : int or None
-        How many neighbours of a row are correlated with it; None takes the plug-in rule of
-        [NeweyWest1994]_ for the parameter that asks for most, at most the root of the rows.
+        Number of lags L with correlated scores; None takes the plug-in rule of [NeweyWest1994]_ for
+        the parameter with the largest number of lags, at most the root of the number of rows.
     widened : bool or None
-        Where few scores are independent, make no deviation smaller than `covariance_of_ar1`
-        has it; None does so where the lags are not given. That is for what the fit took, whose
-        residuals are asked: parameters, and restrictions of them. A direction that it did not take,
-        as of a term that is not in the model, or between two estimators, has lost nothing, and the
-        kernel alone has the right size there.
+        Whether no standard error is smaller than that of `covariance_of_ar1` where few scores are
+        independent; None does so if the lags are not given. This is correct for parameters of the
+        fit and their restrictions, as a fit reduces the slow part of its residuals. Other
+        directions, as a term that is not in the model or the difference of two estimators, are not
+        reduced by the fit, and the kernel alone has the correct size.
     """
 
     lags: int | None = None
@@ -141,7 +149,7 @@ class Hac(Covariance):
             )
 
     def applied(self, solution: Solution) -> CovarianceEstimate:
-        """See `Covariance.applied`; fewer degrees for many lags, or sluggish scores."""
+        """See `Covariance.applied`; many lags or slow scores reduce the degrees of freedom."""
         applied = self.of_scores(_scores(solution), solution.neighbours)
         widens = self.lags is None if self.widened is None else self.widened
         if not (widens and float(applied.freedom.min()) < FEW_SCORES.value):
@@ -157,46 +165,44 @@ class Hac(Covariance):
         )
 
     def of_scores(self, scores: Array, neighbours: RowTimes) -> CovarianceEstimate:
-        """Of scores, (n, k), of an estimate; never widened."""
+        """Return the covariance from scores of an estimate, (n, k), never widened."""
         kernel = self.long_run(scores, neighbours)
         applied = applied_covariance(kernel.matrix, scores.shape, kernel.note, is_corrected=True)
         return replace(applied, freedom=np.minimum(kernel.freedom, applied.freedom))
 
     def long_run(self, scores: Array, neighbours: RowTimes) -> CovarianceEstimate:
-        """The long-run covariance of scores, (n, k).
+        """Return the long-run covariance of scores, (n, k), without the small-sample factor.
 
-        Its degrees of freedom are by the relative variance of the kernel, ``2/n sum w^2``, and by
-        the delta method of the autoregression, whose own variance is ``(1 - rho^2)/n``.
+        The degrees of freedom follow from the relative variance of the kernel, ``2/n sum w^2``, and
+        of the prewhitening by the delta method: rho has the variance ``(1 - rho^2)/n``. Together
+        ``n / (1 + 2 sum w^2 + 2 (1 + rho)/(1 - rho))``, the last term with prewhitening only.
 
         Raises
         ------
         UsageError
-            The lags that were given are too many for the rows.
+            The given lags are more than a quarter of the rows.
         """
+        rows, whitens = len(scores), self.lags is None
         white, colour = self.whitened(scores, neighbours)
-        rows, lags = len(scores), len(white) - 1
+        lags = plug_in_lags(white, rows) if self.lags is None else self.lags
         gain, weights = 1 / (1 - colour), 1 - np.arange(1, lags + 1) / (lags + 1)  # Bartlett's
         kernel = 1 + 2 * float(np.sum(weights**2))
-        whitens = self.lags is None
         coloured = 2 * (1 + colour) / (1 - colour) if whitens else 0.0
         rule: LagRule = "plug-in"
         if not whitens:
             rule = "given"
         elif lags == most_lags(rows):
             rule = "plug-in, capped"
-        ahead = white[1:]
-        both = weights[:, None, None] * (ahead + ahead.transpose(0, 2, 1))
-        summed = np.concatenate([white[:1], both]).sum(axis=0)
         return CovarianceEstimate(
-            matrix=np.asarray(summed * np.outer(gain, gain), dtype=float),
+            matrix=bartlett_sum(white, lags) * np.outer(gain, gain),
             freedom=np.asarray(rows / (kernel + coloured) * np.ones_like(colour), dtype=float),
             note=CovarianceNote(kind="hac", lags=lags, lag_rule=rule, is_prewhitened=whitens),
         )
 
     def whitened(self, scores: Array, neighbours: RowTimes) -> tuple[Array, Array]:
-        """Products of whitened scores at the lags that count, and their autoregression, (k,).
+        """Return whitened scores on their grid of times, (N, k), and their autoregression, (k,).
 
-        The latter is 0 where the lags are given, which are those of the scores themselves.
+        Rows that are missing are zero there. The autoregression is 0 where the lags are given.
         """
         rows = len(scores)
         if self.lags is not None:
@@ -205,43 +211,77 @@ class Hac(Covariance):
                     f"{self.lags} lags are too many for {rows} rows; give {rows // 4} or fewer.",
                     code="result",
                 )
-            plain = neighbours.autocovariances(scores, int(self.lags))
-            return plain, np.zeros(plain.shape[1])
-        # The plug-in rule looks at so many lags.
-        looked_at = int(min(np.ceil(4 * (rows / 100) ** (2 / 9)), rows - 1))
-        raw = neighbours.autocovariances(scores, looked_at + 1)
-        # Of first order, of each parameter's scores, kept from a root of one.
-        power, next_to = (np.diagonal(raw[lag]) for lag in (0, 1))
+            return neighbours.on_grid(scores, int(self.lags) + 1), np.zeros(scores.shape[1])
+        # No product has two rows farther apart than the largest lag.
+        placed = neighbours.on_grid(scores, most_lags(rows) + 2)
+        # First-order coefficient of each parameter's scores, limited to avoid a unit root.
+        power = np.einsum("tk,tk->k", placed, placed)
+        next_to = np.einsum("tk,tk->k", placed[1:], placed[:-1])
         slope = np.divide(next_to, power, out=np.zeros_like(power), where=power > 0)
         most = MAX_AUTOREGRESSION.value
         colour = np.clip(np.where(np.isfinite(slope), slope, 0.0), -most, most)
-        white = _whitened(raw, colour)
-        # Each parameter's scores by themselves, so that neither units nor signs enter.
-        sums = np.diagonal(white, axis1=1, axis2=2) / rows
-        lags = min(max(lags_of(list(of_one), rows) for of_one in sums.T), most_lags(rows))
-        if lags > looked_at:
-            white = _whitened(neighbours.autocovariances(scores, lags + 1), colour)
-        return white[: lags + 1], colour
+        white = np.concatenate([placed, np.zeros((1, placed.shape[1]))])
+        white[1:] -= colour * placed
+        return white, colour
 
 
-def _whitened(products: Array, colour: Array) -> Array:
-    """Products of ``s_t - rho s_(t-1)`` from those of the scores, at one lag less.
+def bartlett_sum(scores: Array, lags: int) -> Array:
+    """Return the sum of autocovariances with Bartlett's weights, (k, k).
 
-    Scores are zero before the first row and after the last, so that this is exact.
+    It is ``C_0 + sum w_l (C_l + C_l')`` over lags from 1, with ``C_l = sum s_t s_(t-l)'`` and
+    ``w_l = 1 - l/L``, where ``L = lags + 1``. The same is ``1/L sum_t S_t S_t'`` with ``S_t``, the
+    sum of the L scores that end at t; scores are zero before the first row and after the last.
+
+    Parameters
+    ----------
+    scores : (n, k) array
+    lags : int
     """
-    left, right = colour[:, None], colour[None, :]
-    before = np.concatenate([products[1].T[None], products[:-2]])
-    here, after = products[:-1], products[1:]
-    return np.asarray(here + left * here * right - left * before - after * right, dtype=float)
+    width = lags + 1
+    summed = np.zeros((len(scores) + width, scores.shape[1]))
+    np.cumsum(scores, axis=0, out=summed[1 : len(scores) + 1])
+    summed[len(scores) + 1 :] = summed[len(scores)]
+    windows = summed[1:].copy()
+    windows[width:] -= summed[1:-width]
+    return np.asarray(windows.T @ windows / width, dtype=float)
+
+
+def plug_in_lags(scores: Array, rows: int) -> int:
+    """Return the lags that the plug-in rule takes for whitened scores, (n, k).
+
+    It is the largest of those of each parameter alone, so that neither units nor signs matter, and
+    at most `most_lags`.
+    """
+    looked_at = int(min(np.ceil(4 * (rows / 100) ** (2 / 9)), rows - 1))
+    sums = np.array(
+        [
+            np.einsum("tk,tk->k", scores[lag:], scores[: len(scores) - lag]) / rows
+            for lag in range(looked_at + 1)
+        ]
+    )
+    return min(max(lags_of(list(of_one), rows) for of_one in sums.T), most_lags(rows))
 
 
 def most_lags(n: int) -> int:
-    """Where neighbours cancel, the rule knows no bound; the root keeps the estimate consistent."""
+    """Return the largest number of lags for n rows, ``sqrt(n)``, which keeps HAC consistent.
+
+    Where the scores of neighbours cancel, the plug-in rule alone has no bound.
+    """
     return int(n**0.5)
 
 
 def lags_of(sums: Sequence[float], n: int) -> int:
-    """The plug-in rule for n rows, from the autocovariances of one parameter's scores."""
+    """Return the number of lags by the plug-in rule of [NeweyWest1994]_, not bounded.
+
+    ``1.1447 |s_1 / s_0|^(2/3) n^(1/3)`` with ``s_0 = g_0 + 2 sum g_l`` and ``s_1 = 2 sum l g_l``.
+
+    Parameters
+    ----------
+    sums : sequence of float
+        Autocovariances g_l of one parameter's scores from lag 0.
+    n : int
+        Number of rows.
+    """
     level = sums[0] + 2 * sum(sums[1:])
     slope = 2 * sum(lag * value for lag, value in enumerate(sums))
     if level == 0 or not np.all(np.isfinite(sums)):
@@ -250,46 +290,46 @@ def lags_of(sums: Sequence[float], n: int) -> int:
 
 
 def delta_method(covariance: Array, jacobian: Array) -> Array:
-    """``J Sigma J'``: first-order covariance of a mapped estimate, symmetric to the last bit."""
+    """Return ``J Sigma J'``, the first-order covariance of a mapped estimate, exactly symmetric."""
     mapped = jacobian @ covariance @ jacobian.T
     return np.asarray((mapped + mapped.T) / 2, dtype=float)
 
 
 def correlation(covariance: Array) -> Array:
-    """Correlation matrix of a covariance, (k, k)."""
+    """Return the correlation matrix of a covariance, (k, k)."""
     deviations = np.sqrt(np.diag(covariance))
     return np.asarray(covariance / np.outer(deviations, deviations), dtype=float)
 
 
 def _scores(solution: Solution) -> Array:
+    """Return the scores ``A_t e_t`` of each row, (n, k), whose sum is the error of the estimate."""
     return solution.influence * solution.counted[:, None]
 
 
-# a hundred rows, beyond which a short record cannot tell it from a drift
+# a correlation length of 100 rows; a short record cannot distinguish a longer one from a drift
 _MAX_RESIDUAL_AUTOREGRESSION = 0.99
 
-_RESOLVED = 1e-3  # of the autoregression, far finer than a short record shows it
-_FORGOTTEN = 0.05  # of a residual, after which rows are as far apart as any
+_RESOLVED = 1e-3  # resolution of the coefficient, far finer than a short record determines it
+_FORGOTTEN = 0.05  # remaining correlation of two rows, below which a larger distance is cut off
 
 
 def covariance_of_ar1(solution: Solution) -> CovarianceEstimate:
-    """``A' Omega A`` for the influence A and residuals that are an AR(1), the regressor as fixed.
+    """Return ``A' Omega A`` for the influence A and errors that follow an AR(1), X as fixed.
 
-    A kernel adds up what scores show of each lag. Where a record holds few that are independent,
-    that is too little: the fit takes of the errors what is slow, as its regressor is, and so
-    residuals, and their scores, have less of it than the errors had. An autoregression of the
-    residuals is one number of all rows, and what the fit takes of it follows from the regressor. It
-    knows nothing of residuals whose variance changes, so that it is no more than a lower bound
-    beside the kernel's: the larger of a robust and a conventional deviation, as
-    [AngristPischke2009]_ advise for small samples.
+    A HAC kernel sums the sample autocovariances of the scores. With few independent scores the sum
+    is too small: the regressor is slow, so that the fit removes the slow part of the errors from
+    the residuals and their scores. An AR(1) has one coefficient rho for all rows, and the part that
+    the fit removes follows from the regressor. The AR(1) does not account for a changing variance,
+    so that its covariance is a lower bound for the kernel's: the larger of a robust and a
+    conventional standard error is recommended by [AngristPischke2009]_ for small samples.
 
-    Its coefficient is the one with which residuals, as the fit leaves them, would show the
-    autocorrelation that they show, 0 at least. Nothing where residuals are zero, or where they are
-    less alike from row to row than independent errors would leave them but for chance: as noise of
-    a position is differentiated, there is nothing slow that the fit could take.
+    The coefficient rho, 0 or more, is the one whose expected lag-1 autocorrelation of the residuals
+    after the fit equals the observed one. The covariance is zero if the residuals are zero, or if
+    the observed autocorrelation is significantly smaller than that of independent errors: as
+    position noise is differentiated, the errors then have no slow part.
 
-    Its degrees of freedom are by the delta method: the innovations' variance has the relative
-    variance ``2/n``, the coefficient, apart from it, ``(1 - rho^2)/n``.
+    The degrees of freedom follow by the delta method: the variance of the innovations has the
+    relative variance ``2/n``, and rho, independent of it, the variance ``(1 - rho^2)/n``.
     """
     from scipy.optimize import brentq
     from scipy.signal import lfilter
@@ -297,30 +337,30 @@ def covariance_of_ar1(solution: Solution) -> CovarianceEstimate:
     e, influence, order = solution.counted, solution.influence, solution.neighbours
     n, k = influence.shape
     note = CovarianceNote(kind="ar1")
-    nothing = applied_covariance(np.zeros((k, k)), (n, k), note)
+    zero = applied_covariance(np.zeros((k, k)), (n, k), note)
     if not e @ e > 0:
-        return nothing
-    size = np.linalg.norm(influence, axis=0)  # columns may be of sizes far apart
+        return zero
+    size = np.linalg.norm(influence, axis=0)  # columns may have very different norms
     orthonormal, triangle = np.linalg.qr(influence / size)
-    # Rows further apart than a residual is remembered count as just so far.
+    # Gaps longer than the correlation length are shortened to it.
     reach = int(np.log(_FORGOTTEN) / np.log(_MAX_RESIDUAL_AUTOREGRESSION))
-    # On the grid of places, where a row is missing 0.
+    # On a grid of times, with zeros for missing rows.
     basis, present = (order.on_grid(each, reach) for each in (orthonormal, np.ones((n, 1))))
     rows, pairs = float(present.sum()), float(present[1:, 0] @ present[:-1, 0])
 
     def coloured(rho: float) -> Array:
-        """The correlations of errors times the basis, (m, k)."""
+        """Return the correlation matrix of the errors times the basis, (m, k)."""
         before = lfilter([1.0], [1.0, -rho], basis, axis=0)
         after = lfilter([1.0], [1.0, -rho], basis[::-1], axis=0)[::-1]
         return np.asarray((before + after - basis) * present, dtype=float)
 
     def of_parameters(taken: Array) -> Array:
-        """Correlations of what the fit takes, as those of its parameters, (k, k)."""
+        """Return the matrix ``Q' R Q`` of the basis as one of the parameters, (k, k)."""
         mixing = triangle * size
         return np.asarray(mixing.T @ taken @ mixing, dtype=float)
 
     def expected(rho: float) -> float:
-        """Autocorrelation at a row's distance that residuals are expected to show."""
+        """Return the expected lag-1 autocorrelation of the residuals."""
         coloured_basis = coloured(rho)
         taken, early, late = basis.T @ coloured_basis, basis[:-1], basis[1:]
         crossed = np.sum(late * coloured_basis[:-1]) + np.sum(coloured_basis[1:] * early)
@@ -332,14 +372,14 @@ def covariance_of_ar1(solution: Solution) -> CovarianceEstimate:
     observed = float(e[after] @ e[before] / max(len(e[after]), 1)) / power
     of_none, of_most = expected(0.0), expected(most)
     if observed < of_none - MAX_CHANCE_DEVIATION.value / np.sqrt(len(e)):
-        return nothing
+        return zero
     rho = most if of_most <= observed else 0.0
     if of_none < observed < of_most:
         rho = float(brentq(lambda rho: expected(rho) - observed, 0.0, most, xtol=_RESOLVED))
     taken = basis.T @ coloured(rho)
     variance = len(e) * power / (len(e) - float(np.trace(taken)))
-    # Slopes of the logarithms of the variances by the coefficient. The innovations stay as they
-    # are: the errors' variance is theirs by 1 - rho^2.
+    # Slopes of the logarithms of the variances by rho for a fixed variance of the innovations, of
+    # which the errors have 1/(1 - rho^2) times.
     at = max(rho - _RESOLVED, 0.0), min(rho + _RESOLVED, most)
     less, more = (np.log(np.diag(of_parameters(basis.T @ coloured(r))) / (1 - r**2)) for r in at)
     slopes = (more - less) / (at[1] - at[0])
@@ -352,34 +392,34 @@ def covariance_of_ar1(solution: Solution) -> CovarianceEstimate:
     )
 
 
-_CERTAIN = 1e9  # degrees of freedom, from which F is chi-squared to rounding
-_SAME = 1e-9  # of the eigenvalues of a correlation matrix
+_CERTAIN = 1e9  # degrees of freedom from which F equals chi-squared to rounding
+_SAME = 1e-9  # eigenvalue of a correlation matrix, relative to the largest, that is rounding
 
 
 def wald(difference: Array, covariance: Array) -> tuple[float, int]:
-    """``d' V^-1 d`` of a difference (k,), and in how many directions it is told.
+    """Return Wald's statistic ``d' V^-1 d`` of a difference d, (k,), and the rank of V.
 
-    What has no deviation, or an infinite one, is left out, and so are directions in which rounding
-    alone differs.
+    Elements of d with a variance of 0 or infinity are left out, and so are directions of V with
+    eigenvalues of rounding.
     """
     variances = np.diag(covariance)
-    there = (variances > 0) & np.isfinite(variances)
-    if not there.any():
+    is_known = (variances > 0) & np.isfinite(variances)
+    if not is_known.any():
         return 0.0, 0
-    sizes, directions = np.linalg.eigh(correlation(covariance[np.ix_(there, there)]))
+    sizes, directions = np.linalg.eigh(correlation(covariance[np.ix_(is_known, is_known)]))
     kept = sizes > _SAME * sizes[-1]
-    along = directions[:, kept].T @ (difference[there] / np.sqrt(variances[there]))
+    along = directions[:, kept].T @ (difference[is_known] / np.sqrt(variances[is_known]))
     return float(np.sum(along**2 / sizes[kept])), int(kept.sum())
 
 
 def hotelling_p_value(
     square: float, restrictions: int, freedom: float, *, one_variance: bool = False
 ) -> float:
-    """P-value of ``d' V^-1 d``, Hotelling's T squared.
+    """Return the p-value of ``T^2 = d' V^-1 d``, Hotelling's T squared.
 
-    A covariance matrix of ``nu`` degrees of freedom makes ``(nu - q + 1)/(nu q)`` times it F
-    distributed with q and ``nu - q + 1``. Where the shape of the matrix is known, and one variance
-    alone is estimated, ``1/q`` times it is F with q and ``nu``.
+    For a covariance matrix with ``nu`` degrees of freedom, ``(nu - q + 1)/(nu q) T^2`` is F
+    distributed with q and ``nu - q + 1`` degrees of freedom. If only one variance is estimated and
+    the shape of the matrix is known, ``T^2/q`` is F distributed with q and ``nu``.
 
     Parameters
     ----------
@@ -387,9 +427,9 @@ def hotelling_p_value(
     restrictions : int
         q.
     freedom : float
-        Of the covariance, the effective degrees where scores are alike.
+        Degrees of freedom nu of the covariance; effective ones for correlated scores.
     one_variance : bool
-        Whether the covariance is one variance times a matrix without chance in it.
+        Whether the covariance is one estimated variance times a known matrix.
 
     References
     ----------

@@ -9,34 +9,36 @@ LagRule = Literal["none", "plug-in", "plug-in, capped", "given"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CovarianceNote:
-    """Note on a covariance: how it was estimated.
+    """Note on the estimator of a covariance.
 
     Attributes
     ----------
     kind : {"published", "classical", "robust", "hac", "ar1", "other"}
-        Independent residuals with the variance by ``n - 1``, and by ``n - k``; heteroscedasticity
-        robust; heteroscedasticity and autocorrelation consistent; AR(1) residuals; as `label` says.
+        Independent residuals with the variance by ``n - 1``, or by ``n - k``; robust to
+        heteroscedasticity; consistent for heteroscedasticity and autocorrelation; AR(1) residuals;
+        named by `label`.
     degrees : int or None
-        ``n - 1`` of a published one.
+        ``n - 1`` of a published covariance.
     lags : int or None
-        Of a HAC covariance.
+        Lags of a HAC covariance.
     lag_rule : {"none", "plug-in", "plug-in, capped", "given"}
     is_prewhitened : bool
-        Whether scores were whitened by an AR(1).
+        True if the scores were prewhitened by an AR(1).
     is_corrected : bool
-        Whether it is times ``n/(n - k)``.
+        True if the matrix was multiplied by ``n/(n - k)``.
     is_at_least_ar1 : bool
-        Whether a deviation was raised to that of AR(1) residuals, as few scores are independent.
+        True if a standard error was raised to that of AR(1) residuals, as few scores are
+        independent.
     replicas : int
-        Simulated replicas of the records whose scatter scales it; 0 for none.
+        Number of simulated replicas of the records whose scatter scales the covariance; 0 for none.
     noise : tuple of str
         Noise of each record in its replicas.
     is_silent : bool
-        Whether replicas were asked for, but the loops show no noise.
+        True if replicas were requested, but the loops show no noise.
     no_replicas : str
-        Why there are no replicas, where they were asked for.
+        Reason why requested replicas are missing.
     label : str
-        Its name, where a file has no more of it.
+        Name of a covariance about which a file says no more.
     """
 
     kind: CovarianceKind

@@ -1,10 +1,10 @@
-"""The two forms a model is regressed in, inverse (IDM) and direct (DDM), also partially linear.
+"""Regression forms of a model: inverse (IDM) and direct (DDM), linear or partially linear.
 
-Both put the same physics into ``y = X theta + intercept``; they differ in what is on the left, in
-the regressor, and in how their parameters map to the physical ones.
+Both forms write the same physics as ``y = X theta + intercept``; they differ in the left side, in
+the regressor, and in the map from their parameters to the physical ones.
 
-A partially linear model is regressed about a point, which a search finds: separable least squares,
-and damped instrumental steps.
+A partially linear model is linearised about a point, which a search finds by separable least
+squares and damped instrumental-variable steps.
 """
 
 from abc import ABC, abstractmethod
@@ -29,14 +29,14 @@ from .linear import QrFactors, factor, least_squares
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Equations:
-    """``left = regressor theta + intercept``, row by row.
+    """Rows of the regression ``left = regressor theta + intercept``.
 
     Attributes
     ----------
     left : (n,) array
         Force (IDM) or acceleration (DDM).
     intercept : (n,) array
-        What no parameter scales.
+        Known terms without a parameter.
     regressor : (n, k) array
     """
 
@@ -45,7 +45,7 @@ class Equations:
     regressor: Array
 
     def reduced(self, data: FilteredRecord) -> "Equations":
-        """The rows that the record's filter keeps, every column filtered alike."""
+        """Return the rows after the record's decimation filter, the same for every column."""
         k = self.regressor.shape[1]
         known = (self.intercept,) if np.any(self.intercept) else ()
         rows = data.reduce(np.column_stack([self.regressor, self.left, *known]))
@@ -56,16 +56,16 @@ class Equations:
         )
 
     def predicted(self, theta: Array) -> Array:
-        """Left side with parameters (k,), (n,)."""
+        """Return the predicted left side for parameters (k,), (n,)."""
         return np.asarray(self.regressor @ theta + self.intercept, dtype=float)
 
     def residuals(self, theta: Array) -> Array:
-        """What parameters (k,) leave of the left side, (n,)."""
+        """Return the residuals ``left - intercept - regressor theta``, (n,)."""
         return np.asarray(self.left - self.intercept - self.regressor @ theta, dtype=float)
 
     @classmethod
     def stacked(cls, pieces: Sequence["Equations"]) -> "Equations":
-        """The rows of several, one after the other."""
+        """Concatenate the rows of several equations."""
         if len(pieces) == 1:
             return pieces[0]
         return cls(
@@ -77,90 +77,90 @@ class Equations:
 
 @dataclass(frozen=True, slots=True)
 class Form(ABC):
-    """One way to write the axis's model as a linear regression."""
+    """The axis's model as a linear regression."""
 
     axis: GeneratedAxis
 
-    #: What stands on the left of the equations.
+    #: Left side of the equations, ``force`` or ``acceleration``.
     left: ClassVar[str]
 
     @property
     def start(self) -> Array:
-        """Physical parameters (p,) that an iteration starts from."""
+        """Start values of the physical parameters, (p,)."""
         return self.axis.nominal
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """What the regression estimates: the physical parameters, unless it is of others."""
+        """Parameters of the regression; the physical ones by default."""
         return self.axis.parameters
 
     @abstractmethod
     def equations(self, signals: Signals) -> Equations:
-        """The model's rows for signals, (N,)."""
+        """Return the model's rows for signals, (N,)."""
 
     @property
     def physical_quantities(self) -> tuple[Quantity, ...]:
-        """The physical parameters, length p."""
+        """Physical parameters, length p."""
         return self.axis.parameters
 
     @property
     def declared(self) -> tuple[Parameter, ...]:
-        """The same with the bounds that they were declared with."""
+        """Physical parameters with their declared bounds, length p."""
         return self.axis.axis_parameters
 
     @property
     def is_linear(self) -> bool:
-        """Whether the force is linear in all of them."""
+        """True if the force is linear in all physical parameters."""
         return self.axis.is_linear
 
     def describe(self, physical: Array) -> str:
-        """Physical parameters (p,) in words, as ``M = 95.1 kg, Fv = 203.5 N/(m/s)``."""
+        """Return physical parameters (p,) as text: ``M = 95.1 kg, Fv = 203.5 N/(m/s)``."""
         pairs = zip(self.physical_quantities, physical, strict=True)
         return ", ".join(f"{q.name} = {value:.6g} {q.unit}" for q, value in pairs)
 
     def have_inertia(self, physical: Array) -> NDArray[np.bool_]:
-        """Which sets of physical parameters, (B, p), have a positive and finite inertia."""
+        """Return True for each set of physical parameters, (B, p), with a positive inertia."""
         return at_rest(
             self.axis, physical, np.zeros(len(physical)), np.ones(len(self.axis.signals))
         )[0]
 
     def of_record(self, record: int) -> "Form":  # noqa: ARG002
-        """The form of one of several records, in that record's own parameters."""
+        """Return the form of one of several records, in the parameters of that record's axis."""
         return self
 
     def own(self, physical: Array, record: int) -> Array:  # noqa: ARG002
-        """Parameters of the axis of one of several records from physical ones (p,)."""
+        """Return the parameters of one record's axis from the common physical parameters (p,)."""
         return physical
 
     def record_jacobian(self, record: int) -> Array:  # noqa: ARG002
-        """Of a record's own parameters by the regression's, (b, k)."""
+        """Return the derivative of a record's parameters by those of the regression, (b, k)."""
         return np.eye(len(self.quantities))
 
     def placed(self, record: int, intercept: Array, regressor: Array) -> tuple[Array, Array]:  # noqa: ARG002
-        """A record's intercept, (n,), and regressor by the parameters of all records."""
+        """Return a record's intercept, (n,), and regressor in the parameters of all records."""
         return intercept, regressor
 
     def at(self, physical: Array) -> "Form":  # noqa: ARG002
-        """The form linearised about physical parameters (p,); itself if it is linear."""
+        """Return the form linearised about physical parameters (p,), or itself if it is linear."""
         return self
 
     def physical(self, theta: Array) -> tuple[Array, Array]:
-        """Physical parameters (p,) of an estimate (k,), and the Jacobian (p, k)."""
+        """Return the physical parameters (p,) of an estimate (k,) and the Jacobian (p, k)."""
         return theta, np.eye(len(theta))
 
     def regressed(self, physical: Array) -> Array:
-        """The regression's parameters (k,) of physical ones (p,)."""
+        """Return the regression's parameters (k,) for physical parameters (p,)."""
         return physical
 
 
 @dataclass(frozen=True, slots=True)
 class InverseForm(Form):
-    """``tau = IDM(q, dq, ddq) theta + intercept``: the physical parameters themselves.
+    """Inverse model ``tau = IDM(q, dq, ddq) theta + intercept`` in the physical parameters.
 
     Attributes
     ----------
     point : (p,) array or None
-        Where a partially linear model is linearised; its nominal values by default.
+        Parameters about which a partially linear model is linearised; nominal values by default.
     """
 
     point: Array | None = None
@@ -168,7 +168,7 @@ class InverseForm(Form):
     left: ClassVar[str] = "force"
 
     def equations(self, signals: Signals) -> Equations:
-        """Force by the inverse regressor."""
+        """See `Form.equations`; the left side is the force."""
         s = signals
         motion = (s.position, s.velocity, s.acceleration, s.direction)
         about = () if self.axis.is_linear else (self.start,)
@@ -181,55 +181,55 @@ class InverseForm(Form):
 
     @property
     def start(self) -> Array:
-        """See `Form.start`; where it is linearised, if it is."""
+        """See `Form.start`; the point of the linearisation if there is one."""
         nominal = np.array([p.nominal for p in self.declared], dtype=float)
         return nominal if self.point is None else self.point
 
 
 @dataclass(frozen=True, slots=True)
 class DirectForm(Form):
-    """``ddq = DDM(tau, q, dq) theta_ddm + intercept``: quotients by the inertia."""
+    """Direct model ``ddq = DDM(tau, q, dq) theta_ddm + intercept``, in quotients by the inertia."""
 
     left: ClassVar[str] = "acceleration"
 
     def __post_init__(self) -> None:
-        _ = self.quantities  # refuses an axis without
+        _ = self.quantities  # refuses an axis without a direct model
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """``theta_ddm``."""
+        """Parameters ``theta_ddm``."""
         if isinstance(self.axis.ddm_parameters, Missing):
             raise ModelError(self.axis.ddm_parameters.reason)
         return self.axis.ddm_parameters
 
     def equations(self, signals: Signals) -> Equations:
-        """Acceleration by the direct regressor."""
+        """See `Form.equations`; the left side is the acceleration."""
         s = signals
         motion = (s.position, s.velocity, s.force, s.direction)
         row, intercept = self.axis.evaluate("ddm_regressor", *motion, *s.recorded)
         return Equations(left=s.acceleration, intercept=intercept[:, 0], regressor=row)
 
     def physical(self, theta: Array) -> tuple[Array, Array]:
-        """Through the generated inverse map."""
+        """See `Form.physical`; by the generated inverse map."""
         return self.axis.mapped("physical_from_ddm", theta)
 
     def regressed(self, physical: Array) -> Array:
-        """Through the generated map."""
+        """See `Form.regressed`; by the generated map."""
         return self.axis.mapped("ddm_from_physical", physical)[0]
 
 
-_SPREAD = (0.1, 0.3, 1.0, 3.0, 10.0)  # times the nominal value
+_SPREAD = (0.1, 0.3, 1.0, 3.0, 10.0)  # factors of the nominal value for start values
 _MOST_STARTS = 125
-_REFINED = 5  # of the starts, the best ones
+_REFINED = 5  # number of the best starts from which a search runs
 _MOST_HALVINGS = 8
 
 
 def separable_least_squares(form: Form, rows: Callable[[Form], Equations]) -> Form:
-    """A form, at the least-squares estimate if its model is only partially linear.
+    """Return a form linearised at the least-squares estimate of a partially linear model.
 
-    The linear parameters are projected out [GolubPereyra1973]_: for given nonlinear ones they are
-    solved exactly, so that only the few nonlinear ones are searched; from several starts, since the
-    error may have more than one valley.
+    The linear parameters are projected out [GolubPereyra1973]_: for given nonlinear parameters they
+    have an exact solution, so that only the few nonlinear ones are searched. The search runs from
+    several starts, as the error may have several local minima. A linear form is returned unchanged.
 
     Parameters
     ----------
@@ -246,76 +246,117 @@ def separable_least_squares(form: Form, rows: Callable[[Form], Equations]) -> Fo
 
     if form.is_linear or not isinstance(form, InverseForm):
         return form
-    axis, nonlinear = form.axis, np.array(form.axis.nonlinear)
-    names, linear = (
-        [name for name, is_so in zip(axis.names, axis.nonlinear, strict=True) if is_so == wanted]
-        for wanted in (True, False)
-    )
-    nominal = axis.nominal[nonlinear]
-    low, high = (end[nonlinear] for end in search_bounds(axis))
-    if missing := [n for n, x in zip(names, nominal, strict=True) if x == 0]:
-        raise EstimationError(
-            f"{', '.join(missing)} enters nonlinearly, so its search needs a start; declare a "
-            "nominal value other than 0.",
-            code="no-convergence",
-        )
-
-    def solved(at: Array) -> tuple[Array, Array]:
-        """All parameters (p,) for given nonlinear ones, and the residuals (n,)."""
-        physical = axis.nominal.copy()
-        physical[nonlinear] = at
-        equations = rows(form.at(physical))
-        # The columns of the linear parameters, and what they leave, do not depend on their values.
-        intercept = equations.intercept + equations.regressor[:, nonlinear] @ at
-        columns = factor(equations.regressor[:, ~nonlinear], linear)
-        solution = least_squares(equations.left - intercept, columns)
-        physical[~nonlinear] = solution.theta
-        if not np.all(np.isfinite(solution.residuals)):
-            values = ", ".join(f"{n} = {x:g}" for n, x in zip(names, at, strict=True))
-            raise EstimationError(f"the model has no finite value with {values}.")
-        return physical, solution.residuals
-
-    def residuals(at: Array) -> Array:
-        """Those of the best linear parameters, (n,); larger than any where there is no estimate."""
-        try:
-            return solved(at)[1]
-        except EstimationError:
-            left = rows(form).left
-            return np.full_like(left, 1e3 * float(np.abs(left).max()))
-
-    def error(at: Array) -> float:
-        """Sum of squares of the same; infinite where there is no estimate."""
-        with suppress(EstimationError):
-            return float(np.sum(solved(at)[1] ** 2))
-        return np.inf
-
-    factors = [*product(_SPREAD, repeat=len(nominal))]
-    if len(factors) > _MOST_STARTS:
-        factors = [(times,) * len(nominal) for times in _SPREAD]
-    around = [nominal * np.array(each) for each in factors]
-    inside = [each for each in around if np.all((each > low) & (each < high))]
-    starts = sorted(inside or [nominal], key=error)
+    problem = _SeparableProblem(form=form, rows=rows, nonlinear=np.array(form.axis.nonlinear))
+    low, high = (end[problem.nonlinear] for end in search_bounds(form.axis))
+    starts = _starts_of_search(problem, low, high)
     try:
-        solved(starts[0])
+        problem.solved(starts[0])
     except EstimationError as why:
         said = (
-            f"no start of {', '.join(names)} gives an estimate; give them nominal "
+            f"no start of {', '.join(problem.names)} gives an estimate; give them nominal "
             "values and bounds of the right size, where the equation of motion has a value. "
             f"At the first, {why}"
         )
         raise EstimationError(said, code="no-convergence") from why
     fits = [
         minimise(
-            residuals, start, bounds=(low, high), x_scale=np.abs(start), xtol=1e-12, ftol=1e-12
+            problem.residuals,
+            start,
+            bounds=(low, high),
+            x_scale=np.abs(start),
+            xtol=1e-12,
+            ftol=1e-12,
         )
         for start in starts[:_REFINED]
     ]
-    best = min(fits, key=lambda valley: float(valley.cost))
-    return form.at(solved(np.asarray(best.x, dtype=float))[0])
+    best = min(fits, key=lambda fit: float(fit.cost))
+    return form.at(problem.solved(np.asarray(best.x, dtype=float))[0])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _SeparableProblem:
+    """Least squares of a partially linear model in its nonlinear parameters alone.
+
+    Attributes
+    ----------
+    form : InverseForm
+    rows : callable
+        The reduced equations (n,) of a form at its point.
+    nonlinear : (p,) array of bool
+        True for parameters that enter nonlinearly.
+    """
+
+    form: InverseForm
+    rows: Callable[[Form], Equations]
+    nonlinear: NDArray[np.bool_]
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the nonlinear parameters."""
+        pairs = zip(self.form.axis.names, self.nonlinear, strict=True)
+        return [name for name, is_nonlinear in pairs if is_nonlinear]
+
+    @property
+    def linear_names(self) -> list[str]:
+        """Names of the linear parameters."""
+        pairs = zip(self.form.axis.names, self.nonlinear, strict=True)
+        return [name for name, is_nonlinear in pairs if not is_nonlinear]
+
+    def solved(self, at: Array) -> tuple[Array, Array]:
+        """Return all parameters (p,) for given nonlinear ones, and the residuals (n,)."""
+        physical = self.form.axis.nominal.copy()
+        physical[self.nonlinear] = at
+        equations = self.rows(self.form.at(physical))
+        # The columns of the linear parameters do not depend on the linear parameters.
+        intercept = equations.intercept + equations.regressor[:, self.nonlinear] @ at
+        columns = factor(equations.regressor[:, ~self.nonlinear], self.linear_names)
+        solution = least_squares(equations.left - intercept, columns)
+        physical[~self.nonlinear] = solution.theta
+        if not np.all(np.isfinite(solution.residuals)):
+            values = ", ".join(f"{n} = {x:g}" for n, x in zip(self.names, at, strict=True))
+            raise EstimationError(f"the model has no finite value with {values}.")
+        return physical, solution.residuals
+
+    def residuals(self, at: Array) -> Array:
+        """Return the residuals for given nonlinear parameters, (n,); huge ones without estimate."""
+        try:
+            return self.solved(at)[1]
+        except EstimationError:
+            left = self.rows(self.form).left
+            return np.full_like(left, 1e3 * float(np.abs(left).max()))
+
+    def squared_error(self, at: Array) -> float:
+        """Return the sum of squared residuals; infinite where there is no estimate."""
+        with suppress(EstimationError):
+            return float(np.sum(self.solved(at)[1] ** 2))
+        return np.inf
+
+
+def _starts_of_search(problem: _SeparableProblem, low: Array, high: Array) -> list[Array]:
+    """Return start values of the nonlinear parameters within their bounds, the best first.
+
+    Raises
+    ------
+    EstimationError
+        A nonlinear parameter has the nominal value 0.
+    """
+    nominal = problem.form.axis.nominal[problem.nonlinear]
+    if missing := [n for n, x in zip(problem.names, nominal, strict=True) if x == 0]:
+        raise EstimationError(
+            f"{', '.join(missing)} enters nonlinearly, so its search needs a start; declare a "
+            "nominal value other than 0.",
+            code="no-convergence",
+        )
+    factors = [*product(_SPREAD, repeat=len(nominal))]
+    if len(factors) > _MOST_STARTS:
+        factors = [(times,) * len(nominal) for times in _SPREAD]
+    around = [nominal * np.array(each) for each in factors]
+    inside = [each for each in around if np.all((each > low) & (each < high))]
+    return sorted(inside or [nominal], key=problem.squared_error)
 
 
 def search_bounds(axis: GeneratedAxis) -> tuple[Array, Array]:
-    """Lower and upper bounds (p,) of what is searched for; linear parameters have none."""
+    """Return lower and upper bounds (p,) of a search; linear parameters have infinite bounds."""
     nonlinear, declared = np.array(axis.nonlinear), axis.axis_parameters
     return (
         np.where(nonlinear, [p.lower for p in declared], -np.inf),
@@ -330,22 +371,21 @@ def damped_step(
     start: Array,
     goal: Array,
 ) -> Array:
-    """From parameters towards a solution of the linearised instrumental equations, both (p,).
+    """Return the parameters after a damped step towards the linearised instrumental solution, (p,).
 
-    As far as what the instruments see of the residuals falls, within the bounds of the nonlinear
-    parameters.
+    The step from `start` to `goal` is halved until it is within the bounds of the nonlinear
+    parameters and reduces ``||Q' e||``, the residuals e projected on the instruments.
 
     Raises
     ------
     EstimationError
-        The solution is beyond a bound, and no step towards it within the bounds is of use.
+        The solution is beyond a bound, and no step within the bounds reduces the residuals.
     """
     low, high = search_bounds(form.axis)
 
     def projected(physical: Array) -> float:
-        return float(
-            np.linalg.norm(instruments.basis.T @ rows(form.at(physical)).residuals(physical))
-        )
+        residuals = rows(form.at(physical)).residuals(physical)
+        return float(np.linalg.norm(instruments.basis.T @ residuals))
 
     before = projected(start)
     for halving in range(_MOST_HALVINGS):
@@ -360,8 +400,8 @@ def damped_step(
     if not beyond:
         return goal
     raise EstimationError(
-        f"the instruments lead to {' and '.join(beyond)}, and no step within the bounds brings "
-        "their equations nearer to zero. Widen the bounds if such a value is possible; otherwise "
-        "believe idm-ls, whose search ends within them, and check the model of the friction.",
+        f"the instrumental variables give {' and '.join(beyond)}, and no step within the bounds "
+        "reduces their residuals. Widen the bounds if such a value is possible; otherwise use the "
+        "estimate of idm-ls, whose search ends within the bounds, and check the friction model.",
         code="bounds",
     )

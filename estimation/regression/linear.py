@@ -1,9 +1,8 @@
-"""The linear solutions: least squares and instrumental variables, by squares or as a loss counts.
+"""Linear solutions: least squares and instrumental variables, with the weights of a loss if any.
 
-Columns are scaled to unit norm and factored by QR; X'X is never formed, so that neither the units
-nor the square of the condition number enter. Least squares runs in the widest floats of the
-machine: what a BLAS rounds one way or another would else cost an ill-conditioned fit its last
-digits.
+Columns are scaled to unit norm and factored by QR; X'X is never formed, so that neither units nor
+the square of the condition number matter. Least squares uses the widest floats of the processor:
+otherwise the rounding of a BLAS would change the last digits of an ill-conditioned fit.
 """
 
 from collections.abc import Sequence
@@ -18,11 +17,11 @@ from axisid.support.errors import EstimationError, refuse
 
 from .covariance_note import CovarianceNote
 
-# of unit columns, smallest by largest: measured, filtering leaves rounding of up to 1e-12 in
-# columns that are dependent
+# ratio of the smallest to the largest singular value of unit columns: measured, filtering causes
+# rounding errors of up to 1e-12 in dependent columns
 _MIN_SINGULAR_VALUE_RATIO = 1e-11
-# of the largest in a change that the fit does not notice; far above rounding, and below any trade
-# that matters
+# weight of a parameter, relative to the largest, in a combination that does not change the fit;
+# far above rounding, and far below any weight that matters
 _MIN_TRADE_WEIGHT = 1e-6
 
 _UNNAMED = CovarianceNote(kind="other")
@@ -32,18 +31,18 @@ Wide = NDArray[np.longdouble]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Columns:
-    """Columns that are finite and none of which is zero.
+    """Finite, nonzero columns of a regressor with their norms.
 
     Attributes
     ----------
     columns : (n, k) array
-        As they were given.
+        The columns, not scaled.
     scale : (k,) array
         Their norms.
     names : tuple of str
-        Of the columns' parameters, for messages.
+        Names of the parameters, for messages.
     neighbours : RowTimes
-        Which of the rows follow each other in time.
+        Times of the rows.
     """
 
     columns: Array
@@ -54,12 +53,12 @@ class Columns:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class QrFactors(Columns):
-    """Full-rank columns as ``Q R``, scaled to unit norm before.
+    """QR factors of full-rank columns scaled to unit norm.
 
     Attributes
     ----------
     basis : (n, k) wide array
-        Orthonormal, Q.
+        Orthonormal Q.
     inverse : (k, k) wide array
         G with ``G G' = (W'W)^-1`` for the columns W.
     """
@@ -70,12 +69,12 @@ class QrFactors(Columns):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LossWeights:
-    """What each row counts under a loss that is not of squares.
+    """Weights of the rows under a loss rho other than least squares.
 
     Attributes
     ----------
     weights, slopes : (n,) array
-        How much each residual counted, and how much more it would with its size.
+        ``psi(e)/e`` and ``psi'(e)`` of each residual e, with ``psi = rho'``.
     """
 
     weights: Array
@@ -84,7 +83,7 @@ class LossWeights:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Solution:
-    """An estimate with what its covariance needs.
+    """Estimate of a regression, with residuals and influence for its covariance.
 
     Attributes
     ----------
@@ -92,16 +91,16 @@ class Solution:
     residuals : (n,) array
         ``y - X theta``.
     inverse_factor : (k, k) array
-        G with ``G G' = A'A`` for the influence A; of instruments Z ``(Z'Z)^-1``, which is the same
-        where they are the regressor's part that is free of noise.
+        G with ``G G' = A'A`` for the influence A; for instruments Z, ``G G' = (Z'Z)^-1``, which is
+        equal if Z is the noise-free part of the regressor.
     influence : (n, k) array
         A with ``theta_hat - theta = A' e``: ``X (X'X)^-1`` (LS), ``W X (X'WX)^-1`` with weights W,
         or ``Z (X'Z)^-1`` (IV).
     neighbours : RowTimes
-        Which of the rows follow each other in time.
+        Times of the rows.
     counts : LossWeights or None
-        Under a loss that is not of squares; `influence` is then of residuals as they counted. None
-        where all count alike.
+        Weights under a loss other than least squares; `influence` then applies to the weighted
+        residuals. None for equal weights.
     """
 
     theta: Array
@@ -113,12 +112,12 @@ class Solution:
 
     @property
     def counted(self) -> Array:
-        """Residuals as they counted, (n,)."""
+        """Residuals times their weights, (n,)."""
         return self.residuals if self.counts is None else self.counts.weights * self.residuals
 
     @property
     def response(self) -> Array:
-        """Slope of the estimate by each row's left side, (n, k)."""
+        """Derivative of the estimate by the left side of each row, (n, k)."""
         if self.counts is None:
             return self.influence
         return self.counts.slopes[:, None] * self.influence
@@ -126,15 +125,16 @@ class Solution:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CovarianceEstimate:
-    """A covariance of a solution.
+    """Covariance of a solution, with degrees of freedom.
 
     Attributes
     ----------
     matrix : (k, k) array
     freedom : (k,) array
-        Degrees of freedom of the chi-squared with each variance's relative error.
+        Degrees of freedom of the chi-squared distribution with the relative variance of each
+        variance.
     note : CovarianceNote
-        What it is, with lags and small-sample correction.
+        Estimator, lags and small-sample correction.
     """
 
     matrix: Array
@@ -148,32 +148,31 @@ def checked_columns(
     what: str = "the record",
     neighbours: RowTimes | None = None,
 ) -> Columns:
-    """A regressor, checked column by column.
+    """Check a regressor column by column, and return it with the norms of its columns.
 
     Parameters
     ----------
     columns : (n, k) array
     names : sequence of str
-        Of the k columns' parameters.
+        Names of the k parameters.
     what : str
-        Where the columns come from.
+        Source of the columns, for messages.
     neighbours : RowTimes, optional
-        Which of the rows follow each other in time; by default all do.
+        Times of the rows; by default no row is missing.
 
     Raises
     ------
     EstimationError
-        The columns are not finite, or one of them is zero, which is named; or there are too few
-        rows.
+        The columns are not finite, a column is zero (its name is given), or there are too few rows.
     """
     n, k = columns.shape
     refuse(
         EstimationError,
         (
             n <= k,
-            f"{n} rows are left for {k} parameters; fit the simulated loop (axisid fit, in Python "
-            "fit(axis, record)), which has no filter and takes all samples, or record longer, or "
-            "decimate or drop less",
+            f"{n} rows are too few for {k} parameters; fit the simulated loop (axisid fit, in "
+            "Python fit(axis, record)), which uses all samples without a filter, or record longer, "
+            "or decimate or drop less",
             "too-short",
         ),
         (
@@ -188,7 +187,7 @@ def checked_columns(
         listed = ", ".join(n for n, size in zip(names, scale, strict=True) if not np.isfinite(size))
         raise EstimationError(
             f"the regressor of {what} reaches {np.abs(columns).max():.3g} in the columns of "
-            f"{listed}, whose squares no number holds. Check those terms of the equation of motion "
+            f"{listed}, and their squares overflow. Check these terms of the equation of motion "
             "over the positions and speeds of the record, and their units.",
             code="not-finite",
         )
@@ -213,12 +212,13 @@ def factor(
     what: str = "the record",
     neighbours: RowTimes | None = None,
 ) -> QrFactors:
-    """Factor a regressor or instruments; parameters as of `checked_columns`.
+    """Return the QR factors of a regressor or of instruments; parameters as in `checked_columns`.
 
     Raises
     ------
     EstimationError
-        As there; or the columns have not full rank, the combination is named.
+        As in `checked_columns`; or the columns do not have full rank (the combination of parameters
+        is given).
     """
     checked = checked_columns(columns, names, what, neighbours)
     q, r = _orthonormal(columns.astype(np.longdouble) / checked.scale)
@@ -234,7 +234,7 @@ def factor(
 
 
 def _orthonormal(columns: Wide) -> tuple[Wide, Wide]:
-    """``Q R`` by Gram and Schmidt, twice over, which leaves Q orthogonal to rounding."""
+    """Return Q and R by the Gram-Schmidt process, repeated so that Q is orthogonal to rounding."""
     k = columns.shape[1]
     q, r = columns.copy(), np.zeros((k, k), dtype=np.longdouble)
     for j in range(k):
@@ -248,7 +248,7 @@ def _orthonormal(columns: Wide) -> tuple[Wide, Wide]:
 
 
 def _inverse(r: Wide) -> Wide:
-    """Inverse of an upper triangle, by back substitution."""
+    """Return the inverse of an upper triangular matrix by back substitution."""
     k = len(r)
     inverse = np.eye(k, dtype=np.longdouble)
     for i in reversed(range(k)):
@@ -257,7 +257,7 @@ def _inverse(r: Wide) -> Wide:
 
 
 def least_squares(y: Array, X: QrFactors) -> Solution:
-    """``argmin ||y - X theta||``, y of shape (n,)."""
+    """Return the least-squares solution ``argmin ||y - X theta||``, y of shape (n,)."""
     theta = X.inverse @ (X.basis.T @ y)
     return Solution(
         theta=theta.astype(float),
@@ -271,17 +271,17 @@ def least_squares(y: Array, X: QrFactors) -> Solution:
 def instrumental_variables(
     y: Array, X: Columns, Z: QrFactors, counts: LossWeights | None = None
 ) -> Solution:
-    """``(Z'X)^-1 Z'y``, just identified, y of shape (n,).
+    """Return the instrumental-variables solution ``(Z'X)^-1 Z'y``, just identified, y of (n,).
 
-    Least squares where the instruments are the regressor itself and all rows count alike. With
-    weights W that a loss gave it is ``(Z'WX)^-1 Z'Wy``, Z being X of least squares, and the
-    influence is that of the loss, ``Z (X'DZ)^-1`` with its slopes D.
+    It is least squares if the instruments are the regressor itself and the weights are equal. With
+    the weights W of a loss it is ``(Z'WX)^-1 Z'Wy``, and the influence is that of the loss,
+    ``Z (X'DZ)^-1`` with its slopes D; for least squares Z is X.
 
     Raises
     ------
     EstimationError
-        Z'X has not full rank: the instruments do not see what the regressor sees, or the rows that
-        count do not tell the parameters apart.
+        Z'X does not have full rank: the instruments are not correlated with a combination of the
+        regressor's columns, or the weighted rows do not separate the parameters.
 
     References
     ----------
@@ -293,11 +293,12 @@ def instrumental_variables(
     weighted = bent = basis.T @ scaled
     counted, what = y, "the instruments together with the record"
     if counts is not None:
-        rows = (each[:, None] * scaled for each in (counts.weights, counts.slopes))
-        weighted, bent = (basis.T @ each for each in rows)
-        counted, what = counts.weights * y, "what counts of the rows"
-    for matrix in (weighted,) if counts is None else (weighted, bent):
-        _check_rank(matrix, len(y), X.scale, X.names, what)
+        weighted = basis.T @ (counts.weights[:, None] * scaled)
+        bent = basis.T @ (counts.slopes[:, None] * scaled)
+        counted, what = counts.weights * y, "the set of weighted rows"
+    _check_rank(weighted, len(y), X.scale, X.names, what)
+    if counts is not None:
+        _check_rank(bent, len(y), X.scale, X.names, what)
     theta = np.linalg.solve(weighted, basis.T @ counted) / X.scale
     influence = np.linalg.solve(bent, basis.T).T / X.scale
     inverse = Z.inverse
@@ -314,15 +315,15 @@ def instrumental_variables(
 
 
 def condition_number(X: Array) -> float:
-    """Largest over smallest singular value, of the columns as they are; infinite without rows."""
+    """Return the ratio of largest to smallest singular value, not scaled; infinite without rows."""
     return float(np.linalg.cond(X)) if len(X) else np.inf
 
 
 def _check_rank(matrix: Array, rows: int, scale: Array, names: Sequence[str], what: str) -> None:
-    """Refuse a rank-deficient matrix of scaled columns, naming what cannot be told apart."""
+    """Refuse a rank-deficient matrix of scaled columns, and name the combination of parameters."""
     _, sizes, right = np.linalg.svd(matrix)
-    # Unit columns have a largest singular value of 1 or more, unless instruments miss them all.
-    # Filtering leaves rounding of up to 1e-12 in columns that are dependent.
+    # Unit columns have a largest singular value of 1 or more, unless no instrument is correlated
+    # with them. Filtering causes rounding errors of up to 1e-12 in dependent columns.
     least = max(rows * np.finfo(float).eps, _MIN_SINGULAR_VALUE_RATIO)
     if sizes[-1] > max(sizes[0], 1.0) * least:
         return
@@ -334,7 +335,7 @@ def _check_rank(matrix: Array, rows: int, scale: Array, names: Sequence[str], wh
         if abs(weight) > _MIN_TRADE_WEIGHT
     )
     raise EstimationError(
-        f"{what} cannot tell these parameters apart: the fit does not notice a change of {trade}. "
+        f"{what} cannot separate these parameters: the fit is the same for a change of {trade}. "
         "Record a motion that separates them (reversals, several speeds, acceleration), or declare "
         "their combination as one parameter.",
         code="not-shown",

@@ -1,8 +1,8 @@
-"""Uncertainty through a nonlinear map: how far the delta method can be believed, and draws.
+"""Uncertainty of functions of an estimate: error of the delta method, and random draws.
 
-The estimate ``theta`` of a regression maps to physical parameters; a function of these maps on. To
-first order the variance is ``g' C g`` with the gradient g of the whole chain; where the chain bends
-within the uncertainty, drawing from the distribution of theta is better.
+The estimate ``theta`` of a regression maps to physical parameters, and a function maps these to a
+number. To first order the variance is ``g' C g`` with the gradient g of the whole map; where the
+map is curved within the uncertainty, draws from the distribution of theta are better.
 """
 
 from collections.abc import Callable
@@ -16,12 +16,12 @@ from axisid.support.errors import UsageError
 
 from .inverse_and_direct import Form
 
-_STEP = 0.01  # deviations over which a Jacobian is differenced
+_STEP = 0.01  # standard errors, of the differences of a Jacobian
 _MOST_DRAWS = 1_000_000
 
 
 class Drawn(Struct, frozen=True, kw_only=True, rename={"interval": "interval_95"}):
-    """One parameter over draws, mapped exactly.
+    """Quantiles of one parameter over random draws, with the exact map.
 
     Attributes
     ----------
@@ -29,12 +29,12 @@ class Drawn(Struct, frozen=True, kw_only=True, rename={"interval": "interval_95"
     interval : (float, float)
         From the 2.5 % to the 97.5 % quantile.
     draws : int
-        How many the quantiles are of.
+        Number of draws in the quantiles.
     lost : int
-        Draws that gave no axis (its inertia is not positive) or no finite value; they are in no
-        other figure.
+        Draws with an inertia that is not positive, or without a finite value; the quantiles exclude
+        them.
     seed : int
-        Of numpy.random.default_rng, which gives the same draws again.
+        Seed of numpy.random.default_rng, which repeats the draws.
     """
 
     median: MaybeNan
@@ -45,17 +45,17 @@ class Drawn(Struct, frozen=True, kw_only=True, rename={"interval": "interval_95"
 
 
 class DrawSummary(Drawn, frozen=True, kw_only=True):
-    """A function of the parameters over draws from the estimate's distribution.
+    """Value and quantiles of a function of the parameters over draws from their distribution.
 
     Attributes
     ----------
     value : float
-        At the estimate.
+        Value at the estimate.
     unit : str
 
     Notes
     -----
-    The others are as of `Drawn`.
+    The other attributes are those of `Drawn`.
     """
 
     value: float
@@ -71,19 +71,20 @@ class DrawSummary(Drawn, frozen=True, kw_only=True):
 
 
 def curvature(slopes: Array, bends: Array, gradient: Array, hessian: Array) -> float:
-    """Second-order part of a function's standard deviation against the first.
+    """Return the ratio of the second-order to the first-order part of a function's standard error.
 
-    Of the variance ``g' C g + tr(H C H C)/2``, which is that of a quadratic function of normal
-    errors; the delta method keeps the first term. Third derivatives may add as much again.
+    ``sqrt(tr(H C H C)/2) / sqrt(g' C g)``: the variance of a quadratic function of normal errors is
+    ``g' C g + tr(H C H C)/2``, of which the delta method has the first term. Third derivatives may
+    contribute as much as the second term.
 
     Parameters
     ----------
     slopes : (p, k) array
-        ``J L`` with ``L L' = C``: rows are gradients, whose squared norms are variances.
+        ``J L`` with ``L L' = C``: rows are scaled gradients, whose squared norms are variances.
     bends : (p, k, k) array
         ``L' H L`` for the Hessian of each physical parameter.
     gradient, hessian : (p,) and (p, p) arrays
-        Of the function by the physical parameters.
+        Derivatives of the function by the physical parameters.
     """
     first = float(np.linalg.norm(gradient @ slopes))
     curved = slopes.T @ hessian @ slopes + np.tensordot(gradient, bends, axes=1)
@@ -96,16 +97,23 @@ def curvature(slopes: Array, bends: Array, gradient: Array, hessian: Array) -> f
 def scaled_gradients_and_hessians(
     form: Form, theta: Array, covariance: Array
 ) -> tuple[Array, Array]:
-    """A form's map, as `curvature` takes it, in units of the estimate's own deviations.
+    """Return gradients and Hessians of a form's map, scaled by standard errors, for `curvature`.
 
-    By differences of its exact Jacobian along the covariance's own directions.
+    The Hessians are differences of the exact Jacobian along the columns of L with ``L L' = C``.
 
     Parameters
     ----------
     form : Form
     theta : (k,) array
     covariance : (k, k) array
-        Of theta.
+        Covariance of theta.
+
+    Returns
+    -------
+    (p, k) array
+        ``J L``.
+    (p, k, k) array
+        ``L' H L`` for each physical parameter.
     """
     directions = covariance_root(covariance)
     jacobian = form.physical(theta)[1]
@@ -117,7 +125,7 @@ def scaled_gradients_and_hessians(
 
 
 def covariance_root(covariance: Array) -> Array:
-    """L with ``L L' = C``, of any rank; NaN for one that is not finite."""
+    """Return L with ``L L' = C`` for a covariance of any rank; NaN for one that is not finite."""
     if not np.all(np.isfinite(covariance)):
         return np.full_like(covariance, np.nan)
     scale = np.sqrt(np.diag(covariance))
@@ -129,25 +137,27 @@ def covariance_root(covariance: Array) -> Array:
 def draw_parameters(
     form: Form, theta: Array, covariance: Array, freedom: Array, draws: int, seed: int
 ) -> tuple[Array, int]:
-    """Physical parameters of draws from a multivariate Student distribution, and how many are lost.
+    """Draw physical parameters from the multivariate Student's t distribution of an estimate.
 
     Parameters
     ----------
     form : Form
     theta, covariance : (k,) and (k, k) arrays
     freedom : (k,) array
-        Of Student's distribution of each, as for the intervals.
+        Degrees of freedom of each parameter, as for the intervals.
     draws, seed : int
 
     Returns
     -------
-    (d, p) array, int
-        The draws whose inertia is positive; the number of the others.
+    (d, p) array
+        The draws with finite values and a positive inertia.
+    int
+        The number of the other draws.
 
     Raises
     ------
     UsageError
-        The number of draws makes no sense.
+        The number of draws is no whole number from 2 to 1 000 000.
     """
     if not (isinstance(draws, (int, np.integer)) and 2 <= draws <= _MOST_DRAWS):
         raise UsageError(
@@ -156,7 +166,7 @@ def draw_parameters(
         )
     rng = np.random.default_rng(seed)
     normal = rng.normal(size=(draws, len(theta))) @ covariance_root(covariance).T
-    # One chance for all parameters, so that those of equal freedom are stretched alike.
+    # One quantile for all parameters, so that those of equal degrees of freedom are scaled equally.
     stretch = np.sqrt(freedom / chdtri(freedom, rng.random(size=(draws, 1))))
     drawn = theta + normal * stretch
     with np.errstate(all="ignore"):
@@ -176,7 +186,19 @@ def summary_of_draws(
     lost: int,
     seed: int,
 ) -> DrawSummary:
-    """A function over drawn physical parameters, (d, p); it is NaN where it has no value."""
+    """Return value and quantiles of a function over drawn physical parameters, (d, p).
+
+    Parameters
+    ----------
+    function : callable
+        Of the parameters as a list; NaN where it has no value.
+    at : (p,) array
+        Estimate.
+    unit : str
+    physical : (d, p) array
+    lost, seed : int
+        As from `draw_parameters`.
+    """
     values = np.array([function(each) for each in physical.tolist()])
     finite = values[np.isfinite(values)]
     is_empty = not len(finite)

@@ -1,8 +1,7 @@
-"""Tests of an estimate's residuals, with what their figures need.
+"""Tests of residuals: Durbin-Watson, autocorrelation, and power density by Welch's method.
 
-Likeness of neighbours (Durbin-Watson), autocorrelation, and power density by Welch's method. Rows
-are neighbours that follow each other in time; a row that is missing counts as one of zero in
-correlations over a lag, as in [Parzen1963]_, which keeps their deviations from growing.
+Neighbours are rows that follow each other in time. A missing row counts as zero in the
+autocorrelation, as in [Parzen1963]_, which keeps its standard error from growing.
 """
 
 from dataclasses import dataclass
@@ -14,21 +13,21 @@ from axisid.estimation.thresholds import MAX_CHANCE_DEVIATION, MIN_SEGMENT_ROWS
 from axisid.support.arrays import Array, Exact, MaybeNan
 from axisid.support.errors import Missing
 
-# of the rows in stretches of a segment or more, from which there is a spectrum
+# share of the rows that must be in stretches of a segment or longer for a spectrum
 _MIN_SEGMENTED_SHARE = 0.5
 _SEGMENT = 256  # rows
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Autocorrelation(Exact):
-    """Of the residuals, by lag.
+    """Autocorrelation of the residuals by lag.
 
     Attributes
     ----------
     values : (lags + 1,) array
-        Of the residuals less their mean, from lag 0.
+        ``sum e_t e_(t-l) / sum e_t^2`` of the residuals minus their mean, from lag 0.
     bound_95 : float
-        What a correlation of independent series stays below in 95 % of cases, ``1.96/sqrt(n)``.
+        Bound that independent residuals stay below in 95 % of the cases, ``1.96/sqrt(n)``.
     """
 
     values: Array
@@ -42,8 +41,8 @@ class ResidualTests(Exact):
     Attributes
     ----------
     durbin_watson : float
-        2 for independent neighbours, towards 0 for alike ones; not a number if no row follows
-        another.
+        ``sum (e_t - e_(t-1))^2 / sum e_t^2``: 2 for independent neighbours, near 0 for strongly
+        correlated ones; not a number if no row follows another.
     autocorrelation : Autocorrelation
     """
 
@@ -54,22 +53,22 @@ class ResidualTests(Exact):
 def residual_tests(
     residuals: Array, lags: int | None = None, neighbours: RowTimes | None = None
 ) -> ResidualTests:
-    """Test whether residuals are like their neighbours.
+    """Return the Durbin-Watson statistic and the autocorrelation of residuals.
 
     Parameters
     ----------
     residuals : (n,) array
     lags : int, optional
-        Of the correlations; ``min(10 log10 n, n/5)`` by default.
+        Largest lag of the autocorrelation; ``min(10 log10 n, n/5)`` by default.
     neighbours : RowTimes, optional
-        Which rows follow each other in time; by default all do.
+        Times of the rows; by default no row is missing.
     """
     n = len(residuals)
     count = int(min(10 * np.log10(n), n / 5)) if lags is None else lags
     order = neighbours or RowTimes.consecutive(n)
     late, early = order.pairs(1)
     changes = residuals[late] - residuals[early]
-    # Of as many as there are without a gap.
+    # Scaled to the number of pairs without gaps.
     squares = float(np.sum(changes**2)) * ((n - 1) / len(changes)) if len(changes) else np.nan
     products = order.autocovariances((residuals - residuals.mean())[:, None], count)[:, 0, 0]
     return ResidualTests(
@@ -83,18 +82,18 @@ def residual_tests(
 def power_density(
     values: Array, rate: float, neighbours: RowTimes
 ) -> tuple[Array, Array] | Missing:
-    """Frequencies in Hz and the power density of values at each, (f,) or (f, k), but for the mean.
+    """Return frequencies in Hz and the power density by Welch's method, (f,) or (f, k).
 
-    Where rows are missing, segments are at most as long as the stretches that hold half of the
-    rows; what is in shorter stretches is left out.
+    The zero frequency is left out. Where rows are missing, segments are as long as the longest
+    stretches that together hold half of the rows, at most 256; shorter stretches are left out.
 
     Parameters
     ----------
     values : (n,) or (n, k) array
     rate : float
-        Rows that follow each other in a second.
+        Row frequency, Hz.
     neighbours : RowTimes
-        Which of the rows do.
+        Times of the rows.
     """
     from scipy.signal import welch
 
@@ -102,7 +101,7 @@ def power_density(
     enough = int(np.searchsorted(np.cumsum(lengths), _MIN_SEGMENTED_SHARE * len(values)))
     segment = min(_SEGMENT, int(lengths[enough]))
     if segment < (least := MIN_SEGMENT_ROWS.value):
-        return Missing(f"half of the rows follow each other in less than {least} at a time")
+        return Missing(f"half of the rows are in stretches without gaps of less than {least} rows")
     pieces = [piece for piece in neighbours.split(values) if len(piece) >= segment]
     spectra = [welch(piece, rate, nperseg=segment, axis=0) for piece in pieces]
     overlap = segment // 2

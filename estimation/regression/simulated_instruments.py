@@ -1,11 +1,12 @@
-"""Rows of the regression as the simulated loop has them: instruments, and the model's left side.
+"""Regression rows from the simulated closed loop: instruments, and the model's left side.
 
-Where the reference is not known, what the axis got is known all the same: its control was recorded.
-Simulated with that alone the axis would drift away, so that the law holds it: its reference is the
-recorded position, and what it made of that position is taken off the recorded control. The axis so
-gets the recorded control, and the law's answer to where it departs from the record. Where the law
-is the drive's, and measures what was recorded, this is the loop as it was but for the noise,
-whatever its reference was: the noise in the recorded control is taken off with the rest.
+Without a recorded reference, the control is known: it was recorded. Simulated with the recorded
+control alone, the axis would drift away, so that the control law keeps it on the record: the
+reference of the law is the recorded position, and the law's answer to that position is subtracted
+from the recorded control. So the axis receives the recorded control plus the law's answer to the
+deviation from the record. If the declared law is the drive's and reads the recorded position, this
+is the original loop without its noise, for any reference: the noise in the recorded control is
+subtracted as well.
 """
 
 from collections.abc import Sequence
@@ -15,7 +16,7 @@ import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.codegen.lowering import LoopStart
-from axisid.estimation.choices import OPEN_LOOP_FIT
+from axisid.estimation.choices import open_loop_fit
 from axisid.estimation.law_replay import (
     LawInputs,
     first_velocity,
@@ -49,53 +50,55 @@ from axisid.estimation.simulation import (
 from axisid.support.arrays import Array
 from axisid.support.caching import cached_while_alive
 from axisid.support.errors import AxisidError, DataError, ModelError, refuse
+from axisid.support.settings import setting
 
 from .inverse_and_direct import Equations, Form
 
 
 class LoopDataError(DataError):
-    """The record does not serve to simulate the loop."""
+    """The record lacks data to simulate its closed loop."""
 
 
-_WITHOUT = (
-    " Least squares does without, and so does a fit of the position under the "
-    f"recorded control: {OPEN_LOOP_FIT}."
-)
+def _without_loop() -> str:
+    """Return the methods that need no loop, as further sentences."""
+    return (
+        " Least squares needs no loop, and neither does a fit of the position under the recorded "
+        f"control: {open_loop_fit()}."
+    )
 
 
 def lacking_loop(axis: GeneratedAxis, record: Record) -> AxisidError | None:
-    """Why there is no closed loop to simulate: the axis has no law, or the record no reference."""
+    """Return the error of a record whose closed loop cannot be simulated; None if it can.
+
+    The axis has no control law, or the record has no reference.
+    """
     if axis.control is None:
         return lacking_law(axis)
-    return (
-        None
-        if record.commanded is not None
-        else LoopDataError(
-            f"{record.provenance.source} has no reference column, from which the closed loop "
-            f"is simulated; name it with columns reference=NAME.{_WITHOUT}",
-            code="missing-column",
-        )
+    if record.commanded is not None:
+        return None
+    return LoopDataError(
+        f"{record.provenance.source} has no reference column, from which the closed loop "
+        f"is simulated. Name it with {setting('columns', {'reference': 'NAME'})}.{_without_loop()}",
+        code="missing-column",
     )
 
 
 def lacking_law(axis: GeneratedAxis) -> ModelError:
-    """The error of an axis whose records' loop cannot be simulated, with what does without."""
+    """Return the error of an axis without a control law, with methods that need none."""
     error = no_control_law(axis.name)
-    return ModelError(f"{error}{_WITHOUT}", code=error.code)
+    return ModelError(f"{error}{_without_loop()}", code=error.code)
 
 
 @cached_while_alive
 def loop_reference(axis: GeneratedAxis, record: Record) -> Array:
-    """Reference of a loop that was both declared and recorded, (N,); anything less is refused.
-
-    A test signal that was added to it is in it.
+    """Return the recorded reference of a declared loop, (N,), with a test signal added to it.
 
     Raises
     ------
     ModelError
         The axis has no control law.
     LoopDataError
-        The record has no reference, or another period than the law, which nobody confirms.
+        The record has no reference, or a period other than the law's that is not confirmed.
     """
     law, reference = axis.control, record.commanded
     if law is None or reference is None:
@@ -133,12 +136,26 @@ def simulated_loops(
     budget: StepBudget | None = None,
     starts: Sequence[LoopStart] | None = None,
 ) -> tuple[Simulation, ...]:
-    """The loop of a record, simulated with physical parameters (p,): once for each segment.
+    """Simulate the closed loop of a record, once for each segment.
 
-    Each begins as its segment does, see `loop_starts`, unless starts are given. With a resolution
-    it has an encoder of such steps, which measures, and is commanded, positions that are `away`
-    from those of the axis; and what its law measures has `position_noise`, (N,), if there is any; a
-    `disturbance`, (N,), in the drive's unit, acts beside the control. A budget is that of a search.
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    record : Record
+    physical : (p,) array
+        Parameters of the axis.
+    resolution : float
+        Encoder step; 0 for none.
+    away : float
+        Offset of the positions that the law reads, and of the reference, from those of the axis.
+    position_noise : (N,) array, optional
+        Added to the position that the law reads.
+    disturbance : (N,) array, optional
+        Added to the control, in the drive's unit.
+    budget : StepBudget, optional
+        Of a search.
+    starts : sequence of LoopStart, optional
+        Of each segment; by default as in `loop_starts`.
 
     Raises
     ------
@@ -169,22 +186,23 @@ def simulated_loops(
 
 
 def simulated_position(loops: Sequence[Simulation]) -> Array:
-    """Position of the loops, one after the other, (N,)."""
+    """Return the concatenated positions of the loops, (N,)."""
     return np.concatenate([loop.position for loop in loops])
 
 
 def simulated_rows(
     form: Form, loops: Sequence[Simulation], physical: Array, data: FilteredRecord
 ) -> Equations:
-    """The rows of simulated loops, reduced like the measured ones."""
+    """Return the rows of simulated loops, filtered and decimated like the measured ones."""
     pieces = [loop_equations(form, loop, physical, data.prefilter.hold) for loop in loops]
     return Equations.stacked(pieces).reduced(data)
 
 
 def loop_equations(form: Form, loop: Simulation, physical: Array, hold: str | None) -> Equations:
-    """The equations of a simulated loop, sample by sample, as a hold pairs force and motion.
+    """Return the equations of a simulated loop at each sample.
 
-    With `zoh`, the rows just before and just after a sample are averaged, as the measured force is.
+    With the hold ``zoh``, the rows just before and just after a sample are averaged, as the
+    measured force is.
     """
     at = form.at(physical)
     if hold != "zoh":
@@ -197,11 +215,11 @@ def loop_equations(form: Form, loop: Simulation, physical: Array, hold: str | No
     )
 
 
-# of the law's answer to the position's noise is in the control: 1 where the law measured what was
-# recorded, 0 where the log is coarser
+# share of the law's answer to position noise in the control: 1 if the law reads the recorded
+# position, 0 if the log is coarser
 _LEAST_MEASURED_NOISE = 0.8
 _STRETCH = 50  # samples
-_LATEST = 3  # samples by which a log may be late
+_LATEST = 3  # samples by which the control may be early or late in the log
 _MOSTLY = 0.5
 
 
@@ -214,12 +232,14 @@ def recorded_loops(
     position_noise: Array | None = None,
     disturbance: Array | None = None,
 ) -> tuple[Simulation, ...]:
-    """The loops of a record: from its reference, or following its position; see `simulated_loops`.
+    """Simulate the loops of a record from its reference or, without one, along its position.
+
+    See `simulated_loops` for the arguments.
 
     Raises
     ------
     ModelError, DataError, EstimationError
-        As `simulated_loops` and `followed_record` do.
+        As in `simulated_loops` and `followed_record`.
     """
     record, starts = data.record, None
     if record.reference is None:
@@ -238,32 +258,33 @@ def recorded_loops(
 
 
 def followed_record(data: FilteredRecord) -> Record:
-    """A record whose loop follows it: its position is the reference, and what is added is known.
+    """Return a record whose simulated loop follows the recorded position.
 
-    That is the recorded control without the law's answer to the recorded position, in the drive's
-    unit. A velocity that no record has is the filtered one.
+    The reference is the recorded position, and the injected control is the recorded control minus
+    the law's answer to the recorded position, in the drive's unit. A velocity that was not recorded
+    is the filtered one.
 
     Raises
     ------
     ModelError
         The axis has no control law.
     DataError
-        The record is of another period than the law, its law is continuous, or neither control
-        nor force tells what the drive was given.
+        The record has a period other than the law's, the law is continuous, or neither control nor
+        force shows the command of the drive.
     """
     control, position = _control(data), data.record.position
     answer = _answer_to_noise(data)
     if _share(control, answer) < _LEAST_MEASURED_NOISE:
-        raise DataError("the control does not answer to the noise of the recorded position.")
+        raise DataError("the control does not respond to the noise of the recorded position.")
     added = control - _answer(data, position, position)
     late = control_delay_in_log(data.axis, law_of(data.axis))
-    for first, last in data.record.spans:  # it is applied as late as the law's own
+    for first, last in data.record.spans:  # with the delay of the law
         added[first : last - late] = added[first + late : last]
     return replace(data.record, reference=position, injected=added, injected_at="control")
 
 
 def _start(data: FilteredRecord, first: int, last: int, away: float) -> LoopStart:
-    """Where the loop of a segment starts: on its reference, and all that is added balances."""
+    """Return the start of a segment's loop: on its reference, balanced by the injected control."""
     record = data.record
     start = LoopStart(
         position=float(record.position[first]),
@@ -278,10 +299,10 @@ def _start(data: FilteredRecord, first: int, last: int, away: float) -> LoopStar
 
 
 def loop_carries_noise(data: FilteredRecord) -> bool:
-    """Whether the loop of a record has noise of its position.
+    """Return True if position noise enters the simulated loop of a record.
 
-    It follows by a velocity that is in no record: that of the filter has the noise of the position,
-    which the law's own had not.
+    The law reads a velocity that was not recorded, and the loop follows the recorded position: the
+    filtered velocity has position noise, which the velocity in the drive did not have.
     """
     law, record = data.axis.control, data.record
     takes_velocity = law is not None and law.takes_velocity
@@ -289,9 +310,9 @@ def loop_carries_noise(data: FilteredRecord) -> bool:
 
 
 def is_measured_by_law(data: FilteredRecord) -> bool:
-    """Whether the law measured the recorded position, noise and all; so where none can be asked.
+    """Return True if the law read the recorded position with its noise, or if that is unknown.
 
-    A log that tells its answer early, late or with another factor tells it all the same.
+    The law's answer to the noise may be in the log early, late, or with another factor.
     """
     try:
         control, answer = _control(data), _answer_to_noise(data)
@@ -302,14 +323,14 @@ def is_measured_by_law(data: FilteredRecord) -> bool:
 
 
 def _answer_to_noise(data: FilteredRecord) -> Array:
-    """What the law makes of what the filter takes off the recorded position, (N,).
+    """Return the law's answer to the part of the position that the filter removes, (N,).
 
     Raises
     ------
     ModelError
         The axis has no control law.
     DataError
-        The record is of another period than the law, or its law is continuous.
+        The record has a period other than the law's, or the law is continuous.
     """
     law = data.axis.control
     if law is None:
@@ -318,19 +339,19 @@ def _answer_to_noise(data: FilteredRecord) -> Array:
         DataError,
         (
             law.continuous or law_clock(law, data.record).ratio != 1.0,
-            "no sampled law is known that a simulated loop would follow by",
+            "a simulated loop cannot follow the record without a sampled law of the same period",
         ),
-        (data.record.integrated, "no position was recorded that a simulated loop would follow"),
+        (data.record.integrated, "a simulated loop cannot follow a record without a position"),
     )
     smooth = data.motion[0]
     return _answer(data, smooth, data.record.position) - _answer(data, smooth, smooth)
 
 
 def _answer(data: FilteredRecord, reference: Array, position: Array) -> Array:
-    """The law's control for a reference and a measured position, (N,).
+    """Return the law's control for a reference and a measured position, (N,).
 
-    As a force sensor sees it, where that tells the control: in the mean of what is held before and
-    after a sample.
+    Without a recorded control it is as a force sensor measures it: the mean of the controls held
+    before and after a sample.
     """
     velocity, averaged = data.motion[1], data.record.control is None
     pieces = []
@@ -343,10 +364,12 @@ def _answer(data: FilteredRecord, reference: Array, position: Array) -> Array:
 
 
 def _share(control: Array, answer: Array) -> float:
-    """How much of the law's answer to the position's noise is in the control; 1 if it should be.
+    """Return the share of the law's answer to position noise in the control; expected 1.
 
-    Of the motion little is left in second differences, but where it turns or a move begins: beside
-    a quiet sensor that is more than its noise. So it is the median of short stretches.
+    ``median_s(d_s' a_s / a_s' a_s)`` over stretches s of 50 samples, with the second differences d
+    of the control and a of the answer. Second differences remove most of the motion, except at
+    reversals and starts of moves, where the motion may exceed the noise of a good sensor; hence the
+    median.
     """
     count = (len(control) - 2) // _STRETCH
     actual, expected = (
@@ -359,16 +382,23 @@ def _share(control: Array, answer: Array) -> float:
 
 
 def _control(data: FilteredRecord) -> Array:
+    """Return the recorded control, or the control of the recorded force, (N,).
+
+    Raises
+    ------
+    DataError
+        The log hides the command, or has neither a control nor a force of a drive that is a gain.
+    """
     record, drive = data.record, data.axis.drive
     is_late = drive.logged == "current"
     if is_late or hides_command(data.axis):
         passed = ["lag"] if is_late else drive.path.declared
         raise DataError(
-            "the record tells no command, but what the drive passes on of it: its "
+            "the record does not show the command, as the control was logged behind the drive's "
             f"{' and '.join(passed)}."
         )
     if record.control is not None:
         return record.control
     if record.force is None or not drive.is_gain:
-        raise DataError("the record tells no control, nor a force that is the control's gain.")
+        raise DataError("the record has no control, and no force that is the control times a gain.")
     return record.force / float(drive.gain)

@@ -1,6 +1,6 @@
-"""Motion and force under a filter.
+"""Filtered motion and force of records.
 
-In: `Record`, `Prefilter`. Out: `FilteredRecord`: `Signals`, rows, and which samples count.
+In: `Record`, `Prefilter`. Out: `FilteredRecord` with its `Signals`, rows and selected samples.
 Knows nothing of methods.
 """
 
@@ -25,8 +25,8 @@ from .prefilter import (
 from .sample_selection import RowTimes as RowTimes, Sampling as Sampling
 from .signals import (
     Motion as Motion,
+    RestingAxis as RestingAxis,
     Signals as Signals,
-    advice_on_rests as advice_on_rests,
     columns_by_signal as columns_by_signal,
     drive_force as drive_force,
     hold_mean as hold_mean,
@@ -36,5 +36,6 @@ from .signals import (
     one_speed as one_speed,
     recorded_signals as recorded_signals,
     remaining_information as remaining_information,
+    resting_axis as resting_axis,
     searches_friction as searches_friction,
 )

@@ -1,8 +1,8 @@
-"""What a drive makes of commands, before they act and after, and what of that its log has.
+"""Response of a drive to commands: rounding, rate limit, dead band, delay and lag; and its log.
 
-What acts of a command is told by the drive's `CommandPath`. Commands are held, so that with a lag
-the force between two samples is known exactly: it goes to that of a command by an exponential, and
-a delay that is no whole samples changes the command in between.
+The drive's `CommandPath` gives the acting control for a command. Commands are held, so that with a
+lag the force between two samples is known exactly: it approaches the force of the command
+exponentially, and a delay of a fraction of a sample changes the command between samples.
 """
 
 import math
@@ -22,14 +22,14 @@ from .signals import Motion, drive_force
 
 
 class Acting(NamedTuple):
-    """The force that a drive makes, (N,) each.
+    """Force of a drive, (N,) each.
 
     Attributes
     ----------
     at_samples : array
-        Just after each sample.
+        Force just after each sample.
     mean : array
-        From each sample to the next.
+        Mean force from each sample to the next.
     """
 
     at_samples: Array
@@ -37,15 +37,18 @@ class Acting(NamedTuple):
 
 
 def through_path(path: CommandPath, commands: Array, period: float) -> Array:
-    """The controls that act of commands within the limit, (N,); the first one acted before them.
+    """Return the acting controls for commands within the limit, (N,).
+
+    They pass the rate limit, the rounding and the dead band; the first command acted before the
+    stretch.
 
     Parameters
     ----------
     path : CommandPath
     commands : (N,) array
-        Of one stretch.
+        Commands of one stretch.
     period : float
-        For which each is held, s.
+        Time for which each command is held, s.
     """
     acting, most = commands, path.rate_limit * period
 
@@ -65,7 +68,7 @@ def through_path(path: CommandPath, commands: Array, period: float) -> Array:
 def acting_control(
     axis: GeneratedAxis, control: Array, starts: Sequence[int], period: float
 ) -> Array:
-    """The control that acts of a recorded one, before a delay and a lag, (N,).
+    """Return the acting control for a recorded control, before delay and lag, (N,).
 
     Parameters
     ----------
@@ -74,10 +77,10 @@ def acting_control(
     starts : sequence of int
         First samples of the stretches.
     period : float
-        Of the record, s.
+        Sampling period of the record, s.
     """
     drive = axis.drive
-    if drive.path.is_plain or drive.logs_what_acts:  # what acts is what was recorded
+    if drive.path.is_plain or drive.logs_what_acts:  # the acting control was recorded
         return control
     pieces = np.split(control, list(starts)[1:])
     return np.concatenate([through_path(drive.path, piece, period) for piece in pieces])
@@ -86,17 +89,19 @@ def acting_control(
 def lagged_force(
     forces: Array, response: Response, *, logged: str = "command", start: float | None = None
 ) -> Acting:
-    """What becomes of the forces of held commands, (N,), of one stretch.
+    """Return the force after delay and lag for held commands of one stretch.
+
+    With the lag T, the force approaches that of the command as ``exp(-t/T)``.
 
     Parameters
     ----------
     forces : (N,) array
-        That the drive makes of the recorded commands at once.
+        Forces of the recorded commands without delay and lag.
     response : Response
     logged : str
-        Whether those are the ``command`` or what is ``applied`` after the delay.
+        ``command`` if commands were recorded, ``applied`` if they were recorded after the delay.
     start : float, optional
-        Force at the first sample; that of the first command by default, as before it.
+        Force at the first sample; by default that of the first command.
     """
     at = np.arange(len(forces)) + (0 if logged == "command" else response.late)
     delayed = (np.clip(at - late, 0, len(at) - 1) for late in (response.late, response.whole))
@@ -107,7 +112,7 @@ def lagged_force(
     parts = response.period * share, response.period * (1 - share)
     stays = [np.exp(-span / response.lag) for span in parts]
     begin = float(first[0]) if start is None else start
-    # Of a sample: goes to `first`, then to `then`.
+    # Within a sample, the force approaches `first`, then `then`.
     added = (1 - stays[0]) * stays[1] * first + (1 - stays[1]) * then
     at_samples = _recursion(stays[0] * stays[1], added, begin)
     between = first + (at_samples - first) * stays[0]
@@ -119,7 +124,7 @@ def lagged_force(
 
 
 def _recursion(factor: float, added: Array, start: float) -> Array:
-    """``x[k+1] = factor * x[k] + added[k]`` from a start, (N,)."""
+    """Return ``x[k+1] = factor * x[k] + added[k]`` from a start value, (N,)."""
     from scipy.signal import lfilter
 
     later, _ = lfilter([1.0], [1.0, -factor], added[:-1], zi=[factor * start])
@@ -128,7 +133,7 @@ def _recursion(factor: float, added: Array, start: float) -> Array:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DriveReplay:
-    """A drive along a recorded motion, for rows that pair the two as a hold does.
+    """Force of a drive along a recorded motion, aligned for the rows by a hold.
 
     Attributes
     ----------
@@ -136,14 +141,14 @@ class DriveReplay:
     starts : sequence of int
         First samples of the stretches.
     period : float
-        Of the record, s.
+        Sampling period of the record, s.
     held : bool
-        Whether the recorded control is held from a sample to the next; of a log that is slower than
-        its law it is known at the samples only, and taken to run straight between them.
+        True if the recorded control is held from a sample to the next; in a log that is slower than
+        its law the control is known only at the samples and interpolated linearly.
     delay : float
-        Samples by which the hold takes the force earlier.
+        Samples by which the hold uses the force earlier.
     mean : bool
-        Whether it takes that from each sample to the next, of what is held.
+        True if the hold uses the mean force from each sample to the next.
     """
 
     axis: GeneratedAxis
@@ -154,13 +159,13 @@ class DriveReplay:
     mean: bool
 
     def acting(self, forces: Array) -> Array:
-        """What acts of what the recorded control would make at once, (N,)."""
+        """Return the force after delay and lag for the forces of the recorded control, (N,)."""
         drive = self.axis.drive
         if not (drive.lag or drive.delay) or drive.logged == "current":
             return forces
         pieces, response = np.split(forces, list(self.starts)[1:]), drive.response(self.period)
         if not self.held:
-            return np.concatenate([_running_along(p, response, drive.logged) for p in pieces])
+            return np.concatenate([_lagged_linear(p, response, drive.logged) for p in pieces])
         responses = [lagged_force(piece, response, logged=drive.logged) for piece in pieces]
         return np.concatenate([each.mean if self.mean else each.at_samples for each in responses])
 
@@ -172,16 +177,16 @@ class DriveReplay:
         *,
         by_gain: bool = False,
     ) -> Array:
-        """The force of a recorded control beside a motion, (N,).
+        """Return the force of a recorded control along a motion, (N,).
 
-        Or how it changes with the logarithm of the drive's gain.
+        With `by_gain`, its derivative by the logarithm of the drive's gain.
         """
         of_axis = self.axis.force_by_gain if by_gain else partial(drive_force, self.axis)
         make = partial(of_axis, recorded=recorded)
         position, velocity, acceleration = motion
         if not self.axis.drives_by_motion:
             return self.acting(make(control, position, velocity))
-        # The hold takes the force earlier, and what of it is the motion's belongs to the sample.
+        # The hold uses the force earlier, but its part due to the motion belongs to the sample.
         lagging = self.axis.drive.lag > 0
         ahead = self.period * (self.held / 2 if lagging else self.delay)
         position = position + ahead * (velocity + ahead / 2 * acceleration)
@@ -191,8 +196,8 @@ class DriveReplay:
         return make(self.acting(control), position, velocity)
 
 
-def _running_along(forces: Array, response: Response, logged: str) -> Array:
-    """What becomes of forces that run straight from sample to sample, at the samples, (N,)."""
+def _lagged_linear(forces: Array, response: Response, logged: str) -> Array:
+    """Return the force after delay and lag at the samples, for linearly interpolated forces."""
     delay = response.whole + response.share if logged == "command" else 0.0
     samples = np.arange(float(len(forces)))
     x = np.interp(samples - delay, samples, forces)
@@ -206,13 +211,15 @@ def _running_along(forces: Array, response: Response, logged: str) -> Array:
 
 
 def as_logged(axis: GeneratedAxis, values: Array) -> Array:
-    """What a law gives, or its terms, where the records of its axis have the control.
+    """Return the control of a law, or its terms, as the axis's records log the control.
+
+    That is before the drive, after its delay, or after its lag.
 
     Parameters
     ----------
     axis : GeneratedAxis
     values : (N,) or (N, k) array
-        Sample by sample, of one stretch.
+        Values of the law at the samples of one stretch.
     """
     drive, response = axis.drive, axis.response
     if response is None or not drive.logs_what_acts:
@@ -225,9 +232,10 @@ def as_logged(axis: GeneratedAxis, values: Array) -> Array:
 
 
 def commands_as_logged(axis: GeneratedAxis, commands: Array, *, steps: bool = True) -> Array:
-    """The same of commands, (N,), also behind the drive's limit and path where the log has that.
+    """Return commands, (N,), as the axis's records log the control; see `as_logged`.
 
-    Without `steps` they are not rounded to those of the drive, which have no slope.
+    If the log has the acting control, the commands also pass the drive's limit and command path.
+    Without `steps` they are not rounded, as rounded values have no derivative.
     """
     law = axis.control
     if law is not None and hides_command(axis):
@@ -238,17 +246,20 @@ def commands_as_logged(axis: GeneratedAxis, commands: Array, *, steps: bool = Tr
 
 
 def hides_command(axis: GeneratedAxis) -> bool:
-    """Whether different commands may be one in the log: it has what the drive makes of them."""
+    """Return True if different commands may have one logged value.
+
+    The log has the acting control behind a command path that rounds, limits or has a dead band.
+    """
     return axis.drive.logs_what_acts and not axis.drive.path.is_plain
 
 
 def limit_in_log(axis: GeneratedAxis) -> float:
-    """What the record has of a command at the drive's limit, but for what a rate leaves of it."""
+    """Return the logged control for a command at the drive's limit, without a rate limit."""
     drive = axis.drive
     return drive.path.end(drive.limit) if drive.logs_what_acts else drive.limit
 
 
 def control_delay_in_log(axis: GeneratedAxis, law: ControlLaw) -> int:
-    """Samples by which the control of a law is later in the log of an axis than it gives it."""
+    """Return the delay in samples from the evaluation of a law to its control in the log."""
     response, applied = axis.response, axis.drive.logged == "applied"
     return law.delay + (response.late if response is not None and applied else 0)

@@ -1,4 +1,4 @@
-"""A record under a filter: what the filter leaves open is chosen, what it cannot serve refused."""
+"""A record with its prefilter: open settings are chosen, unsuitable records are refused."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -13,6 +13,7 @@ from axisid.estimation.records import Record, law_clock
 from axisid.estimation.thresholds import MIN_INFORMATION_LEFT, MIN_MOVING_SPEED
 from axisid.support.arrays import Array, Exact, Uncached, mask_of
 from axisid.support.errors import DataError
+from axisid.support.settings import setting
 
 from .drive_response import DriveReplay, acting_control
 from .prefilter import Prefilter, SampledFilter, Span
@@ -33,22 +34,22 @@ from .signals import (
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class FilteredRecord(Exact, Uncached):
-    """A record of an axis under a prefilter, filtered once.
+    """A record of an axis with a prefilter; filtered signals are computed once.
 
     Attributes
     ----------
     axis : GeneratedAxis
     record : Record
     prefilter : Prefilter
-        With the hold and the reversals that `bind` chose where they were left open.
+        With the hold and the treatment of reversals that `bind` chose if they were open.
     excluded : tuple of (int, int)
         Samples near reversals and rests that have no weight.
     fastest : float
-        Largest filtered speed of the records beside it, of the same machine; 0 for one by itself.
-        What is slow beside that is a rest in each of them, as in each segment of a record.
+        Largest filtered speed of other records of the same machine; 0 without other records. The
+        rest speed of all records and segments is relative to it.
     between : (N,) array or None
-        By how much the mean of the control until the next sample is more than that at each, where
-        the law is evaluated between them.
+        Mean of the control until the next sample minus the control at the sample, where the law is
+        evaluated between samples.
     """
 
     axis: GeneratedAxis
@@ -62,7 +63,7 @@ class FilteredRecord(Exact, Uncached):
     def bind(
         cls, axis: GeneratedAxis, record: Record, prefilter: Prefilter, fastest: float = 0.0
     ) -> "FilteredRecord":
-        """Choose what the prefilter leaves open, for a record of an axis.
+        """Return the filtered record, with the open settings of the prefilter chosen.
 
         Parameters
         ----------
@@ -70,17 +71,17 @@ class FilteredRecord(Exact, Uncached):
         record : Record
         prefilter : Prefilter
         fastest : float
-            Of the records beside it, see `FilteredRecord`.
+            Largest speed of other records, see `FilteredRecord`.
 
         Raises
         ------
         UsageError, DataError
-            The prefilter cannot serve the record, see `SampledFilter.check`, or the axis needs a
+            The prefilter does not suit the record, see `SampledFilter.check`, or the axis needs a
             position that was not recorded.
         """
         check_position(axis, record)
         prefilter, law = Prefilter.given(prefilter).at_rate_of(record.period), axis.control
-        # What is there after a lag is measured, as a force is.
+        # A control logged after the lag is continuous, as a measured force is.
         measured = record.force is not None or axis.drive.logged == "current"
         is_held = not measured and not (law is not None and law.continuous)
         hold = prefilter.hold or ("zoh" if is_held else "raw")
@@ -95,41 +96,52 @@ class FilteredRecord(Exact, Uncached):
         return kept if asked and show_too_little([without_turns]) else without_turns
 
     def turning_as(self, position: Array, *, also: bool = False) -> "FilteredRecord":
-        """Without the samples near the reversals and rests of another motion, (N,).
+        """Return the record without the samples near reversals and rests of another motion.
 
-        Or without those too, where those of its own are left out.
+        Parameters
+        ----------
+        position : (N,) array
+            The other motion.
+        also : bool
+            Whether the samples that are left out already stay left out; then nothing changes if
+            the prefilter keeps reversals.
         """
         if also and self.prefilter.reversals == "keep":
             return self
         turns = self.sampling.turns(self.sampling.motion(position)[1], self.fastest)
-        return self.without((*self.excluded, *turns) if also else turns)
+        if also:
+            turns = (*self.excluded, *turns)
+        return self.without(turns)
 
     @property
     def by_position(self) -> "FilteredRecord | None":
-        """The record without what else of its motion was measured; None where there is nothing."""
+        """The record without measured velocity and acceleration; None if it has neither."""
         record = self.record
         if record.integrated or record.motion == ("position",):
             return None
         return replace(self, record=replace(record, velocity=None, acceleration=None))
 
     def with_columns(self, **columns: Array) -> "FilteredRecord":
-        """As a record of the same samples with other columns, such as a twin, is filtered."""
+        """Return a record of the same samples with other columns, such as a simulated replica."""
         return self._changed(("sampling",), record=self.record.with_values(**columns))
 
     def with_mean_control(self, between: Array | None) -> "FilteredRecord":
-        """The record with what its control is more in the mean than at the samples, (N,)."""
+        """Return the record with the difference of mean control and control at the samples, (N,).
+
+        Unchanged with a measured force or without the hold ``zoh``.
+        """
         if between is None or self.record.force is not None or self.prefilter.hold != "zoh":
             return self
         return self._changed(("motion",), between=between)
 
     def without(self, excluded: tuple[Span, ...]) -> "FilteredRecord":
-        """The record with other samples that have no weight."""
+        """Return the record with other samples without weight."""
         settings = replace(self.prefilter, reversals="leave-out" if excluded else "keep")
-        same = ("motion", "force", "signals")  # whatever is left out of the rows
+        same = ("motion", "force", "signals")  # do not depend on the rows that are left out
         return self._changed(same, prefilter=settings, excluded=tuple(sorted(excluded)))
 
     def _changed(self, same: tuple[str, ...], **fields: Any) -> "FilteredRecord":
-        """With other fields, on which what is the same does not depend."""
+        """Return the record with other fields, and the cached values named in `same`."""
         other = replace(self, **fields)
         vars(other).update({name: vars(self)[name] for name in same if name in vars(self)})
         return other
@@ -152,7 +164,7 @@ class FilteredRecord(Exact, Uncached):
 
     @property
     def hold_delay(self) -> float:
-        """Samples by which the prefilter takes the force earlier, for the drive that holds it."""
+        """Samples by which the rows use the force earlier, as the drive holds it over a period."""
         if self.prefilter.hold != "zoh":
             return 0.0
         if self.between is not None:
@@ -161,8 +173,8 @@ class FilteredRecord(Exact, Uncached):
 
     @cached_property
     def sampling(self) -> Sampling:
-        """Which samples count, and which rows they make."""
-        # An axis that is compiled, or was before: the filter alone is no reason to compile.
+        """Selected samples and their rows."""
+        # Uses compiled code if the axis is compiled already; a filter alone is not worth compiling.
         native = self.axis.native.evaluator("drive_force") is not None
         return Sampling(
             filter=SampledFilter(self.prefilter, self.period, native),
@@ -180,36 +192,38 @@ class FilteredRecord(Exact, Uncached):
 
     @cached_property
     def recorded(self) -> tuple[Array, ...]:
-        """The signals that the axis declares, in its order, as they were recorded, (N,) each."""
+        """Recorded signals in the order of the axis's declaration, unfiltered, (N,) each."""
         return recorded_signals(self.axis, self.record.provenance.source, dict(self.record.signals))
 
     @cached_property
     def force(self) -> Array:
-        """Sample by sample, (N,): measured, or what the drive makes of the control."""
+        """Force at each sample, (N,): measured, or computed from the control by the drive."""
         record = self.record
         if record.force is not None:
             return record.force
         control = self.acting_control
         if control is None:
             raise DataError(
-                f"{record.provenance.source} has neither a force nor a control column; name one "
-                "with columns force=NAME or columns control=NAME.",
+                f"{record.provenance.source} has neither a force nor a control column. Name one "
+                f"with {setting('columns', {'force': 'NAME'})} or "
+                f"{setting('columns', {'control': 'NAME'})}.",
                 code="missing-column",
             )
         return self.drive.force(control, self.motion, self.recorded)
 
     @cached_property
     def signals(self) -> Signals:
-        """Filtered motion beside the force, aligned as the prefilter says."""
+        """Filtered motion with the force, aligned by the prefilter's hold."""
         return self.beside(self.force)
 
     @property
     def _starts(self) -> list[int]:
+        """First samples of the segments."""
         return [start for start, _ in self.record.spans]
 
     @cached_property
     def acting_control(self) -> Array | None:
-        """What the drive makes its force of: the mean until the next sample where that is known."""
+        """Control that the drive's force follows, (N,); its mean over a period where known."""
         control = self.record.control
         if control is None:
             return None
@@ -218,34 +232,36 @@ class FilteredRecord(Exact, Uncached):
 
     @cached_property
     def force_by_gain(self) -> Array:
-        """Slope of the signals' force by the logarithm of the drive gain, (N,); 0 if measured."""
+        """Derivative of the force by the logarithm of the drive gain, (N,); 0 if measured."""
         control = self.acting_control
         if self.record.force is not None or control is None:
             return np.zeros(len(self))
         if self.axis.drive.is_gain:
             return self.signals.force
-        return self.beside(
-            self.drive.force(control, self.motion, self.recorded, by_gain=True)
-        ).force
+        slope = self.drive.force(control, self.motion, self.recorded, by_gain=True)
+        return self.beside(slope).force
 
     def force_by(self, added: Array) -> Array:
-        """What the signals' force has of something that is added to the control, (N,)."""
-        control = np.zeros(len(self)) if self.acting_control is None else self.acting_control
-        with_it, without = (
-            self.drive.force(each, self.motion, self.recorded)
-            for each in (control + added, control)
-        )
+        """Return the change of the force due to a signal added to the control, (N,)."""
+        control = self.acting_control
+        if control is None:
+            control = np.zeros(len(self))
+        with_it = self.drive.force(control + added, self.motion, self.recorded)
+        without = self.drive.force(control, self.motion, self.recorded)
         return self.beside(with_it - without).force
 
     @property
     def times_of_rows(self) -> Array:
-        """When the rows are, since the first sample, s, (n,)."""
+        """Times of the rows from the first sample, s, (n,)."""
         time = self.record.time
         return np.asarray(time[self.sampling.rows.astype(int)] - time[0], dtype=float)
 
     @property
     def rows_near_turns(self) -> NDArray[np.bool_]:
-        """Which rows are near a reversal or a rest of the measured motion, (n,), if friction is."""
+        """True for rows near a reversal or rest of the measured motion, (n,).
+
+        False for all rows of an axis whose force does not depend on the direction.
+        """
         rows = self.sampling.rows.astype(np.int64)
         if not self.axis.has_direction:
             return np.zeros(len(rows), dtype=bool)
@@ -254,16 +270,16 @@ class FilteredRecord(Exact, Uncached):
 
     @cached_property
     def rest(self) -> float:
-        """Part of the samples of a fit at which the axis stands still."""
+        """Share of the samples of a fit at which the axis is at standstill."""
         return resting(self.signals, self.sampling.used, self.fastest)
 
     def reduce(self, columns: Array) -> Array:
-        """Rows of signals, (N,) or (N, k) to (n,) or (n, k), see `Sampling.reduce`."""
+        """Return the rows of signals, (N,) or (N, k) to (n,) or (n, k); see `Sampling.reduce`."""
         return self.sampling.reduce(columns)
 
     @property
     def drive(self) -> DriveReplay:
-        """The drive along the record's motion, as the hold pairs the two."""
+        """The drive along the record's motion, with the force aligned by the hold."""
         ratio = law_clock(self.axis.control, self.record).ratio or 1.0
         return DriveReplay(
             axis=self.axis,
@@ -275,30 +291,34 @@ class FilteredRecord(Exact, Uncached):
         )
 
     def beside(self, force: Array) -> Signals:
-        """The filtered motion beside a force as the hold pairs them."""
+        """Return the filtered motion with a force, aligned by the hold."""
         q, velocity, acceleration = self.motion
         starts, delay = self._starts, self.hold_delay
+        if delay:
+            force = hold_mean(force, starts, delay)
+        recorded = []
+        for signal, values in zip(self.axis.signals, self.recorded, strict=True):
+            recorded.append(hold_mean(values, starts) if signal.is_held else values)
         return Signals(
             position=q,
             velocity=velocity,
             acceleration=acceleration,
-            force=hold_mean(force, starts, delay) if delay else force,
+            force=force,
             direction=np.sign(velocity),
-            recorded=tuple(
-                hold_mean(values, starts) if signal.is_held else values
-                for signal, values in zip(self.axis.signals, self.recorded, strict=True)
-            ),
+            recorded=tuple(recorded),
         )
 
 
 def show_too_little(records: Sequence[FilteredRecord], into: Sequence[Array] = ()) -> bool:
-    """Whether records without reversals and rests hardly show a parameter.
+    """Return True if records without reversals and rests hardly show a parameter.
+
+    That is so if less than two thirds of the information on it remain, see `remaining_information`.
 
     Parameters
     ----------
     records : sequence of FilteredRecord
     into : sequence of (p, P) array
-        What makes each one's parameters of those of all; none where all have the same.
+        Matrix from the common parameters to those of each record; empty if they are equal.
     """
     into = into or [np.eye(len(each.axis.parameters)) for each in records]
     pairs = [*zip(records, into, strict=True)]
@@ -306,7 +326,7 @@ def show_too_little(records: Sequence[FilteredRecord], into: Sequence[Array] = (
     counts = np.any([loss_counts_for(d.axis) @ np.abs(m) > 0 for d, m in pairs], axis=0)
     information = []
     for each, transform in pairs:
-        signals = each.beside(np.zeros(len(each)))  # the regressor is of the motion alone
+        signals = each.beside(np.zeros(len(each)))  # the regressor does not depend on the force
         columns = columns_of(each.axis, signals) @ transform
         moves = np.abs(signals.velocity) > MIN_MOVING_SPEED.value * fastest
         parts = columns[each.sampling.kept & moves], columns[each.sampling.used]
@@ -315,7 +335,7 @@ def show_too_little(records: Sequence[FilteredRecord], into: Sequence[Array] = (
     return remaining_information(counts, moving, used) < MIN_INFORMATION_LEFT.value
 
 
-#: What may depend on the position: function, its output, the position's place among its inputs.
+#: Terms that may depend on position: name, function, its output, index of the position input.
 _TAKING_POSITION = (
     ("the known terms", "idm_regressor", 1, 0),
     ("the force of the drive", "drive_force", 0, 1),
@@ -328,7 +348,7 @@ def check_position(axis: GeneratedAxis, record: Record) -> None:
     Raises
     ------
     DataError
-        It does; what depends on the position is named.
+        The model needs the position; the terms that depend on it are named.
     """
     if not record.integrated:
         return
@@ -343,6 +363,6 @@ def check_position(axis: GeneratedAxis, record: Record) -> None:
         raise DataError(
             f"{record.provenance.source} has no position, on which {' and '.join(needing)} of "
             f"axis {axis.name!r} depend{'s' * (len(needing) == 1)}; the integral of a "
-            "measured velocity drifts. Name it with columns position=NAME.",
+            f"measured velocity drifts. Name it with {setting('columns', {'position': 'NAME'})}.",
             code="missing-column",
         )

@@ -1,13 +1,13 @@
-"""How a record becomes the rows of a regression: a user's settings, and what they do to a record.
+"""Prefilter settings, and the filter that makes the rows of a regression from a record.
 
 The position is low-passed (Butterworth, forward and backward, so without phase) and differentiated
-by central differences; a velocity or an acceleration that was measured is low-passed alike. Then
+by central differences; a measured velocity or acceleration passes the same low-pass. Then
 ``y`` and every column of ``X`` pass the same decimation filter, which keeps the linear relation
 between them.
 
 References
 ----------
-[Brunot2015]_ section on data filtering; [Janot2019]_ for the record's own recipe.
+[Brunot2015]_, section on data filtering; [Janot2019]_ for the recipe of the EMPS record.
 """
 
 import math
@@ -30,62 +30,63 @@ from axisid.support.errors import (
     quoted,
     refuse,
 )
+from axisid.support.settings import setting
 
-# ratio of two cut-offs that are one, or of two periods for which counts of samples stay
+# ratio of two cut-offs that count as equal, or of two periods that keep counts of samples
 SAME_FILTER_FREQUENCY = 1.01
 # of the sampling frequency: 60 Hz from 300 Hz on, two in five of the Nyquist frequency below
 _MAX_DEFAULT_CUTOFF = 0.2
 
-#: Edge of the decimation filter, of the rate that it leaves.
+#: Edge of the decimation filter, relative to the row frequency.
 DECIMATION_EDGE = 0.4
 
 
 class _OpenCutoff(float):
-    """A cut-off that nobody gave: it follows the record's rate."""
+    """Default cut-off, which depends on the record's sampling frequency."""
 
 
 class _OpenDecimation(int):
-    """A decimation that nobody gave: it follows the cut-off and the record's rate."""
+    """Default decimation, which depends on the cut-off and the record's sampling frequency."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Prefilter:
-    """How a record becomes the rows of a regression.
+    """Settings of the filter that makes the rows of a regression from a record.
 
     Attributes
     ----------
     cutoff : float
-        Of the Butterworth low-pass on the position, Hz. Where it is not given, 60 Hz, or a fifth
-        of the record's sampling frequency where that is below 300 Hz.
+        Cut-off frequency of the Butterworth low-pass on the position, Hz. Default: 60 Hz, or a
+        fifth of the record's sampling frequency if that is below 300 Hz.
     order : int
-        Of the Butterworth filter (once; it is applied forward and backward).
+        Order of the Butterworth filter (of one pass; it is applied forward and backward).
     decimate : int
-        One row in so many is kept; 1 keeps all and applies no decimation filter. Where it is not
-        given, 10, or more where the force would else be filtered less than the motion.
+        Decimation factor; 1 keeps every row and applies no decimation filter. Default: 10, or more
+        if the force would otherwise be filtered less than the motion.
     decimation : {"matlab", "scipy"}
-        Which rows: aligned to the record's end as MATLAB's ``decimate``, or to its start as
-        SciPy's. The filter is the same: Chebyshev type I, order 8, 0.05 dB, forward and backward.
+        Alignment of the rows: to the record's end as in MATLAB's ``decimate``, or to its start as
+        in SciPy's. The filter is the same: Chebyshev type I, order 8, 0.05 dB, forward and
+        backward.
     drop : (int, int) or None
-        Samples cut off at start and end, before decimation. None gives the low-pass transient
-        (decay to 1e-3) at both ends no weight, where the filters continue the record from its first
-        and its last sample.
+        Samples cut off at start and end, before decimation. None gives no weight to the transient
+        of the low-pass (decay to 1e-3) at both ends, where the filters extrapolate the record.
     hold : {"raw", "zoh"} or None
         ``zoh`` pairs the acceleration at a sample with the mean of the forces held before and
         after it, since a drive holds its force over the period; ``raw`` with the force after it,
-        as the published recipe does. None takes ``zoh`` for a control that a drive holds, and
-        ``raw`` where nothing is held: a measured force, or a continuous law.
+        as in the published recipe. None selects ``zoh`` for a control that a drive holds, and
+        ``raw`` for a measured force or a continuous law.
     reversals : {"keep", "leave-out"} or None
-        ``leave-out`` gives the samples near a reversal or a rest no weight, before the decimation:
-        there the low-pass rounds what friction does at once, and at rest noise decides its sign.
-        None leaves them out for an axis whose force depends on the direction of motion, unless a
-        parameter would then lose more than a third of what all records together tell of it, rests
-        apart, as an inertia does where the axis accelerates only as it turns, or Coulomb friction
-        at a low cut-off; ``keep`` is what the published recipe does.
+        ``leave-out`` gives no weight, before the decimation, to samples near a reversal or a rest:
+        there the low-pass rounds the jump of friction, and at rest noise decides its sign. None
+        leaves them out for an axis whose force depends on the direction of motion, unless a
+        parameter would then lose more than a third of the information that all records together
+        have on it outside rests. Examples are an inertia if the axis accelerates only at reversals,
+        and Coulomb friction at a low cut-off. ``keep`` is the published recipe.
 
     Raises
     ------
     UsageError
-        A setting makes no sense for any record.
+        A setting is not valid for any record.
     """
 
     cutoff: float = _OpenCutoff(60.0)
@@ -106,15 +107,15 @@ class Prefilter:
                 f"the cutoff is {quoted(self.cutoff)}; give a positive number of hertz",
             ),
             (
-                not _is_among(self.order, 1, 10),
+                not _is_whole_within(self.order, 1, 10),
                 f"the order is {quoted(self.order)}; give a whole number from 1 to 10",
             ),
             (
-                not _is_among(self.decimate, 1),
+                not _is_whole_within(self.decimate, 1),
                 f"the decimation is {quoted(self.decimate)}; give 1 (keep every row) or more",
             ),
             (
-                not (pair and all(_is_among(end, 0) for end in drop)),
+                not (pair and all(_is_whole_within(end, 0) for end in drop)),
                 f"the number of samples to drop is {quoted(self.drop)}; give two whole numbers, 0 "
                 "or more at each end",
             ),
@@ -129,12 +130,12 @@ class Prefilter:
 
     @classmethod
     def given(cls, prefilter: object) -> "Prefilter":
-        """What was given as a prefilter; the settings by default where nothing was.
+        """Return a given prefilter, or the default settings for None.
 
         Raises
         ------
         UsageError
-            It is none.
+            The argument is neither a Prefilter nor None.
         """
         if not isinstance(prefilter, Prefilter | None):
             raise UsageError(
@@ -145,18 +146,18 @@ class Prefilter:
 
     @classmethod
     def suited(cls, period: float, **settings: Any) -> "Prefilter":
-        """Settings for a sampling period in s, cut-off and decimation chosen where not among them.
+        """Return settings for a sampling period in s; default cut-off and decimation are chosen.
 
         Raises
         ------
         UsageError
-            The period is no positive number, or a setting makes no sense.
+            The period is no positive number, or a setting is not valid.
         """
         check_sample_period(period)
         return cls(**settings).at_rate_of(period)
 
     def at_rate_of(self, period: float) -> "Prefilter":
-        """The settings with what was left open of cut-off and decimation chosen for a period, s."""
+        """Return the settings with default cut-off and decimation chosen for a period in s."""
         cutoff, decimate = self.cutoff, self.decimate
         if isinstance(cutoff, _OpenCutoff):
             cutoff = min(float(cutoff), _MAX_DEFAULT_CUTOFF / period)
@@ -165,12 +166,12 @@ class Prefilter:
         return replace(self, cutoff=float(cutoff), decimate=int(decimate))
 
     def at_period(self, designed: float, period: float) -> "Prefilter":
-        """The same filter for a record of another period: edges in Hz stay, counts follow.
+        """Return the same filter for another period: frequencies in Hz stay, sample counts scale.
 
         Parameters
         ----------
         designed, period : float
-            Sampling periods that the settings are for, and of the record, s.
+            Sampling period of the settings, and of the record, s.
         """
         ratio = designed / period
         if abs(ratio - 1) < SAME_FILTER_FREQUENCY - 1:
@@ -183,30 +184,31 @@ class Prefilter:
         )
 
 
-def _is_among(number: object, least: int, most: float = math.inf) -> bool:
+def _is_whole_within(number: object, least: int, most: float = math.inf) -> bool:
+    """Return True for a whole number from `least` to `most`."""
     return is_real(number) and is_whole(number) and least <= number <= most
 
 
 def matching_decimation(cutoff: float, period: float) -> int:
-    """Rows to keep one of, so that the decimation filter's edge is at the cut-off or below."""
+    """Return the smallest decimation whose filter edge is at the cut-off or below, 2 or more."""
     return max(2, math.ceil(DECIMATION_EDGE / (cutoff * period) - 1e-9))
 
 
-_MIN_CUTOFF = 1e-4  # of the Nyquist frequency; lower is refused
-_SETTLED_TRANSIENT = 1e-3  # left of a filter's transient, which is over then
-# of a step response not yet reached; beyond, a low-pass rounds a reversal
+_MIN_CUTOFF = 1e-4  # of the Nyquist frequency; lower cut-offs are refused
+_SETTLED_TRANSIENT = 1e-3  # remainder of a filter's transient that counts as settled
+# remainder of a step response, above which the low-pass rounds a reversal
 _MAX_STEP_REMAINDER = 0.05
 
 Span = tuple[int, int]
 
 _RIPPLE_DB = 0.05
 _DECIMATION_ORDER = 8
-_PADDING = 3  # samples for each order of a filter, by which a stretch is extended at both ends
+_PADDING = 3  # samples per order of a filter by which a stretch is extended at both ends
 
 
 @dataclass(frozen=True, slots=True)
 class SampledFilter:
-    """What the settings do to one stretch of samples.
+    """The prefilter at a sampling period, applied to one stretch of samples.
 
     Attributes
     ----------
@@ -214,7 +216,7 @@ class SampledFilter:
     period : float
         Sampling period, s.
     native : bool
-        Whether compiled code filters where it can be had; to the same last bit.
+        Whether compiled code is used if available; results are bit-identical.
     """
 
     settings: Prefilter
@@ -223,19 +225,19 @@ class SampledFilter:
 
     @property
     def dropped(self) -> tuple[int, int]:
-        """Samples left out at start and end."""
+        """Samples without weight at start and end."""
         return self.settings.drop or (self._transient(_SETTLED_TRANSIENT),) * 2
 
     @property
     def cut(self) -> tuple[int, int]:
-        """Samples that the decimation filter does not see, at start and end."""
+        """Samples at start and end that are cut off before the decimation filter."""
         return self.settings.drop or (0, 0)
 
     @property
     def memory(self) -> int:
-        """Rows over which both filters' responses decay to 1e-3.
+        """Rows over which the responses of both filters decay to 1e-3.
 
-        Rows further apart are made of different samples.
+        Rows further apart depend on different samples.
         """
         motion, decimate = self._transient(_SETTLED_TRANSIENT), self.settings.decimate
         if decimate == 1:
@@ -247,23 +249,23 @@ class SampledFilter:
 
     @property
     def turn_reach(self) -> int:
-        """Samples to both sides of a reversal over which the low-pass rounds it."""
+        """Samples to both sides of a reversal in which the low-pass rounds it."""
         return self._transient(_MAX_STEP_REMAINDER)
 
     @property
     def row_gain(self) -> float:
-        """Weight of a row whose samples all have weight: an even Chebyshev filter's is below 1."""
+        """Gain at zero frequency of the decimation filter; below 1 for an even Chebyshev filter."""
         return 1.0 if self.settings.decimate == 1 else 10.0 ** (-2 * _RIPPLE_DB / 20)
 
     @property
     def needed(self) -> int:
-        """Samples that a stretch needs to give a row."""
+        """Smallest number of samples of a stretch that gives a row."""
         decimate = self.settings.decimate
         order = max(self.settings.order, _DECIMATION_ORDER if decimate > 1 else 0)
         return max(_PADDING * order, 2 * decimate) + sum(self.dropped) + 1
 
     def check(self, samples: int, what: str = "the record") -> None:
-        """Refuse a record, or its longest segment, that the settings cannot serve.
+        """Refuse settings that do not suit a record or its longest segment.
 
         Raises
         ------
@@ -294,13 +296,13 @@ class SampledFilter:
             raise DataError(
                 f"{what} has {samples} samples; {start} + {end} are dropped and the filters' "
                 f"transients take {self.needed - 1 - start - end}. Check that time is in seconds "
-                "(columns time=NAME:UNIT); else record longer, drop fewer, raise the cutoff, or "
-                "lower the order or the decimation.",
+                f"({setting('columns', {'time': 'NAME:UNIT'})}); else record longer, drop fewer, "
+                "raise the cutoff, or lower the order or the decimation.",
                 code="too-short",
             )
 
     def remarks(self) -> tuple[str, ...]:
-        """What the settings do to the estimates, where that is not what one would want."""
+        """Return warnings on settings that bias the estimates."""
         cutoff, decimate = self.settings.cutoff, self.settings.decimate
         edge = (DECIMATION_EDGE / decimate if decimate > 1 else 0.5) / self.period
         if edge <= cutoff * SAME_FILTER_FREQUENCY:
@@ -308,17 +310,17 @@ class SampledFilter:
         wanted = matching_decimation(cutoff, self.period)
         return (
             f"the motion is low-passed at {cutoff:g} Hz, the force only at {edge:.4g} Hz, by "
-            "the decimation: they no longer belong together, which biases every method; decimate "
-            f"by {wanted} or more, or raise the cutoff",
+            "the decimation: motion and force are then filtered differently, which biases every "
+            f"method; decimate by {wanted} or more, or raise the cutoff",
         )
 
     def motion(
         self, position: Array, velocity: Array | None = None, acceleration: Array | None = None
     ) -> tuple[Array, Array, Array]:
-        """Filtered position, velocity and acceleration of one stretch, each (N,), SI.
+        """Return filtered position, velocity and acceleration of one stretch, each (N,), SI.
 
-        What is measured of the last two passes the same low-pass in place of the difference of what
-        is before it.
+        Velocity and acceleration are central differences; if measured, they pass the same low-pass
+        instead.
         """
         q = self.low_passed(position)
         dq = np.gradient(q, self.period) if velocity is None else self.low_passed(velocity)
@@ -328,25 +330,25 @@ class SampledFilter:
         return q, dq, ddq
 
     def low_passed(self, signal: Array) -> Array:
-        """A signal of one stretch through the low-pass of the motion, (N,)."""
+        """Return a signal of one stretch after the low-pass of the motion, (N,)."""
         return self._without_phase(self.low_pass, signal)
 
     @property
     def low_pass(self) -> "Sections":
-        """The low-pass of the motion."""
+        """Low-pass of the motion."""
         return _designed(self.settings.order, 2 * self.settings.cutoff * self.period)
 
     @property
     def decimation(self) -> "Sections":
-        """The filter before decimation."""
+        """Low-pass before decimation."""
         return _designed(_DECIMATION_ORDER, 0.8 / self.settings.decimate, _RIPPLE_DB)
 
     def reduce(self, signals: Array) -> Array:
-        """Drop the ends of one stretch and decimate: (N,) or (N, k) to (n,) or (n, k).
+        """Return the rows of one stretch, decimated: (N,) or (N, k) to (n,) or (n, k).
 
-        Ends that are named are cut off first, as in the published recipe. By default the ends have
-        no weight: the decimation filter would otherwise carry what is wrong there inwards, or
-        continue the record from the last sample that is kept, and give it much weight.
+        Given ends (`drop`) are cut off first, as in the published recipe. By default the ends have
+        no weight: otherwise the decimation filter would spread the errors there, or extrapolate
+        from the last kept sample and give it much weight.
         """
         weighted, (first, last) = np.array(signals, dtype=float), self.dropped
         weighted[:first] = weighted[len(weighted) - last :] = 0.0
@@ -357,7 +359,7 @@ class SampledFilter:
         return kept[self.rows(len(signals)) - start]
 
     def _without_phase(self, low_pass: "Sections", signals: Array) -> Array:
-        """Forward and backward along the first axis, with odd extensions at both ends."""
+        """Filter forward and backward along the first axis, with odd extensions at both ends."""
         compiled = column_filter() if self.native else None
         if compiled is None:
             from scipy.signal import sosfiltfilt
@@ -370,7 +372,7 @@ class SampledFilter:
         ).reshape(signals.shape)
 
     def rows(self, samples: int) -> NDArray[np.int64]:
-        """Sample numbers of the rows of one stretch of so many samples, (n,)."""
+        """Return the sample numbers of the rows of one stretch, (n,)."""
         low, high = self.dropped
         decimate, first = self.settings.decimate, self.cut[0]
         if self.settings.decimation == "matlab":  # aligned to the end
@@ -379,6 +381,7 @@ class SampledFilter:
         return np.arange(first, samples - high, decimate)
 
     def _transient(self, level: float) -> int:
+        """Return the samples in which the low-pass transient decays to a level."""
         # The slowest pole of a Butterworth filter is the one nearest the imaginary axis.
         order, cutoff = self.settings.order, self.settings.cutoff
         slowest = 2 * math.pi * cutoff * math.sin(math.pi / (2 * order))
@@ -387,13 +390,13 @@ class SampledFilter:
 
 @dataclass(frozen=True, slots=True)
 class Sections:
-    """A low-pass in second-order sections.
+    """A low-pass filter in second-order sections.
 
     Attributes
     ----------
     sections : (s, 6) array
     settled : (s, 2) array
-        Their state after a step has settled.
+        State of the sections after a unit step has settled.
     padding : int
         Samples by which a stretch is extended at both ends.
     """
@@ -406,10 +409,20 @@ class Sections:
 # Designing a filter takes as long as applying it to a record; the designs are pure functions.
 @lru_cache(maxsize=64)
 def _designed(order: int, edge: float, ripple: float = 0.0) -> Sections:
-    """Butterworth's low-pass, or of a ripple in dB Chebyshev's first; edge by Nyquist's."""
+    """Return a Butterworth low-pass, or Chebyshev type I with a ripple in dB.
+
+    Parameters
+    ----------
+    order : int
+    edge : float
+        Relative to the Nyquist frequency.
+    ripple : float
+        dB; 0 for a Butterworth filter.
+    """
     from scipy.signal import butter, cheby1, sosfilt_zi
 
-    design = (
-        cheby1(order, ripple, edge, output="sos") if ripple else butter(order, edge, output="sos")
-    )
+    if ripple:
+        design = cheby1(order, ripple, edge, output="sos")
+    else:
+        design = butter(order, edge, output="sos")
     return Sections(frozen(design), frozen(sosfilt_zi(design)), _PADDING * order)

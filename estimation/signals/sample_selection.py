@@ -1,8 +1,8 @@
-"""Which samples of a record count, which rows they make, and which of these follow each other.
+"""Selection of samples, the rows that they give, and the times of the rows.
 
-Rows are missing where samples are masked or left out, between segments and between records. What
-is said of rows a lag apart, a covariance or a run of one sign, is said of those that are, not of
-those that stand a lag apart in an array.
+Rows are missing where samples are masked or left out, between segments and between records.
+Statements on rows a lag apart, such as a covariance or a run of one sign, apply to rows a lag apart
+in time, not in the array.
 
 References
 ----------
@@ -24,21 +24,21 @@ from .prefilter import SampledFilter, Span
 
 Index = slice | NDArray[np.intp]
 
-_APART = 1 << 40  # rows, more than any lag, however often pieces are joined
+_APART = 1 << 40  # rows between pieces: more than any lag
 _AT_ONCE = 8  # columns that are filtered together
 
-#: From so many lags, and lags times rows, on products are found by Fourier transforms.
+#: Number of lags, and of lags times rows, from which Fourier transforms compute the products.
 _MANY_LAGS, _MANY_PRODUCTS = 32, 960_000
 
 
 @dataclass(frozen=True, eq=False)
 class RowTimes:
-    """Places of rows on a grid of one row each; rows of adjacent places are neighbours.
+    """Times of rows in row periods; rows at adjacent times are neighbours.
 
     Attributes
     ----------
     places : (n,) array of int
-        Strictly increasing. Rows of two segments, or of two records, are further apart than any
+        Times, strictly increasing. Rows of different segments or records are further apart than any
         lag.
     """
 
@@ -46,12 +46,12 @@ class RowTimes:
 
     @classmethod
     def consecutive(cls, rows: int) -> "RowTimes":
-        """Rows of which none is missing."""
+        """Return the times of rows without gaps."""
         return cls(np.arange(rows, dtype=np.int64))
 
     @classmethod
     def joined(cls, pieces: Sequence["RowTimes"]) -> "RowTimes":
-        """Pieces one after the other, none of whose rows is a neighbour of another piece's."""
+        """Concatenate pieces so that rows of different pieces are not neighbours."""
         if len(pieces) == 1:
             return pieces[0]
         places, following = [], 0
@@ -68,25 +68,28 @@ class RowTimes:
 
     @cached_property
     def whole(self) -> bool:
-        """Whether no row is missing between the first and the last."""
+        """True if no row is missing between the first and the last."""
         return not len(self) or int(self.places[-1] - self.places[0]) == len(self) - 1
 
     @cached_property
     def breaks(self) -> NDArray[np.intp]:
-        """Rows that do not follow the row before them; the first of all is none."""
+        """Indices of rows after a gap, without the first row."""
         return np.flatnonzero(np.diff(self.places) > 1) + 1
 
     @property
     def lengths(self) -> NDArray[np.int64]:
-        """How many rows each stretch of rows that follow each other has."""
+        """Number of rows of each stretch without gaps."""
         return np.diff(np.concatenate([[0], self.breaks, [len(self)]]))
 
     def split(self, values: Array) -> list[Array]:
-        """Values, (n,) or (n, k), in stretches of rows that follow each other."""
+        """Split values, (n,) or (n, k), into stretches without gaps."""
         return list(np.split(values, self.breaks))
 
     def on_grid(self, values: Array, reach: int) -> Array:
-        """Values, (n, k), at their places, with zeros between; no two rows further than a reach."""
+        """Return values, (n, k), on a grid of times with zeros for missing rows.
+
+        Gaps are shortened so that neighbouring rows are at most `reach` apart.
+        """
         if self.whole:
             return values
         steps = np.minimum(np.diff(self.places), reach)
@@ -96,11 +99,11 @@ class RowTimes:
         return filled
 
     def autocovariances(self, scores: Array, lags: int) -> Array:
-        """``sum s_t s_(t-lag)'`` of scores (n, k) at lags 0 to `lags`, (lags + 1, k, k)."""
+        """Return ``sum_t s_t s_(t-l)'`` of scores (n, k) for lags 0 to `lags`, (lags + 1, k, k)."""
         placed = self.on_grid(scores, lags + 1)
         rows = len(placed)
         if lags >= _MANY_LAGS and (lags + 1) * rows >= _MANY_PRODUCTS:
-            # By Fourier transforms, whose cost does not grow with lags; these grow with the rows.
+            # The cost of Fourier transforms does not grow with the lags.
             length = next_fast_len(rows + lags, real=True)
             spectra, k = rfft(placed, length, axis=0), placed.shape[1]
             products = np.empty((lags + 1, k, k))
@@ -110,7 +113,7 @@ class RowTimes:
         return np.array([placed[lag:].T @ placed[: max(rows - lag, 0)] for lag in range(lags + 1)])
 
     def pairs(self, lag: int) -> tuple[Index, Index]:
-        """Rows that are a lag, 0 or more, after others, and those others."""
+        """Return the indices of pairs of rows a lag of 0 or more apart: later and earlier rows."""
         if self.whole:
             return slice(lag, None), slice(0, max(len(self) - lag, 0))
         wanted = self.places - lag
@@ -121,20 +124,21 @@ class RowTimes:
 
 @dataclass(frozen=True, kw_only=True)
 class Sampling:
-    """The samples of one record under a prefilter, and the rows that they make.
+    """Selected samples of one record under a prefilter, and the rows that they give.
 
-    Each segment is filtered by itself, and loses its transients at both ends; one that is too short
-    for that is left out. So are the rows whose filters reach a masked sample.
+    Each segment is filtered separately and loses its transients at both ends; a segment that is too
+    short for that is left out. Rows whose filters reach a masked sample are left out too.
 
     Attributes
     ----------
     filter : SampledFilter
-        What the prefilter does to a stretch.
+        The prefilter at the record's period.
     samples : int
+        Number of samples of the record.
     segments : tuple of (int, int)
-        Of a record with gaps; none of one without.
+        Segments of a record with gaps; empty for a record without gaps.
     masked : tuple of (int, int)
-        Samples that no row may be made of.
+        Samples that no row may depend on.
     excluded : tuple of (int, int)
         Samples without weight, near reversals and rests.
     """
@@ -147,21 +151,22 @@ class Sampling:
 
     @property
     def excluded_samples(self) -> int:
-        """How many samples have no weight, near reversals and rests."""
+        """Number of samples without weight, near reversals and rests."""
         return sum(stop - start for start, stop in self.excluded)
 
     @cached_property
     def spans(self) -> tuple[Span, ...]:
-        """The segments that are long enough; of a record without gaps, the record."""
+        """Segments that are long enough for the filter; the whole record if it has no gaps."""
         stretches, needed = self.segments or ((0, self.samples),), self.filter.needed
         return tuple(span for span in stretches if span[1] - span[0] >= needed)
 
     def motion(
         self, position: Array, velocity: Array | None = None, acceleration: Array | None = None
     ) -> tuple[Array, Array, Array]:
-        """Filtered position, velocity and acceleration, each (N,), SI; at rest where left out.
+        """Return filtered position, velocity and acceleration, each (N,), SI.
 
-        See `SampledFilter.motion` for what is measured of the last two.
+        Segments that are left out are at rest. Velocity and acceleration are differences unless
+        they were measured; see `SampledFilter.motion`.
         """
         q = np.array(position, dtype=float)
         dq, ddq = np.zeros_like(q), np.zeros_like(q)
@@ -173,14 +178,17 @@ class Sampling:
         return q, dq, ddq
 
     def reduce(self, signals: Array) -> Array:
-        """Drop the ends, decimate, leave out what is masked: (N,) or (N, k) to (n,) or (n, k)."""
+        """Return the rows of signals: ends dropped, decimated, without masked samples.
+
+        (N,) or (N, k) to (n,) or (n, k).
+        """
         if signals.ndim == 1:
             return self._reduced(signals)[self._selected]
-        # What is 1 or -1 at every sample, as an offset is, makes the weights, to the last bit.
+        # A column of 1 or -1, as of an offset, gives exactly the weights or their negative.
         known = np.array([abs(of[0]) == 1 and np.all(of == of[0]) for of in signals.T], dtype=bool)
         rows = np.empty((len(self.rows), len(known)))
         rows[:, known] = self.weights[:, None] * signals[0, known]
-        # Few at a time: filters take several copies of what they are given.
+        # Few columns at a time, as filters need several copies in memory.
         others = np.flatnonzero(~known)
         for first in range(0, len(others), _AT_ONCE):
             few = others[first : first + _AT_ONCE]
@@ -189,29 +197,29 @@ class Sampling:
 
     @cached_property
     def rows(self) -> Array:
-        """Sample numbers of the rows that `reduce` keeps, (n,)."""
+        """Sample numbers of the rows from `reduce`, (n,)."""
         return self._all_rows[self._selected]
 
     @cached_property
     def weights(self) -> Array:
-        """What each row makes of a signal that is 1 everywhere, (n,); see `row_gain`."""
+        """Rows of a signal of 1 everywhere, (n,); see `SampledFilter.row_gain`."""
         return self.reduce(np.ones(self.samples))
 
     @property
     def used(self) -> NDArray[np.bool_]:
-        """Those of `kept` that are not excluded, (N,)."""
+        """True for samples that are kept and not excluded, (N,)."""
         return self.kept & ~mask_of(self.excluded, self.samples)
 
     @cached_property
     def kept(self) -> NDArray[np.bool_]:
-        """Samples that are neither dropped nor masked nor in a segment that is left out, (N,)."""
+        """True for samples that are not dropped, masked or in a segment that is left out, (N,)."""
         start, end = self.filter.dropped
         filtered = mask_of([(a + start, b - end) for a, b in self.spans], self.samples)
         return filtered & ~mask_of(self.masked, self.samples)
 
     @cached_property
     def neighbours(self) -> RowTimes:
-        """Which of the rows follow each other in time."""
+        """Times of the rows."""
         numbers = self.rows.astype(np.int64)
         starts = [start for start, _ in self.spans[1:]]
         pieces = np.split(numbers, np.searchsorted(numbers, starts))
@@ -219,15 +227,19 @@ class Sampling:
 
     @property
     def masked_rows(self) -> int:
-        """How many rows are left out because their filters reach a masked sample."""
+        """Number of rows that are left out because their filters reach a masked sample."""
         return int(np.sum(~self._clean))
 
     def turns(self, velocity: Array, fastest: float = 0.0) -> tuple[Span, ...]:
-        """Samples near which a filtered velocity, (N,), changes its sign or rests, by segment.
+        """Return the spans of samples near a reversal or rest of a filtered velocity.
 
-        `fastest` is the largest speed of other records of the machine.
+        Parameters
+        ----------
+        velocity : (N,) array
+        fastest : float
+            Largest speed of other records of the machine.
         """
-        # What noise makes of a rest is the same in all records of a machine.
+        # Noise at rest is equal in all records of a machine, so that one rest speed applies to all.
         speeds = (float(np.abs(velocity[a:b]).max()) for a, b in self.spans)
         rest = REST_SPEED.value * max(fastest, *speeds)
         reach = self.filter.turn_reach
@@ -238,7 +250,7 @@ class Sampling:
         )
 
     def _reduced(self, signals: Array) -> Array:
-        """`reduce`, segment by segment, with rows that are masked or have no weight among them."""
+        """Return the rows of all segments, with masked rows and rows without weight among them."""
         weighted = signals
         if self.excluded:
             weighted = np.array(signals, dtype=float)
@@ -247,14 +259,15 @@ class Sampling:
 
     @cached_property
     def _all_rows(self) -> Array:
+        """Sample numbers of the rows of all segments, masked and excluded ones included."""
         return np.concatenate([a + self.filter.rows(b - a) for a, b in self.spans]).astype(
             np.float64
         )
 
     @cached_property
     def _clean(self) -> NDArray[np.bool_]:
-        """Which rows no filter brings a masked sample into."""
-        if not self.masked:  # no filter is designed for that
+        """True for rows whose filters do not reach a masked sample."""
+        if not self.masked:  # saves the design of a filter
             return np.ones(len(self._all_rows), dtype=bool)
         reach = self.filter.memory * self.filter.settings.decimate
         ends = ((start - reach, stop + reach) for start, stop in self.masked)
@@ -263,23 +276,23 @@ class Sampling:
 
     @cached_property
     def _selected(self) -> NDArray[np.bool_]:
-        """Which rows are neither masked nor excluded."""
+        """True for rows that are neither masked nor excluded."""
         if not self.excluded:
             return self._clean
         return self._clean & (self._reduced(np.ones(self.samples)) > MIN_ROW_WEIGHT.value)
 
 
 def near_turns(velocity: Array, reach: int, rest: float) -> NDArray[np.bool_]:
-    """Which samples of a stretch are near a change of direction or a rest, (N,).
+    """Return True for samples of a stretch near a change of direction or a rest, (N,).
 
     Parameters
     ----------
     velocity : (N,) array
         Filtered.
     reach : int
-        Samples to both sides that count as near.
+        Distance in samples, to both sides, that is near.
     rest : float
-        Speed below which the axis rests.
+        Speed below which the axis counts as at rest.
     """
     from scipy.ndimage import maximum_filter1d
 

@@ -1,20 +1,20 @@
-"""The signals that a regressor is made of, and what a motion shows of an axis.
+"""Signals of the regressor, and the information that a motion has on the parameters of an axis.
 
-Recorded signals are no part of what is differentiated, so that they stand in the rows as the force
-does: as they were recorded. Products of them and the motion are made sample by sample, and both
-sides of the rows then take the same decimation filter. What is held changes at a sample: its mean
-about the sample belongs to the acceleration there.
+Recorded signals are not differentiated, so that they enter the rows unfiltered, as the force does.
+Products with the motion are computed sample by sample, and both sides of the rows then pass the
+same decimation filter. A held signal changes at a sample: its mean about the sample belongs to the
+acceleration there.
 
-Without the samples near reversals and rests friction is not rounded, which is worth much, but an
-axis that accelerates only where it turns hardly shows its inertia. What tells is the information on
-a parameter, the inverse of its variance for noise of one size. Rests are no loss, as sticking
-friction takes any force; nor is friction that depends on the speed, such as a peak about rest, as
-the low-pass rounds that near reversals. Coulomb friction counts: where it loses much, little else
-tells it from other terms.
+Without the samples near reversals and rests the low-pass does not round the friction, which is a
+large gain; but an axis that accelerates only where it reverses then hardly shows its inertia. The
+criterion is the information on a parameter, the inverse of its variance for noise of a fixed
+variance. Samples at rest are no loss, as sticking friction takes any force; nor are those of
+friction that depends on speed, such as a peak about rest, as the low-pass rounds it near reversals.
+Coulomb friction counts: where it loses much information, it is hardly separable from other terms.
 
-Of an axis that is partially linear the columns are those of the Jacobian at the nominal values.
-One whose nonlinear parameters are of such friction is not asked: what the low-pass makes of a peak
-about rest leads its search astray, however much of the inertia is lost with it.
+For a partially linear axis the columns are those of the Jacobian at the nominal values. The
+criterion does not apply to an axis with nonlinear parameters of speed-dependent friction: the
+rounded peak about rest would mislead the search, whatever information on the inertia is lost.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.findings import Finding
 from axisid.estimation.thresholds import MIN_MOVING_SPEED
 from axisid.support.arrays import Array, Exact
 from axisid.support.errors import DataError
@@ -37,8 +38,8 @@ Motion = tuple[Array, Array, Array]
 class Signals(Exact):
     """Motion and force sample by sample, each (N,), SI.
 
-    `direction` is the friction direction: the sign of the velocity, and between -1 and 1 for an
-    axis that sticks. `recorded` are the signals that the axis declares, in its order.
+    `direction` is the friction direction: the sign of the velocity, or between -1 and 1 while the
+    axis sticks. `recorded` has the recorded signals in the order of the axis's declaration.
     """
 
     position: Array
@@ -56,15 +57,23 @@ def drive_force(
     velocity: Array,
     recorded: Sequence[Array] = (),
 ) -> Array:
-    """Force that the drive makes of a control, (N,), by the motion and the signals beside it."""
+    """Return the drive's force for a control, a motion and recorded signals, (N,)."""
     return axis.evaluate("drive_force", control, position, velocity, *recorded)[0][:, 0]
 
 
 def hold_mean(values: Array, starts: Sequence[int], delay: float = 0.5) -> Array:
-    """The mean of what is held just before and just after each sample, (N,), segment by segment.
+    """Return the mean of the held values just before and just after each sample, (N,).
 
-    That is half a sample late. Of what is held for less than a sample, only the value at each is
-    known: it is taken that much later along a straight line.
+    ``(1 - d) x_k + d x_(k-1)`` with the delay d, within segments. The mean is half a sample late. A
+    value that is held for less than a sample is interpolated linearly, d samples late.
+
+    Parameters
+    ----------
+    values : (N,) array
+    starts : sequence of int
+        First samples of the segments.
+    delay : float
+        d, samples.
     """
     before = np.concatenate([values[:1], values[:-1]])
     before[starts] = values[starts]
@@ -74,15 +83,15 @@ def hold_mean(values: Array, starts: Sequence[int], delay: float = 0.5) -> Array
 def recorded_signals(
     axis: GeneratedAxis, source: str, columns: Mapping[str, Array]
 ) -> tuple[Array, ...]:
-    """The signals that an axis declares, in its order, (N,) each.
+    """Return the recorded signals in the order of the axis's declaration, (N,) each.
 
     Parameters
     ----------
     axis : GeneratedAxis
     source : str
-        Of the record, for messages.
+        Name of the record, for messages.
     columns : mapping of str to (N,) array
-        By role or name.
+        Columns by role or name.
 
     Raises
     ------
@@ -100,29 +109,29 @@ def recorded_signals(
     return tuple(columns[name] for name in names)
 
 
-_MAX_REST_SPEED = 0.005  # of the largest, below which an axis rests, whatever noise or creep it is
-# of the samples in motion go the other way; with fewer the axis hardly reverses
+_MAX_REST_SPEED = 0.005  # of the largest speed, below which an axis rests, noise or creep included
+# share of the samples in motion in the rarer direction, below which the axis hardly reverses
 _MIN_REVERSED_SHARE = 0.01
-_MIN_STEADY_SAMPLES = 16  # at steady speed, from which it is told whether there is one speed only
-_MIN_SPEED_SPREAD = 0.1  # of the cruising speed, relative; below, there is one speed only
-_MAX_STEADY_ACCELERATION = 0.1  # of the largest; below, the speed is steady
-# of the samples of the fit: measured, an eighth at rest moves friction by a tenth, a third by
-# most of it
+_MIN_STEADY_SAMPLES = 16  # samples at steady speed that are needed to find a single speed
+_MIN_SPEED_SPREAD = 0.1  # spread relative to the cruising speed, below which there is one speed
+_MAX_STEADY_ACCELERATION = 0.1  # of the largest acceleration, below which the speed is steady
+# share of the samples of a fit at rest: measured, an eighth at rest changes friction by a tenth, a
+# third changes most of it
 MAX_REST_SHARE = 0.1
 
 
 def motion_lacks(signals: Signals) -> tuple[str, ...]:
-    """What a motion lacks, in words, whatever the axis."""
+    """Return sentences on missing excitation: one direction only, one speed only."""
     return tuple(filter(None, (one_direction(signals), one_speed(signals))))
 
 
 def resting(signals: Signals, used: NDArray[np.bool_], others_fastest: float = 0.0) -> float:
-    """Part of the samples of a fit at which the axis stands still.
+    """Return the share of the samples of a fit at which the axis is at standstill.
 
     Parameters
     ----------
     signals : Signals
-        (N,)
+        Of N samples.
     used : (N,) array of bool
         Samples of the fit.
     others_fastest : float
@@ -134,7 +143,7 @@ def resting(signals: Signals, used: NDArray[np.bool_], others_fastest: float = 0
 
 
 def one_direction(signals: Signals) -> str:
-    """That the velocity has one sign, in words; empty if it has both."""
+    """Return a sentence if the velocity has only one sign; empty if it has both."""
     moving = signals.velocity[_in_motion(signals)]
     forward = float(np.mean(moving > 0)) if len(moving) else 0.0
     if _MIN_REVERSED_SHARE <= forward <= 1 - _MIN_REVERSED_SHARE:
@@ -143,7 +152,10 @@ def one_direction(signals: Signals) -> str:
 
 
 def one_speed(signals: Signals) -> str:
-    """One cruising speed; accelerating through others in between does not tell them apart well."""
+    """Return a sentence if there is only one cruising speed; empty otherwise.
+
+    Accelerating through other speeds does not separate friction terms well.
+    """
     acceleration = np.abs(signals.acceleration)
     steady = acceleration < _MAX_STEADY_ACCELERATION * acceleration.max()
     speeds = np.abs(signals.velocity[_in_motion(signals) & steady])
@@ -154,45 +166,60 @@ def one_speed(signals: Signals) -> str:
 
 
 def _in_motion(signals: Signals) -> NDArray[np.bool_]:
+    """Return True for samples in motion, (N,)."""
     speed = np.abs(signals.velocity)
     return np.asarray(speed > MIN_MOVING_SPEED.value * speed.max())
 
 
-def advice_on_rests(rest: float) -> str | None:
-    """What to say of a fit that is mostly of an axis at rest; None for another."""
-    if rest <= MAX_REST_SHARE:
-        return None
-    return (
-        f"the axis rests in {100 * rest:.0f} % of the samples that the fit has, where "
-        "sticking friction takes any force and no model gives it: leave the rests out "
-        '(reversals="leave-out", at a higher cut-off if too little is left) before '
-        "anything else is checked"
-    )
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RestingAxis(Finding):
+    """An axis that rests in so many samples of a fit that sticking friction misleads it.
+
+    Attributes
+    ----------
+    percent : float
+        Of the samples that the fit has.
+    """
+
+    percent: float
+
+
+def resting_axis(rest: float) -> RestingAxis | None:
+    """Return the finding of an axis that rests in too many samples of a fit; None for another.
+
+    Parameters
+    ----------
+    rest : float
+        Part of the samples of the fit at which the axis rests.
+    """
+    return RestingAxis(percent=100 * rest) if rest > MAX_REST_SHARE else None
 
 
 _SIGNALS = ("position", "velocity", "acceleration", "direction")  # as the regressor takes them
-_SMALLEST = 1e-100  # whose square is exact
-_RIDGE = 1e-12  # of a column, in which it is not told from others
+_SMALLEST = 1e-100  # smaller values have inexact squares
+_RIDGE = 1e-12  # relative to a column: added so that dependent columns can be inverted
 
 
 def remaining_information(counts: NDArray[np.bool_], moving: Array, remaining: Array) -> float:
-    """The least part of the information on a parameter that is left.
+    """Return the smallest ratio over the parameters of the remaining to the whole information.
+
+    The information on parameter j is ``1 / [(X'X)^-1]_jj``.
 
     Parameters
     ----------
     counts : (P,) array of bool
-        Of which parameters a loss counts, see `loss_counts_for`.
+        Parameters that are considered, see `loss_counts_for`.
     moving, remaining : (P, P) array
-        Products of the regressor's columns of all samples in motion, and of those that are left.
+        ``X'X`` of all samples in motion, and of the remaining samples.
     """
     both = moving + remaining
     if not np.all(np.isfinite(both)):
-        return 1.0  # whatever is done, the regression will say what is wrong
+        return 1.0  # the regression refuses such a record with a reason
     size = np.sqrt(np.diag(both))
     counted = counts & (np.diag(moving) > 0)
     scale = np.outer(*(np.where(size > _SMALLEST, size, 1.0),) * 2)
     ridge = _RIDGE * np.eye(len(both))
-    # Of each parameter beside the others.
+    # Information on each parameter with all others unknown.
     before, after = (
         1 / np.diag(np.linalg.inv(each / scale + ridge)) for each in (moving, remaining)
     )
@@ -200,15 +227,18 @@ def remaining_information(counts: NDArray[np.bool_], moving: Array, remaining: A
 
 
 def loss_counts_for(axis: GeneratedAxis) -> NDArray[np.bool_]:
-    """Of which parameters, (p,), a loss counts: none of friction that depends on the speed."""
+    """Return True for parameters whose loss of information matters, (p,).
+
+    False for friction that depends on speed.
+    """
     depends = columns_by_signal(axis)
     return ~(depends["direction"] & depends["velocity"])
 
 
 def columns_of(axis: GeneratedAxis, signals: Signals) -> Array:
-    """Of the inverse model, (N, p), for each of its parameters."""
+    """Return the columns of the inverse model, or of its Jacobian, for each parameter, (N, p)."""
     motion = (signals.position, signals.velocity, signals.acceleration, signals.direction)
-    # A partially linear model is linearised where an amount of 0 would not hide what it scales.
+    # Factors of 0 are set to 1, as a factor of 0 would hide the terms that it scales.
     hidden = (axis.nominal == 0) & ~np.array(axis.nonlinear)
     about = () if axis.is_linear else (np.where(hidden, 1.0, axis.nominal),)
     columns, _ = axis.evaluate("idm_regressor", *motion, *signals.recorded, *about)
@@ -216,13 +246,13 @@ def columns_of(axis: GeneratedAxis, signals: Signals) -> Array:
 
 
 def searches_friction(axis: GeneratedAxis) -> bool:
-    """Whether a nonlinear parameter is of friction that depends on the speed."""
+    """Return True if a nonlinear parameter belongs to friction that depends on speed."""
     return bool(np.any(np.array(axis.nonlinear) & ~loss_counts_for(axis)))
 
 
 @lru_cache(maxsize=32)  # asked of an axis in every identification
 def columns_by_signal(axis: GeneratedAxis) -> dict[str, NDArray[np.bool_]]:
-    """Which columns of the inverse model, (p,), depend on which signal, or on recorded ones."""
+    """Return for each signal True for the columns of the inverse model that depend on it, (p,)."""
     depends = dict.fromkeys((*_SIGNALS, "recorded"), np.zeros(len(axis.parameters), dtype=bool))
     names = (*_SIGNALS, *("recorded" for _ in axis.signals))
     for place, name in enumerate(names):

@@ -1,6 +1,6 @@
-"""The closed loop in time.
+"""Simulation of the closed loop in time.
 
-In: a reference, parameters. Out: `Simulation`.
+In: a reference and parameters. Out: `Simulation`.
 Knows nothing of filters and estimates.
 """
 

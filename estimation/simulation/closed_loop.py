@@ -1,13 +1,13 @@
-"""Closed-loop simulation: the reference in, everything else simulated.
+"""Simulation of the closed loop from its reference.
 
-The control law is evaluated once a sample and held (or all the time, if it is continuous). In
-between, the plant moves in one friction mode; where the velocity reaches zero the crossing is
-located and the mode chosen anew. At rest the model itself decides: with the accelerations a(+) and
-a(-) for both friction directions, the axis sticks if and only if ``a(+) <= 0 <= a(-)``
-[Filippov1988]_. Native code runs where there is a compiler, the CasADi virtual machine elsewhere.
+The control law is evaluated once per sample and held (or continuously, if it is continuous).
+Between samples, the plant moves in one friction mode; at a zero of the velocity the crossing is
+located and a new mode is chosen. At rest the model decides: with the accelerations a(+) and a(-)
+for both friction directions, the axis sticks if and only if ``a(+) <= 0 <= a(-)`` [Filippov1988]_.
+Native code is used if there is a compiler, the CasADi virtual machine otherwise.
 
-Many loops run side by side, across processors; one that has to be refused, or simulated anew with
-more steps or range, is simulated as if it were alone.
+Many loops run in parallel on several processors; a loop that is refused, or repeated with more
+steps or a larger range, is simulated separately.
 """
 
 from __future__ import annotations  # as they are written, in what help() prints
@@ -37,7 +37,7 @@ from .integration_steps import (
     visited_signals,
     widened_distance,
 )
-from .loop_inputs import LoopInputs, at_log_samples, axis_of, lines
+from .loop_inputs import LoopInputs, TwoClocks, at_log_samples, axis_of, lines
 from .refusals import (
     at_rest,
     check_whole,
@@ -79,39 +79,38 @@ def simulate(
     reference : (N,) array_like
         Commanded position.
     period : float
-        Sampling period of the reference and of what is given back, s. Where it is not the control
-        law's, the loop runs at the law's own: the reference runs between its samples as the law
-        declares (``reference_between``), or smoothly, and the loop is sampled as the reference is.
+        Sampling period of the reference and of the result, s. If it is not the period of the
+        control law, the loop runs at the law's period: the reference is interpolated as the law
+        declares (``reference_between``), or by a spline, and the loop is sampled at `period`.
     start : float, optional
         First position; the first reference by default.
     start_velocity : float
         First velocity.
     memory : (m,) array_like, optional
-        What the drive remembers at the first sample: the law's memory in its order, then the
-        controls that it has computed but not applied, the newest first; of a
-        drive with a lag or a delay the forces of commands that are to act, the newest first, and
-        the force that is there. By default what the law
-        declares for an axis at rest.
+        State of the drive at the first sample: the memory of the law in its order; then the
+        controls that are computed but not yet applied, the newest first; then, for a drive with a
+        lag or a delay, the forces of commands that do not act yet, the newest first, and the
+        present force. By default as the law declares for an axis at rest.
     position_noise : (N,) array_like, optional
         Added to the position that the law measures; with two clocks held between samples.
     injected : (N,) array_like, optional
-        Test signal in the drive's unit, added to what the law gives before the drive's limit and
-        the law's delay; held from a sample to the next. One that is added to the reference is
-        added to `reference`.
+        Test signal in the drive's unit, added to the control of the law before the drive's limit
+        and the law's delay; held from a sample to the next. Add a test signal at the reference to
+        `reference`.
     signals : mapping of str to (N,) array_like, optional
         The recorded signals that the axis declares, by name, SI, one value for each sample of the
-        reference. Between samples each is held or runs straight, as it is declared; the law and the
-        force of a sampled law read them at the samples.
+        reference. Between samples each signal is held or interpolated linearly, as it is declared;
+        the law and the force of a sampled law read them at the samples.
     resolution : float
-        Of the encoder, in the coordinate's unit; the law then measures whole counts. 0 for none.
+        Encoder step in the coordinate's unit; the law then reads whole counts. 0 for none.
     substeps : int, optional
-        Runge-Kutta steps in a sample, at most 1024; the error falls with their fourth power. By
-        default a power of 2, as many as the damping, the stiffness and the speed over the length of
-        a wave of the position ask for wherever the motion goes: mostly 1. Where they vary the loop
-        is simulated anew until it had enough. For an axis whose force has kinks or jumps over the
-        position it is the least number: each piece of a sample, from one side to the next, takes
-        the steps that its own rates ask for. Friction that remembers takes implicit steps, as many
-        as its bristles ask for; its internal states begin where they are declared to.
+        Runge-Kutta steps per sample, at most 1024; the error falls with their fourth power. By
+        default a power of 2 that resolves damping, stiffness and waves over the position along the
+        motion, mostly 1. If these vary along the motion, the simulation is repeated until the steps
+        suffice. For an axis whose force has kinks or jumps over the position it is the minimum:
+        each part of a sample, between two kinks, has the steps that its own rates need. Friction
+        with internal state uses implicit steps, as many as its stiffness needs; the internal states
+        start at their declared values.
 
     Raises
     ------
@@ -151,7 +150,7 @@ def simulate_loop(
     budget: StepBudget | None = None,
     bounded: bool = False,
 ) -> Simulation:
-    """Simulate one loop from what `simulate` has checked, or from what a record has.
+    """Simulate one loop from checked inputs or from those of a record.
 
     Parameters
     ----------
@@ -160,12 +159,12 @@ def simulate_loop(
     inputs : LoopInputs
         At the law's evaluations.
     substeps : int, optional
-        As many as it needs by default.
+        Steps per sample; by default as many as needed.
     budget : StepBudget, optional
-        That what it takes is taken off.
+        Budget of steps, from which those of this simulation are subtracted.
     bounded : bool
-        Whether parameters beyond their bounds are refused, and friction that drives the axis;
-        estimates may be a little beyond them.
+        Whether parameters beyond their bounds, and friction that drives the axis, are refused;
+        estimates may be slightly beyond their bounds.
 
     Raises
     ------
@@ -177,8 +176,8 @@ def simulate_loop(
         raise UsageError(
             f"the period is {clocks.log_period:g} s, the control law of axis "
             f"{axis.name!r} is evaluated every {clocks.law_period:g} s, and its "
-            f"drive has a {' and '.join(axis.of_law_samples)}: between the "
-            "law's samples such a loop is not known. Give the law's period.",
+            f"drive has a {' and '.join(axis.of_law_samples)}: such a loop is "
+            "not known between the law's samples. Give the law's period.",
             code="loop-period",
         )
     out, steps, failed = settled_loop(
@@ -205,23 +204,23 @@ def settled_loop(
     budget: StepBudget | None = None,
     bounded: bool = False,
 ) -> tuple[dict[str, Array], int, str]:
-    """The loop at the evaluations of its law, its steps and range enough for wherever it went.
+    """Simulate a loop at the evaluations of its law, with sufficient steps and range.
 
-    Arguments as of `simulate_loop`.
+    Arguments as in `simulate_loop`.
 
     Returns
     -------
     dict of str to (M,) array
-        Signals by name, not a number from where the loop ended early.
+        Signals by name; not a number after an early end of the loop.
     int
-        Steps in a sample.
+        Steps per sample.
     str
-        Why and where it ended early, empty where it did not.
+        Reason and place of an early end; empty for a complete loop.
 
     Raises
     ------
     UsageError, EstimationError
-        It cannot start, or takes too many steps.
+        The loop cannot start, or needs too many steps.
     """
     axis, theta = axis_of(axis, inputs), np.ascontiguousarray(parameters)
     first = tuple(map(float, inputs.first_signals))
@@ -270,12 +269,13 @@ def _run(
     inputs: LoopInputs,
     recorded: Array | None,
 ) -> tuple[int, int, dict[str, Array]]:
-    """Status, the sample it speaks of, and the signals: native, or in the virtual machine."""
+    """Run a loop in native code or the virtual machine; return status, its sample, signals."""
     reference = np.ascontiguousarray(inputs.reference)
-    noise, injected = (
-        each if each is None else np.ascontiguousarray(each)
-        for each in (inputs.noise, inputs.injected)
-    )
+    noise, injected = inputs.noise, inputs.injected
+    if noise is not None:
+        noise = np.ascontiguousarray(noise)
+    if injected is not None:
+        injected = np.ascontiguousarray(injected)
     library = axis.native.library()
     if library is None:
         axis.native.warn_once()
@@ -288,15 +288,15 @@ def _run(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class BatchSimulation(Exact):
-    """Many simulations side by side.
+    """Signals of many simulations in parallel lanes.
 
     Attributes
     ----------
     signals : dict of str to (N, B) array
-        The signals that were asked for, by name as in `Simulation`; NaN from the sample on at which
-        a simulation ended early.
+        The requested signals, by name as in `Simulation`; NaN from the sample at which a simulation
+        ended early.
     failures : dict of int to str
-        Why and where, by lane, for those that ended early.
+        Reason and place of an early end, by lane.
     """
 
     signals: dict[str, Array]
@@ -324,56 +324,56 @@ def simulate_batch(
     wanted: Sequence[str] = SIGNALS[:5],
     threads: int | None = None,
 ) -> BatchSimulation:
-    """Simulate many parameter sets, references or noises side by side.
+    """Simulate many parameter sets, references or noises in parallel lanes.
 
     Parameters
     ----------
     axis : Axis or GeneratedAxis
         With a control law.
     parameters : (B, p) array_like or mapping of str to (B,) array_like
-        One row a lane.
+        One row for each lane.
     reference : (N,) or (N, B) array_like
-        Shared, or one column a lane.
+        One reference for all lanes, or one column for each lane.
     period : float
-        Sampling period of the reference, s; where it is not the law's, as in `simulate`.
+        Sampling period of the reference, s; if it is not the law's, as in `simulate`.
     start : (B,) array_like, optional
         First positions; the first references by default.
     start_velocity : (B,) array_like, optional
         First velocities; 0 by default.
     memory : (B, m) array_like, optional
-        What each drive remembers, as in `simulate`.
+        State of each drive, as in `simulate`.
     position_noise : (N, B) array_like, optional
     injected : (N,) or (N, B) array_like, optional
-        Added to the control; shared, or one column a lane.
+        Added to the control; one signal for all lanes, or one column for each lane.
     signals : mapping of str to (N,) or (N, B) array_like, optional
-        The recorded signals that the axis declares, as in `simulate`; shared, or one column a lane.
+        The recorded signals that the axis declares, as in `simulate`; one signal for all lanes, or
+        one column for each lane.
     gains : mapping of str to float or (B,) array_like, optional
-        Gains of a sampled law by name, SI, shared or one a lane; others are as declared. Nothing
-        is compiled for them.
+        Gains of a sampled law by name, SI, one value for all lanes or one for each lane; other
+        gains are as declared. No code is compiled for them.
     resolution, substeps
         As in `simulate`.
     wanted : sequence of str
-        Signals of the simulation that are given back, each N x B floats. Names as in `Simulation`.
+        Names of the signals to return, as in `Simulation`; each is an array of N x B floats.
     threads : int, optional
-        1 to 1024; as many as there are processors by default.
+        1 to 1024; by default the number of processors.
 
     Raises
     ------
     ModelError
-        The axis has no control law, or none whose gains could change.
+        The axis has no control law, or no law with variable gains.
     UsageError
         An argument has the wrong shape or value.
 
     Notes
     -----
-    A lane that fails does not end the others; see `BatchSimulation.failures`. What a lane gives
-    does not depend on its company: where all signals take too much memory, simulate some
-    lanes after the others.
+    A lane that fails does not end the others; see `BatchSimulation.failures`. The result of a lane
+    does not depend on the other lanes: if all signals need too much memory, simulate the lanes in
+    several calls.
 
-    The substeps are those of `simulate`, settled once before any lane runs where no motion asks for
-    more of them than the start does. Where damping, stiffness or waves vary along the way each lane
-    has its own, by where its own motion goes: with the most of any lane for all of them, what a
-    lane gives would depend on its company.
+    The substeps are those of `simulate`, chosen once before any lane runs if no motion needs more
+    than the start. If damping, stiffness or waves vary along the motion, each lane has its own
+    number: with the largest number for all lanes, the result of a lane would depend on the others.
     """
     axis = as_generated(axis)
     check_whole("the threads", threads, _MOST_THREADS)
@@ -412,7 +412,7 @@ def simulate_lanes(
     wanted: Sequence[str],
     threads: int | None = None,
 ) -> BatchSimulation:
-    """Loops with parameters (B, p), the signals that are wanted at the samples of the log.
+    """Simulate loops with parameters (B, p), and return signals at the samples of the log.
 
     Parameters
     ----------
@@ -423,76 +423,143 @@ def simulate_lanes(
     substeps : int, optional
         As in `simulate`.
     wanted : sequence of str
+        Names of the signals to return.
     threads : int, optional
         As in `simulate_batch`.
     """
-    theta, period = np.ascontiguousarray(parameters), inputs.period
+    theta = np.ascontiguousarray(parameters)
     inputs = replace(inputs, start=lane_starts(axis, theta, inputs), log=None)
-    fixed = bool(substeps) or has_constant_substeps(axis)
-    looked_at = () if fixed else visited_signals(axis)
-    between = () if inputs.clocks is None else (name for name in SIGNALS if name != "control")
+    is_fixed = bool(substeps) or has_constant_substeps(axis)
+    visited: tuple[str, ...] = ()
+    if not is_fixed:
+        visited = visited_signals(axis)
+    names = [*wanted, *visited]
+    if inputs.clocks is not None:
+        names += [name for name in SIGNALS if name != "control"]
     shape = len(inputs.reference), len(theta)
-    out = {name: np.empty(shape) for name in [*wanted, *looked_at, *between]}
-    most = MOST_SUBSTEPS if substeps else most_substeps(len(inputs.reference))
-    well, counts = _first_steps(axis, theta, inputs, substeps)
-    well &= counts <= most
-    pending = np.flatnonzero(well)
-    while pending.size:
-        # Lanes that ask for more steps in a sample run apart, and do not slow the others.
-        for count in np.unique(counts[pending]):
-            group = pending[counts[pending] == count]
-            well[group] = _run_into(out, axis, theta, inputs, group, int(count), threads)
-        pending = pending[well[pending] & (not fixed)]
-        visited = {name: out[name] for name in looked_at}
-        needed = np.array(
-            [
-                substeps_along(
-                    axis, theta[lane], _of_lane(visited, lane), period, inputs.lanes(lane).signals
-                )[0]
-                for lane in map(int, pending)
-            ],
-            dtype=np.int64,
-        )
-        more = needed > counts[pending]
-        well[pending[more & (counts[pending] >= most)]] = False
-        counts[pending] = np.maximum(counts[pending], np.minimum(needed, most))
-        pending = pending[more & well[pending]]
-    # What no lane beside others can be told of is done alone: a start that is refused, a range that
-    # is too narrow, steps that are too many, and all of them where nothing is compiled.
+    out = {name: np.empty(shape) for name in names}
+    well, counts = _run_in_groups(out, axis, theta, inputs, substeps, visited, threads)
     failures: dict[int, str] = {}
     for lane in map(int, np.flatnonzero(~well)):
-        signals = dict[str, Array]()
-        try:
-            signals, counts[lane], failures[lane] = settled_loop(
-                axis, theta[lane], inputs.lanes(lane), substeps=substeps, bounded=True
-            )
-        except AxisidError as error:
-            failures[lane] = str(error)
-        for name, values in out.items():
-            values[:, lane] = signals.get(name, np.nan)
+        steps, failures[lane] = _run_separately(out, axis, theta, inputs, lane, substeps)
+        if steps is not None:
+            counts[lane] = steps
     if inputs.clocks is not None:
-        sampled = [
-            at_log_samples(
-                axis,
-                theta[lane],
-                _of_lane(out, lane),
-                inputs.clocks,
-                inputs.lanes(lane).signals,
-                int(counts[lane]),
-            )
-            for lane in range(len(theta))
-        ]
-        out = {name: np.column_stack([lane[name] for lane in sampled]) for name in out}
+        out = _at_samples_of_log(out, axis, theta, inputs, inputs.clocks, counts)
     return BatchSimulation(
         signals={name: out[name] for name in wanted},
         failures={lane: why for lane, why in failures.items() if why},
     )
 
 
+def _run_in_groups(
+    out: dict[str, Array],
+    axis: GeneratedAxis,
+    parameters: Array,
+    inputs: LoopInputs,
+    substeps: int | None,
+    visited: tuple[str, ...],
+    threads: int | None,
+) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
+    """Simulate lanes in groups of equal steps per sample, repeated until the steps suffice.
+
+    Parameters
+    ----------
+    out : dict of str to (M, B) array
+        Filled with the signals.
+    axis : GeneratedAxis
+    parameters : (B, p) array
+    inputs : LoopInputs
+    substeps : int or None
+        As in `simulate`.
+    visited : tuple of str
+        Signals from which the steps are chosen; empty for constant steps.
+    threads : int or None
+
+    Returns
+    -------
+    (B,) array of bool
+        True for complete lanes. Others, such as a refused start, too narrow a range or too many
+        steps, are to be simulated separately, and so are all lanes without compiled code.
+    (B,) array of int
+        Steps per sample.
+    """
+    most = MOST_SUBSTEPS if substeps else most_substeps(len(inputs.reference))
+    well, counts = _first_steps(axis, parameters, inputs, substeps)
+    well &= counts <= most
+    pending = np.flatnonzero(well)
+    while pending.size:
+        # Groups of equal steps, so that a lane with many steps does not slow down the others.
+        for count in np.unique(counts[pending]):
+            group = pending[counts[pending] == count]
+            well[group] = _run_into(out, axis, parameters, inputs, group, int(count), threads)
+        if not visited:
+            break
+        pending = pending[well[pending]]
+        motions = {name: out[name] for name in visited}
+        needed = np.empty(len(pending), dtype=np.int64)
+        for place, lane in enumerate(map(int, pending)):
+            own, signals = _of_lane(motions, lane), inputs.lanes(lane).signals
+            needed[place] = substeps_along(axis, parameters[lane], own, inputs.period, signals)[0]
+        more = needed > counts[pending]
+        well[pending[more & (counts[pending] >= most)]] = False
+        counts[pending] = np.maximum(counts[pending], np.minimum(needed, most))
+        pending = pending[more & well[pending]]
+    return well, counts
+
+
+def _run_separately(
+    out: dict[str, Array],
+    axis: GeneratedAxis,
+    parameters: Array,
+    inputs: LoopInputs,
+    lane: int,
+    substeps: int | None,
+) -> tuple[int | None, str]:
+    """Simulate one lane separately into the signals of all lanes.
+
+    Returns
+    -------
+    int or None
+        Steps per sample; None if the lane cannot start.
+    str
+        Reason of a failure; empty for a complete lane.
+    """
+    signals: dict[str, Array] = {}
+    steps = None
+    try:
+        signals, steps, failed = settled_loop(
+            axis, parameters[lane], inputs.lanes(lane), substeps=substeps, bounded=True
+        )
+    except AxisidError as error:
+        failed = str(error)
+    for name, values in out.items():
+        values[:, lane] = signals.get(name, np.nan)
+    return steps, failed
+
+
+def _at_samples_of_log(
+    out: Mapping[str, Array],
+    axis: GeneratedAxis,
+    parameters: Array,
+    inputs: LoopInputs,
+    clocks: TwoClocks,
+    counts: NDArray[np.int64],
+) -> dict[str, Array]:
+    """Return the signals of all lanes at the samples of the log, (N, B) each."""
+    sampled = [
+        at_log_samples(
+            axis, theta, _of_lane(out, lane), clocks, inputs.lanes(lane).signals, int(counts[lane])
+        )
+        for lane, theta in enumerate(parameters)
+    ]
+    return {name: np.column_stack([lane[name] for lane in sampled]) for name in out}
+
+
 def _first_steps(
     axis: GeneratedAxis, parameters: Array, inputs: LoopInputs, substeps: int | None
 ) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
-    """Which lanes can start beside others, and the steps of each at first."""
+    """Return True for lanes that can run in a group, and the first steps per sample of each."""
     has_mass, friction_holds, rates = at_rest(
         axis, parameters, inputs.start.position, inputs.first_signals
     )
@@ -513,7 +580,7 @@ def _run_into(
     substeps: int,
     threads: int | None,
 ) -> NDArray[np.bool_]:
-    """Simulate a group of lanes into the signals of all; which of them came to the end."""
+    """Simulate a group of lanes into the signals of all lanes; return True for complete lanes."""
     code = axis if inputs.gains is None else axis.loop or axis
     library = code.native.library()
     if library is None:
@@ -542,11 +609,12 @@ def _run_into(
 
 
 def _of_lane(signals: Mapping[str, Array], lane: int) -> dict[str, Array]:
+    """Return the signals of one lane, (M,) each, contiguous."""
     return {name: np.ascontiguousarray(values[:, lane]) for name, values in signals.items()}
 
 
 def settled_substeps(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> int | None:
-    """Steps in a sample that parameters (p,) ask for, so that others near them take as many.
+    """Return the steps per sample for parameters (p,), to use them for parameters nearby as well.
 
     Parameters
     ----------
@@ -557,7 +625,7 @@ def settled_substeps(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs)
     Returns
     -------
     int or None
-        None where the loop cannot be simulated with them.
+        None if the loop cannot be simulated with these parameters.
     """
     most = most_substeps(len(inputs.reference))
     if has_constant_substeps(axis):

@@ -1,9 +1,9 @@
-"""How loops are run: how many steps a sample takes, and how far from its reference one may go.
+"""Numerical settings of simulated loops: steps per sample, and allowed distance to the reference.
 
-Runge-Kutta steps are as many as damping, stiffness and waves of the position ask for. The way is
-some multiple of what is asked of a loop: the way of the reference, and from the start to it. Where
-that is next to nothing, other things move the axis: noise and counts of the encoder, and the load
-at the start, to which the loop gives way until its control holds it.
+The number of Runge-Kutta steps follows from damping, stiffness and wavelengths over the position.
+The allowed distance is a multiple of the commanded travel: that of the reference, and that from the
+start to the reference. If this is almost zero, the axis is moved by noise and encoder steps, and by
+the load at the start, to which the loop yields until its control holds it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -32,21 +32,24 @@ from .loop_inputs import LoopInputs, law_of
 Recorded = Sequence[Array] | Array
 
 _SLACK = 1e-6
-_HALVED = 0.5 ** np.arange(1.0, 13.0)[:, None]  # parts of a velocity, down to rest
-_UNIFORM = 2.0  # times longer may steps be where the rates are the same everywhere
+_HALVED = 0.5 ** np.arange(1.0, 13.0)[:, None]  # fractions of a velocity, down to rest
+_UNIFORM = 2.0  # factor of longer steps if the rates are equal everywhere
 MOST_SUBSTEPS = 1024
 
 
 def visited_signals(axis: GeneratedAxis) -> tuple[str, ...]:
-    """The signals that `substeps_along` looks at."""
-    return ("position", "velocity", "force", "direction", *["acceleration"] * bool(axis.states))
+    """Return the names of the signals that `substeps_along` needs."""
+    names = ("position", "velocity", "force", "direction")
+    if axis.states:
+        return (*names, "acceleration")
+    return names
 
 
 def has_constant_substeps(axis: GeneratedAxis) -> bool:
-    """Whether no motion asks for more steps than the start does.
+    """Return True if no motion needs more steps than the start.
 
-    The rates are the same everywhere; or the axis has kinks or jumps over the position, and the
-    time loop itself takes as many steps as the motion asks for.
+    The rates are equal everywhere; or the axis has kinks or jumps over the position, and the
+    integrator itself chooses the steps along the motion.
     """
     return axis.uniform or axis.has_sides
 
@@ -54,7 +57,7 @@ def has_constant_substeps(axis: GeneratedAxis) -> bool:
 def rates_at_start(
     axis: GeneratedAxis, parameters: Array, start: Array, recorded: Recorded
 ) -> Array:
-    """Rates at rest backward and forward, (B, 2), or of all states together, (B, 1)."""
+    """Return the rates at rest, backward and forward, (B, 2), or with internal states, (B, 1)."""
     lanes = len(start)
     if axis.states:
         still = dict.fromkeys(visited_signals(axis), np.zeros(lanes)) | {"position": start}
@@ -72,24 +75,26 @@ def substeps_along(
     period: float,
     recorded: Sequence[Array],
 ) -> tuple[int, int]:
-    """Steps in a sample that resolve the rates wherever a simulation went.
+    """Return the steps per sample that resolve the rates along a simulated motion.
 
     Parameters
     ----------
     axis : GeneratedAxis
     parameters : (p,) array
     visited : dict of str to (n,) array
-        By `visited_signals`. Where the velocity changes its sign between two
-        samples, the axis at rest is looked at too, in both directions.
+        By `visited_signals`. If the velocity changes its sign between two samples, the rates at
+        rest are included, in both directions.
     period : float
+        s
     recorded : sequence of (N,) array
-        The recorded signals, of at least as many samples.
+        The recorded signals, with at least n samples.
 
     Returns
     -------
     int
+        Steps per sample.
     int
-        The sample that asks for the shortest.
+        The sample that needs the shortest steps.
     """
     q, dq, force = visited["position"], visited["velocity"], visited["force"]
     if not len(q):
@@ -119,9 +124,9 @@ def substeps_along(
 
 
 def _between(dq: Array) -> tuple[NDArray[np.intp], Array]:
-    """Velocities that are passed within a sample, and its row: each the half of the last, (n,).
+    """Return rows and velocities that are passed within a sample, each half of the last, (n,).
 
-    So a peak of friction about rest is seen that no sample meets.
+    So a friction peak about rest is included that lies between samples.
     """
     here, there = np.abs(dq[:-1]), np.abs(dq[1:])
     least = np.where(dq[:-1] * dq[1:] > 0, np.minimum(here, there), 0.0)
@@ -134,7 +139,7 @@ def _between(dq: Array) -> tuple[NDArray[np.intp], Array]:
 def _wave_numbers(
     axis: GeneratedAxis, q: Array, parameters: Array, signals: Sequence[Array]
 ) -> Array:
-    """Reciprocals of the way on which the acceleration may vary; 0 where it is a polynomial."""
+    """Return the largest wave numbers of the acceleration over position; 0 for a polynomial."""
     if "wave_number" not in axis.functions:
         return np.zeros(len(q))
     return axis.evaluate("wave_number", q, *signals, parameters)[0][:, 0]
@@ -149,7 +154,7 @@ def _probed(
     force: Array | None,
     signals: Sequence[Array],
 ) -> Array:
-    """Rates of damping and stiffness, from how the acceleration changes over a probe, (n,)."""
+    """Return ``max(|da/dv|, sqrt(|da/dq|))`` of the acceleration by differences, 1/s, (n,)."""
     waves = _wave_numbers(axis, q, parameters, signals)
     way = PROBE / (1 + PROBE / PROBED * waves)
     positions = np.concatenate([q, q, q + way])
@@ -162,7 +167,7 @@ def _probed(
             arguments = (positions, speeds, np.tile(force, 3), directions, *tiled, sets)
             accelerations = axis.evaluate("direct_dynamics", *arguments)[0]
         else:
-            held = np.tile(_held(axis, q, signals), (3, 1))  # it stays while positions are probed
+            held = np.tile(_held(axis, q, signals), (3, 1))  # constant while the position is varied
             arguments = (positions, speeds, held, directions, sets)
             accelerations = axis.evaluate("held_acceleration", *arguments)[0]
         here, faster, further = accelerations.reshape(3, -1)
@@ -174,10 +179,10 @@ def _probed(
 def _rates_with_states(
     axis: GeneratedAxis, parameters: Array, visited: Mapping[str, Array]
 ) -> Array:
-    """Rates of motion and internal states together along a motion, (n,).
+    """Return the rates of motion and internal states along a motion, 1/s, (n,).
 
-    The states are where they start, the force is such that the acceleration is that of the motion.
-    Parameters are (p,), or of each place their own, (n, p).
+    The internal states have their initial values, and the force gives the acceleration of the
+    motion. Parameters are (p,), or (n, p) for each sample.
     """
     names = ("position", "velocity", "acceleration", "direction")
     q, dq, ddq, direction = (visited[name] for name in names)
@@ -193,7 +198,10 @@ def _rates_with_states(
 
 
 def _held(axis: GeneratedAxis, position: Array, signals: Sequence[Array]) -> Array:
-    """No force, or the reference of a continuous law at the positions, and signals, (n, size)."""
+    """Return the held inputs of the plant: no force, or the reference at the position, and signals.
+
+    The reference is that of a continuous law; shape (n, size).
+    """
     size = _held_values(axis)
     held = np.zeros((len(position), size))
     held[:, size - 2 * len(signals) :: 2] = np.transpose(signals)
@@ -205,23 +213,32 @@ def _held(axis: GeneratedAxis, position: Array, signals: Sequence[Array]) -> Arr
 
 @lru_cache(maxsize=64)
 def _held_values(axis: GeneratedAxis) -> int:
-    """How many numbers are held over a sample; asking CasADi takes long."""
+    """Return the number of held inputs; cached, as the query of CasADi is slow."""
     return int(axis.functions["held_acceleration"].size1_in("held"))
 
 
 def _by_rate(axis: GeneratedAxis, rates: Array, period: float) -> Array:
+    """Return the fractional number of steps per sample for rates in 1/s."""
     return rates * period / (_UNIFORM * RESOLVED if axis.uniform else RESOLVED)
 
 
 @dataclass(slots=True)
 class StepBudget:
-    """Steps that simulations may take together, those of one search: `left` are still to take."""
+    """Remaining integration steps of the simulations of one search."""
 
     left: int = STEPS_OF_SEARCH
 
 
 def most_substeps(samples: int, left: int = STEPS_IN_ALL) -> int:
-    """Steps in a sample, at most, of a simulation of so many samples: a power of 2."""
+    """Return the largest allowed number of steps per sample, a power of 2.
+
+    Parameters
+    ----------
+    samples : int
+        Samples of the simulation.
+    left : int
+        Remaining steps of the search.
+    """
     each = max(min(left, STEPS_IN_ALL) // samples, STEPS_OF_EACH)
     return int(min(2 ** (each.bit_length() - 1), MOST_SUBSTEPS))
 
@@ -229,15 +246,15 @@ def most_substeps(samples: int, left: int = STEPS_IN_ALL) -> int:
 def steps_by_rate(
     axis: GeneratedAxis, rates: Array, period: float, passing: Array | float = 0.0
 ) -> NDArray[np.int64]:
-    """Steps from rates, and from waves of the position that pass, rad/s: powers of 2.
+    """Return the steps per sample, powers of 2, for rates in 1/s and passing waves in rad/s.
 
-    Powers of 2, so that many lanes fall into few groups; more than `MOST_SUBSTEPS` where even that
-    would leave the steps unstable, or blind for the waves.
+    Powers of 2 put many lanes into few groups. The result exceeds `MOST_SUBSTEPS` if even that
+    number would be unstable or would not resolve the waves.
     """
     by_rate = _by_rate(axis, rates, period)
     by_wave = passing * period / PHASE_PER_STEP
     wanted = np.maximum(by_rate, by_wave)
-    wanted = wanted * (1 - _SLACK)  # so that rounding does not decide for round numbers
+    wanted = wanted * (1 - _SLACK)  # so that rounding does not raise exact powers of 2
     powers = np.ceil(np.log2(np.clip(wanted, 1, MOST_SUBSTEPS)))
     beyond = (by_rate > MAX_STIFFNESS_RATIO.value * MOST_SUBSTEPS) | (
         by_wave > MAX_WAVE_RATIO.value * MOST_SUBSTEPS
@@ -245,12 +262,12 @@ def steps_by_rate(
     return np.where(beyond, 2 * MOST_SUBSTEPS, 2**powers).astype(np.int64)
 
 
-_RUNAWAY_RATIO = 100.0  # distance from the reference, by what a loop is asked to move
-_OFF = 1e-6  # of the reference from the position, for the loop's stiffness
+_RUNAWAY_RATIO = 100.0  # allowed distance from the reference, relative to the commanded travel
+_OFF = 1e-6  # offset of the reference from the position for the stiffness of the loop
 
 
 def loop_settings(inputs: LoopInputs, substeps: int) -> LoopSettings:
-    """How loops are run: beyond 100 times of what they are asked to move, they run away."""
+    """Return the settings of loops; beyond 100 times the commanded travel a loop has diverged."""
     away = np.abs(inputs.start.position - inputs.reference[0])
     most = _RUNAWAY_RATIO * np.maximum(np.ptp(inputs.reference, axis=0), away)
     return LoopSettings(
@@ -262,19 +279,22 @@ def loop_settings(inputs: LoopInputs, substeps: int) -> LoopSettings:
 
 
 def widened_distance(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> float:
-    """Where one loop runs away that more than its reference moves: load, noise, test signals.
+    """Return the allowed distance of one loop that is moved by load, noise or test signals.
+
+    100 times the largest of the noise, the encoder step, and the travel by which the loop yields:
+    the sum of load over loop stiffness and added control over control stiffness.
 
     Parameters
     ----------
     axis : GeneratedAxis
     parameters : (p,) array
     inputs : LoopInputs
-        Of one loop.
+        Inputs of one loop.
     """
     place, signals = float(inputs.start.position), [*map(float, inputs.first_signals)]
     noise = 0.0 if inputs.noise is None else float(np.ptp(inputs.noise))
     drive, controls = axis.drive, _controls(axis, place, *signals)
-    # Up to so much of a command is lost.
+    # The dead band and the rounding of the drive change a command by up to this much.
     added = drive.deadband + drive.quantisation / 2
     added += 0.0 if inputs.injected is None else float(np.abs(inputs.injected).max())
     force, dynamics = axis.functions["drive_force"], axis.functions["direct_dynamics"]
@@ -282,8 +302,8 @@ def widened_distance(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs)
     loaded, free, pushed = (
         float(dynamics(place, 0.0, tau, 0.0, *signals, parameters)) for tau in (still, 0.0, 1.0)
     )
-    # At rest on its reference the loop gives way to the load there, and then to what is added: by
-    # nothing where nothing is asked of it, without end where it answers nothing.
+    # At rest on its reference the loop yields to the load, and to added control: not at all without
+    # either, and without limit if it has no stiffness.
     asked = np.array([abs(loaded), added])
     answered = np.abs([(pushed - free) * (behind - still), controls[1] - controls[0]])
     with np.errstate(all="ignore"):
@@ -292,13 +312,13 @@ def widened_distance(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs)
 
 
 def _controls(axis: GeneratedAxis, position: float, *recorded: float) -> tuple[float, float]:
-    """Control of an axis at rest on its reference, and a little behind it, at its most."""
+    """Return the control at rest on the reference, and slightly behind it when it differs most."""
     size = axis.functions["control_law"].size1_in("state")
     begin = axis.functions["control_start"](position, position, *recorded).full().ravel()
     read = position + np.array([[0.0, _OFF], [0.0, 0.0]])
     signals = np.repeat([[0.0], *([value] for value in recorded)], 2, axis=1)  # velocity first
     memory, answers = np.tile(begin[:size], (2, 1)), list[Array]()
-    for _ in range(size + 2):  # a delay answers late
+    for _ in range(size + 2):  # a delayed law responds late
         control, memory = axis.evaluate("control_law", *read, *signals, memory)
         answers.append(control[:, 0])
     still, behind = max(answers, key=lambda pair: float(abs(pair[1] - pair[0])))

@@ -1,8 +1,8 @@
-"""What loops are simulated from: at the samples of a log, or at the evaluations of a law.
+"""Inputs of simulated loops, at the samples of a log or at the evaluations of a control law.
 
-Where their rates differ the loop is simulated as the law runs, and sampled as the log is. From the
-evaluation before a sample the plant goes on as in the simulation itself, under the force that is
-held, through every stop, reversal and side on its way.
+If their rates differ, the loop is simulated at the rate of the law and sampled at that of the log.
+From the evaluation before a sample, the plant continues as in the simulation itself, under the held
+force, through every stop, reversal and kink over the position.
 """
 
 import math
@@ -21,27 +21,27 @@ from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, frozen
 from axisid.support.errors import UsageError
 
-# between periods of law and reference: 20 kHz logged at 50 Hz; a period in ms is 1000 times too
-# long
+# largest ratio of the periods of law and reference: 20 kHz logged at 50 Hz; a period in ms would be
+# 1000 times too long
 _MAX_CLOCK_RATIO = 400.0
-_COINCIDES = 1e-6  # of a period, from an evaluation
+_COINCIDES = 1e-6  # of a period: a sample this near to an evaluation coincides with it
 _FEWEST_OF_A_SPLINE = 4  # samples
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TwoClocks:
-    """When a law is evaluated along a log of another period.
+    """Times of the evaluations of a law along a log of another period.
 
     Attributes
     ----------
     samples : int
-        Of the log.
+        Number of samples of the log.
     log_period, law_period : float
         s
     first : float
-        Time of the first evaluation, s from the first sample; 0 or before it.
+        Time of the first evaluation, s from the first sample; 0 or negative.
     between : str
-        How the reference runs between samples, ``spline``, ``linear`` or ``held``.
+        Interpolation of the reference between samples: ``spline``, ``linear`` or ``held``.
     """
 
     samples: int
@@ -55,23 +55,23 @@ class TwoClocks:
 
     @property
     def times(self) -> Array:
-        """Of the evaluations up to the one after the last sample, in samples of the log."""
+        """Times of the evaluations up to the one after the last sample, in samples of the log."""
         last = (self.samples - 1) * self.log_period - self.first
         count = math.floor(last / self.law_period + _COINCIDES) + 2
         return np.asarray((self.first + self.law_period * np.arange(count)) / self.log_period)
 
     @property
     def elapsed(self) -> tuple[NDArray[np.intp], Array]:
-        """The evaluation at or before each sample, and the time since then, s, (N,) each."""
+        """Index of the evaluation at or before each sample, and the time since then, s, (N,)."""
         time = self.log_period * np.arange(self.samples) - self.first
         last = np.floor(time / self.law_period + _COINCIDES).astype(np.intp)
         since = time - self.law_period * last
         return last, np.where(since > _COINCIDES * self.law_period, since, 0.0)
 
     def reference(self, values: Array) -> Array:
-        """A reference of the log, (N,), where the law is evaluated, (M,); (N, B) likewise.
+        """Return a reference of the log, (N,) or (N, B), at the evaluations, (M,) or (M, B).
 
-        The last smooth one is kept: a record's loop is simulated many times with it.
+        The last spline is cached, as a record's loop is simulated many times with it.
         """
         if self.between == "held":
             return self.held(values)
@@ -83,45 +83,45 @@ class TwoClocks:
         return self._smooth[0][1]
 
     def mean_held(self, values: Array) -> Array:
-        """Mean until the next evaluation of what is held between samples of the log, (M,)."""
+        """Return the mean until the next evaluation of a signal held between samples, (M,)."""
         if self.law_period <= self.log_period:
             return self.held(values)
         until = np.concatenate([0 * values[:1], np.cumsum(values, axis=0)])
         edges = np.append(self.times, self.times[-1] + self.law_period / self.log_period)
         inside = np.clip(edges, 0, len(values))
         integrals, spans = np.diff(straight(inside, until), axis=0), np.diff(inside)
-        mean = self.held(values)  # beyond the log it stays
+        mean = self.held(values)  # constant beyond the end of the log
         mean[spans > 0] = (integrals[spans > 0].T / spans[spans > 0]).T
         return mean
 
     def held(self, values: Array) -> Array:
-        """What is held from a sample of the log to the next, where the law is evaluated, (M,)."""
+        """Return a signal held between samples of the log, at the evaluations, (M,)."""
         row = np.floor(self.times + _COINCIDES).astype(np.intp)
         return np.asarray(values[np.clip(row, 0, len(values) - 1)])
 
 
 def straight(times: Array, values: Array) -> Array:
-    """What runs straight between samples, (N, ...), at times in samples, (M, ...)."""
+    """Interpolate values, (N, ...), linearly at times in samples, (M, ...)."""
     rows = np.arange(len(values))
     return np.asarray(np.apply_along_axis(lambda column: np.interp(times, rows, column), 0, values))
 
 
 def clocks_of(law: ControlLaw, samples: int, period: float) -> TwoClocks | None:
-    """When a law is evaluated along a reference whose period is not the law's; None where it is.
+    """Return the times of a law's evaluations along a reference; None for equal periods.
 
-    The first evaluation is at the first sample. A continuous law has no clock.
+    The first evaluation is at the first sample. None as well for a continuous law.
 
     Parameters
     ----------
     law : ControlLaw
     samples : int
     period : float
-        Of the reference, s.
+        Period of the reference, s.
 
     Raises
     ------
     UsageError
-        One period is so many times the other that it is in another unit.
+        The ratio of the periods is more than 400, so that one is probably in another unit.
     """
     if law.continuous or is_same_period(period, law.period):
         return None
@@ -149,24 +149,24 @@ def at_log_samples(
     recorded: Sequence[Array],
     substeps: int,
 ) -> dict[str, Array]:
-    """Signals of a loop at the law's evaluations, (M,), at the samples of the log, (N,).
+    """Return the signals of a loop at the samples of the log from those at the law's evaluations.
 
     Parameters
     ----------
     axis : GeneratedAxis
     parameters : (p,) array
     signals : dict of str to (M,) array
-        By the names of `SIGNALS`; NaN from where the simulation ended early.
+        By the names of `SIGNALS`; NaN after an early end of the simulation.
     clocks : TwoClocks
     recorded : sequence of (M,) array
-        The recorded signals that the axis declares, at the evaluations.
+        The recorded signals of the axis's declaration, at the evaluations.
     substeps : int
-        That the simulation took in a sample.
+        Steps of the simulation per evaluation.
 
     Returns
     -------
     dict of str to (N,) array
-        The same, and ``held``: the force just before a sample.
+        The signals, and ``held``: the force just before a sample.
     """
     last, since = clocks.elapsed
     force = signals["force"]
@@ -179,8 +179,8 @@ def at_log_samples(
     if axis.states:
         raise UsageError(
             f"the log of axis {axis.name!r} is sampled between the evaluations of its law, "
-            "where what its friction remembers is not known; give the law's period, or whole "
-            "multiples of it.",
+            "where the internal state of its friction is not known; give the law's period, or "
+            "whole multiples of it.",
             code="loop-period",
         )
     begin, span = last[between_ticks], since[between_ticks]
@@ -207,13 +207,15 @@ def at_log_samples(
 
 
 def lines(axis: GeneratedAxis, signals: Sequence[Array], period: float) -> Array | None:
-    """Value and rate of each signal in turn, (N, 2 s) or (N, 2 s, B); None for no signals.
+    """Return value and rate of change of each signal, alternating, (N, 2 s) or (N, 2 s, B).
+
+    None without signals. The rate of a held signal is 0.
 
     Parameters
     ----------
     axis : GeneratedAxis
     signals : sequence of (N,) or (N, B) array
-        In the axis's order.
+        In the order of the axis's declaration.
     period : float
         s
     """
@@ -230,19 +232,19 @@ def lines(axis: GeneratedAxis, signals: Sequence[Array], period: float) -> Array
 
 
 def law_of(axis: GeneratedAxis) -> ControlLaw:
-    """The control law of an axis that is known to have one."""
+    """Return the control law of an axis that is known to have one."""
     law = axis.control
-    assert law is not None  # noqa: S101  # whoever asks has refused an axis without one
+    assert law is not None  # noqa: S101  # callers refuse an axis without a law
     return law
 
 
-#: One lane, or several.
+#: Index of one lane, or of several.
 Chosen = int | slice | NDArray[np.intp]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopInputs:
-    """What loops of one stretch are simulated from: one loop, or lanes side by side.
+    """Inputs of the simulated loops of one stretch: one loop, or several lanes in parallel.
 
     Attributes
     ----------
@@ -250,21 +252,22 @@ class LoopInputs:
     period : float
         s
     start : LoopStart
-        Of all lanes, or with a value for each.
+        One start for all lanes, or a value for each lane.
     noise : (M,) or (M, B) array or None
         Added to the position that the law measures.
     injected : (M,) or (M, B) array or None
         Added to the control.
     signals : tuple of (M,) or (M, B) array
-        The recorded signals that the axis declares, in its order.
+        Recorded signals in the order of the axis's declaration.
     gains : (g,) or (B, g) array or None
-        Of the law; None as declared.
+        Gains of the law; None for the declared ones.
     resolution : float
-        Of the encoder; 0 for none.
+        Encoder step; 0 for none.
     clocks : TwoClocks or None
-        Where the law has another clock than the log, at whose samples the loops are given back.
+        Times of the evaluations if the law and the log have different periods; the simulated
+        signals are returned at the samples of the log.
     log : LoopInputs or None
-        Then the same at the samples of the log.
+        With `clocks`, the inputs at the samples of the log.
     """
 
     reference: Array
@@ -279,10 +282,22 @@ class LoopInputs:
     log: "LoopInputs | None" = None
 
     def at_law(self, axis: GeneratedAxis, clocks: TwoClocks | None) -> "LoopInputs":
-        """What a log has at its samples, where the law is evaluated; itself without clocks."""
+        """Return the inputs at the law's evaluations; unchanged without clocks.
+
+        A held signal of a log that is faster than the law is averaged until the next evaluation,
+        unless law or drive read it at the evaluation.
+        """
         if clocks is None:
             return self
         start, read = self.start, axis.sampled_signals
+        signals = []
+        for declared, values in zip(axis.signals, self.signals, strict=True):
+            if not declared.is_held:
+                signals.append(straight(clocks.times, values))
+            elif declared.name in read:
+                signals.append(clocks.held(values))
+            else:
+                signals.append(clocks.mean_held(values))
         return replace(
             self,
             reference=clocks.reference(self.reference),
@@ -290,27 +305,18 @@ class LoopInputs:
             start=replace(start, position=start.position + start.velocity * clocks.first),
             noise=None if self.noise is None else clocks.held(self.noise),
             injected=None if self.injected is None else clocks.held(self.injected),
-            # What is held from sample to sample of a log that is faster than the law enters by its
-            # mean until the next evaluation, unless law or drive read it at the evaluation.
-            signals=tuple(
-                straight(clocks.times, values)
-                if not declared.is_held
-                else clocks.held(values)
-                if declared.name in read
-                else clocks.mean_held(values)
-                for declared, values in zip(axis.signals, self.signals, strict=True)
-            ),
+            signals=tuple(signals),
             clocks=clocks,
             log=self,
         )
 
     @property
     def first_signals(self) -> tuple[Array, ...]:
-        """The recorded signals at the first sample, () or (B,) each."""
+        """Recorded signals at the first sample, () or (B,) each."""
         return tuple(values[0] for values in self.signals)
 
     def lanes(self, chosen: Chosen) -> "LoopInputs":
-        """Those of some lanes, or of one, where the start has a value for each."""
+        """Return the inputs of some lanes, or of one; the start must have a value for each lane."""
         start = self.start
         memory = None if start.memory is None else np.ascontiguousarray(start.memory[chosen])
         return replace(
@@ -328,16 +334,17 @@ class LoopInputs:
 
 
 def axis_of(axis: GeneratedAxis, inputs: LoopInputs) -> GeneratedAxis:
-    """The axis of one loop: its law with the gains of the inputs."""
+    """Return the axis of one loop: its law with the gains of the inputs."""
     return axis if inputs.gains is None else _with_gains(axis, tuple(inputs.gains.tolist()))
 
 
 # Most lanes of a batch have the same gains.
 @lru_cache(maxsize=64)
 def _with_gains(axis: GeneratedAxis, gains: tuple[float, ...]) -> GeneratedAxis:
+    """Return the axis with all gains of its law given, in the law's order."""
     return axis.with_gains(dict(zip(law_of(axis).gains, gains, strict=True)))
 
 
 def _of_lanes(values: Array, chosen: Chosen) -> Array:
-    """A signal of some lanes; one that all share as it is."""
+    """Return the signal of some lanes; unchanged if all lanes share it."""
     return values if values.ndim == 1 else values[:, chosen]

@@ -1,4 +1,4 @@
-"""What simulations are given, checked, and why a loop is not simulated or ended early."""
+"""Checks of the arguments of simulations, and errors of loops that are refused or end early."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -16,7 +16,6 @@ from axisid.support.errors import (
     EstimationError,
     ModelError,
     UsageError,
-    first_case,
     first_of,
     is_real,
     is_whole,
@@ -29,7 +28,7 @@ from .loop_inputs import LoopInputs, clocks_of, law_of
 
 
 def no_control_law(name: str) -> ModelError:
-    """The error of an axis whose loop cannot be closed."""
+    """Return the error of an axis without a control law."""
     return ModelError(
         f"axis {name!r} has no control law, so its closed loop cannot be simulated. Declare one "
         "(the table [control] in TOML, control=... in Python).",
@@ -54,7 +53,7 @@ def checked_loop(
     resolution: float = 0.0,
     substeps: int | None = None,
 ) -> tuple[Array, LoopInputs]:
-    """Parameters, (p,) or (B, p) of many, and what loops are given at the law's evaluations.
+    """Return checked parameters, (p,) or (B, p), and the inputs at the law's evaluations.
 
     Raises
     ------
@@ -75,7 +74,7 @@ def checked_loop(
         wanted = "(B, p) and (N,) or (N, B)" if many else "(p,) and (N,)"
         raise UsageError(
             f"axis {axis.name!r} has {len(axis.parameters)} parameters "
-            f"({', '.join(axis.names)}); those that are given have the shape {theta.shape}, the "
+            f"({', '.join(axis.names)}); the given parameters have the shape {theta.shape}, the "
             f"reference {ref.shape}. Give {wanted}, the reference finite.",
             code="simulation-input",
         )
@@ -93,16 +92,17 @@ def checked_loop(
         response = axis.response
         drive = () if response is None else response.remembered
         names = [*(each.name for each in law.memory), *law.delay_line, *drive]
-        what = f"the memory ({', '.join(names) or 'the law remembers nothing'})"
+        what = f"the memory ({', '.join(names) or 'the law has none'})"
         memory = checked_array(memory, what, (*lanes, len(names)))
+    velocity = np.zeros(lanes)
+    if start_velocity is not None:
+        velocity = checked_array(start_velocity, "the start velocity", lanes)
     inputs = LoopInputs(
         reference=ref,
         period=period,
         start=LoopStart(
             position=np.broadcast_to(begin, lanes)[()],
-            velocity=np.zeros(lanes)[()]
-            if start_velocity is None
-            else checked_array(start_velocity, "the start velocity", lanes)[()],
+            velocity=velocity[()],
             memory=memory,
         ),
         noise=optional_array(position_noise, "the noise", (samples, *lanes)),
@@ -115,7 +115,7 @@ def checked_loop(
 
 
 def check_whole(what: str, value: int | None, most: int) -> None:
-    """Refuse what is given and is no whole number from 1 on."""
+    """Refuse a value that is neither None nor a whole number from 1 to `most`."""
     if value is not None and not (is_whole(value) and 1 <= value <= most):
         raise UsageError(
             f"{what} are {quoted(value)}; give a whole number from 1 to {most}.",
@@ -124,17 +124,17 @@ def check_whole(what: str, value: int | None, most: int) -> None:
 
 
 def contiguous(values: ArrayLike, what: str) -> Array:
-    """The array as compiled loops read it."""
+    """Return values as a contiguous, aligned float array for compiled loops."""
     return np.require(real_array(values, what), requirements=["C", "A"])
 
 
 def checked_array(values: ArrayLike, what: str, *shapes: tuple[int, ...]) -> Array:
-    """What is given for the samples or the lanes of loops: finite numbers of one of some shapes.
+    """Return values as an array of finite numbers with one of the given shapes.
 
     Raises
     ------
     UsageError
-        It has another shape, or a number is not finite.
+        The array has another shape, or a number is not finite.
     """
     array = contiguous(values, what)
     if array.shape not in shapes or not np.all(np.isfinite(array)):
@@ -145,7 +145,7 @@ def checked_array(values: ArrayLike, what: str, *shapes: tuple[int, ...]) -> Arr
 
 
 def optional_array(values: ArrayLike | None, what: str, *shapes: tuple[int, ...]) -> Array | None:
-    """The same of what may be left out."""
+    """Return None for None, or values checked by `checked_array`."""
     return None if values is None else checked_array(values, what, *shapes)
 
 
@@ -154,12 +154,12 @@ def checked_signals(
     signals: Mapping[str, ArrayLike] | None,
     shapes: Sequence[tuple[int, ...]],
 ) -> tuple[Array, ...]:
-    """The signals that an axis declares, in its order, (N,) each, or (N, B) in a batch.
+    """Return the recorded signals in the order of the axis's declaration, (N,) or (N, B) each.
 
     Raises
     ------
     UsageError
-        One is missing, is not declared, or has another length.
+        A signal is missing, is not declared, or has another length.
     """
     given = {} if signals is None else signals
     if not isinstance(given, Mapping):
@@ -184,14 +184,14 @@ def checked_signals(
 def gains_by_lane(
     axis: GeneratedAxis, gains: Mapping[str, ArrayLike] | None, lanes: int
 ) -> Array | None:
-    """All gains of the law for each lane, (B, g); None where no lane has another.
+    """Return all gains of the law for each lane, (B, g); None if all gains are as declared.
 
     Raises
     ------
     ModelError
-        The axis has no law whose gains could change, or not that gain.
+        The axis has no law with variable gains, or the law lacks a given gain.
     UsageError
-        There are not as many values as lanes, or they are not finite.
+        The number of values is not the number of lanes, or they are not finite.
     """
     if not gains:
         return None
@@ -217,13 +217,13 @@ def gains_by_lane(
 def in_order(
     axis: GeneratedAxis, parameters: ArrayLike | Mapping[str, ArrayLike]
 ) -> ArrayLike | Array:
-    """Parameters that are given by name, in the axis's order; others as they are.
+    """Return parameters given by name in the axis's order; an array is returned unchanged.
 
     Parameters
     ----------
     axis : GeneratedAxis
     parameters : array_like or mapping of str to array_like
-        Of names a number each, or one for each lane, (B,).
+        A mapping has a number for each name, or a number for each lane, (B,).
 
     Returns
     -------
@@ -232,7 +232,7 @@ def in_order(
     Raises
     ------
     UsageError
-        A name is of no parameter, or a parameter has none.
+        A name is no parameter, or a parameter is missing.
     """
     if not isinstance(parameters, Mapping):
         return parameters
@@ -243,7 +243,7 @@ def in_order(
         faults = ((unknown, "is no parameter"), (missing, "is missing"))
         said = " and ".join(f"{first_of(each)} {what}" for each, what in faults if each)
         raise UsageError(
-            f"the parameters of axis {axis.name!r} by name: {said}; give a value of each of "
+            f"the parameters of axis {axis.name!r} by name: {said}; give a value for each of "
             f"{', '.join(names)}.",
             code="simulation-input",
         )
@@ -251,8 +251,8 @@ def in_order(
     if len({each.shape for each in values.values()} - {()}) > 1:
         shapes = ", ".join(f"{name} {each.shape}" for name, each in values.items())
         raise UsageError(
-            f"the parameters by name have the shapes {shapes}; give each one number, or one for "
-            "each lane.",
+            f"the parameters by name have the shapes {shapes}; give each parameter one number, or "
+            "one for each lane.",
             code="simulation-input",
         )
     return np.stack(np.broadcast_arrays(*values.values()), axis=-1)
@@ -269,7 +269,7 @@ _DIRECTIONS = np.array([0.0, 0.0, 1.0, -1.0])
 
 
 def place_at(signals: Mapping[str, Array], sample: int, recorded: Sequence[Array]) -> Place:
-    """Motion and recorded signals at a sample."""
+    """Return position, velocity and recorded signals at a sample."""
     motion = (float(signals["position"][sample]), float(signals["velocity"][sample]))
     return motion, tuple(float(values[sample]) for values in recorded)
 
@@ -277,21 +277,22 @@ def place_at(signals: Mapping[str, Array], sample: int, recorded: Sequence[Array
 def too_stiff(
     axis: GeneratedAxis, parameters: Array, at: Place, period: float, samples: int, left: int
 ) -> EstimationError:
-    """The error of a parameter set that `most_substeps` in a sample do not resolve."""
+    """Return the error of a parameter set that needs more steps per sample than allowed."""
     most = most_substeps(samples, left)
     alone = most == most_substeps(samples)
-    whose = "so many samples may take" if alone else "other simulations of its search leave to it"
+    whose = f"the most for {samples} samples"
+    if not alone:
+        whose = "the most that remain after other simulations of the search"
     return EstimationError(
         f"axis {axis.name!r} is too stiff to simulate with {axis.describe(parameters)}: "
-        f"{_why(axis, parameters, at, period)} asks for more than {most} steps in a sample, the "
-        f"most that {whose}. Check the nominal values and units, or leave so fast a motion out of "
-        "the model.",
+        f"{_why(axis, parameters, at, period)} asks for more than {most} steps in a sample, "
+        f"{whose}. Check the nominal values and units, or leave so fast a motion out of the model.",
         code="simulation",
     )
 
 
 def _why(axis: GeneratedAxis, parameters: Array, at: Place, period: float) -> str:
-    """What asks for short steps: a term, and where; else whatever does."""
+    """Return the cause of short steps: a term with the position and velocity, or a general one."""
     term, rate = stiffest_term(axis.axis, parameters.tolist(), *at)
     if rate * period > 1:
         q, (position, velocity) = axis.coordinate, at[0]
@@ -310,7 +311,7 @@ def failure(
     period: float,
     at: Place,
 ) -> str:
-    """What happened, where, with which parameters, and what to do."""
+    """Return the error message of a loop that ended early, with sample, parameters and remedy."""
     where = f"at sample {sample} ({sample * period:g} s) with {axis.describe(parameters)}"
     what = f"the simulated closed loop of axis {axis.name!r}"
     if STATUSES[status] == "chatter":
@@ -334,7 +335,7 @@ def failure(
 
 
 def states_refusal(axis: GeneratedAxis, parameters: Array) -> str:
-    """What to say of parameters (p,) with which friction cannot remember; empty if it can."""
+    """Return the error message for parameters (p,) with an invalid friction state, or ""."""
     for part, value_of in state_limits(axis.axis):
         value = value_of(parameters.tolist())
         if not part.allows(value):
@@ -342,7 +343,7 @@ def states_refusal(axis: GeneratedAxis, parameters: Array) -> str:
             return (
                 f"{part.what}{named} is {value:.6g} {part.unit}, with which axis "
                 f"{axis.name!r} is not simulated; it must be {part.least}. Correct the "
-                "nominal value, or give a fit a bound."
+                "nominal value, or give the fit a bound."
             )
     return ""
 
@@ -350,20 +351,27 @@ def states_refusal(axis: GeneratedAxis, parameters: Array) -> str:
 def at_rest(
     axis: GeneratedAxis, parameters: Array, position: Array, recorded: Recorded
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_], Array]:
-    """What lanes with parameters (B, p) are at rest, (B,) each; recorded signals (s,) or (s, B).
+    """Return inertia check, friction check and rates of lanes at rest, (B,) each.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    parameters : (B, p) array
+    position : (B,) array
+    recorded : (s,) or (s, B) array
 
     Returns
     -------
     array of bool
-        Which have a positive and finite inertia at their positions, (B,).
+        True for lanes with a positive and finite inertia at their positions.
     array of bool
-        Which have no friction that drives the axis from there.
+        True for lanes whose friction does not drive the axis.
     array
-        Rates of damping and stiffness, 0 where the loop looks for them on its way.
+        Rates of damping and stiffness, 1/s; 0 if the integrator chooses its steps itself.
     """
     library = axis.native.evaluator("from_rest")
     if library is None:
-        # For each of the cases, (B, 4).
+        # Four cases per lane: pushed, free, held by friction forward and backward.
         cases, count = len(_PUSHES), len(position)
         forces, directions = np.repeat(_PUSHES, count), np.repeat(_DIRECTIONS, count)
         motion = np.tile(position, cases), np.zeros(len(forces)), forces, directions
@@ -396,7 +404,9 @@ def checked_rate(
     *,
     bounded: bool,
 ) -> float:
-    """The rate of damping and stiffness at a start, 0 where the loop looks for it on its way.
+    """Return the rate of damping and stiffness at a start, 1/s, after checks of the parameters.
+
+    The rate is 0 if the integrator chooses its steps itself.
 
     Parameters
     ----------
@@ -405,15 +415,15 @@ def checked_rate(
     position : float
     recorded : tuple of float
     bounded : bool
-        Whether parameters beyond their bounds are refused, and friction that drives the axis.
+        Whether parameters beyond their bounds, and friction that drives the axis, are refused.
 
     Raises
     ------
     UsageError
         A parameter is beyond a bound.
     EstimationError
-        There is no inertia, or no force, friction drives the axis, or a state of friction is
-        declared by what cannot be.
+        The inertia is not positive, the force has no finite value, friction drives the axis, or a
+        parameter of a friction state is not valid.
     """
     if refusal := states_refusal(axis, parameters):
         raise EstimationError(refusal, code="simulation")
@@ -440,36 +450,32 @@ def checked_rate(
 def _no_inertia(
     axis: GeneratedAxis, parameters: Array, position: float, recorded: Sequence[float]
 ) -> EstimationError:
-    """The error of a parameter set that no motion starts with: it has no inertia, or no force."""
+    """Return the error of a parameter set without a positive inertia or a finite force."""
     q, given = axis.coordinate, axis.describe(parameters)
     forces = forces_at_rest(axis.axis, parameters.tolist(), float(position), recorded)
-    # What is no number is the largest.
+    # A force that is not a number counts as the largest.
     term, force = max(forces, key=lambda pair: (math.isnan(pair[1]), abs(pair[1])))
     where = f"at rest at {q.name} = {position:g} {q.unit} with {given}"
-    why = first_case(
-        (
-            not np.isfinite(parameters).all(),
-            f"cannot be simulated with {given}. Give finite parameters.",
-        ),
-        (
-            math.isnan(force),
+    if not np.isfinite(parameters).all():
+        why = f"cannot be simulated with {given}. Give finite parameters."
+    elif math.isnan(force):
+        why = (
             f"cannot be simulated: its force has no finite value {where}; see the term {term}. "
-            "Write one that is finite wherever the axis can be and at rest: "
-            "b*v/(v**2 + v0**2) in place of b/v, a root or logarithm of what is positive.",
-        ),
-        (
-            abs(force) * _EPSILON > 1,
-            f"cannot be simulated: its force is {force:.3g} {q.force_unit} {where}, beside "
-            f"which no drive counts; see the term {term}. Correct its factor, its units, or the "
-            "parameters in it.",
-        ),
-        (
-            True,
+            "Write a term that is finite wherever the axis can be and at rest: "
+            "b*v/(v**2 + v0**2) in place of b/v, a root or logarithm of a positive argument."
+        )
+    elif abs(force) * _EPSILON > 1:
+        why = (
+            f"cannot be simulated: its force is {force:.3g} {q.force_unit} {where}, beyond the "
+            f"range of any drive; see the term {term}. Correct its factor, its units, or the "
+            "parameters in it."
+        )
+    else:
+        why = (
             f"has no positive inertia with {given}, so it cannot be simulated. Give its inertial "
             "parameters a positive nominal value, or check the signs of force and position in the "
-            "record.",
-        ),
-    )
+            "record."
+        )
     return EstimationError(f"axis {axis.name!r} {why}", code="simulation")
 
 
@@ -477,9 +483,9 @@ def _no_inertia(
 def _rest(
     axis: GeneratedAxis, parameters: bytes, position: float, recorded: tuple[float, ...]
 ) -> tuple[bool, bool, float]:
-    """Whether one parameter set has an inertia, whether the friction holds, and the rate there.
+    """Return `at_rest` of one parameter set: inertia check, friction check and rate in 1/s.
 
-    A loop is often simulated again with other noise or reference.
+    Cached, as a loop is often simulated again with other noise or another reference.
     """
     lane = np.frombuffer(parameters)[None, :], np.array([position])
     has_mass, friction_holds, rates = at_rest(axis, *lane, np.array(recorded))

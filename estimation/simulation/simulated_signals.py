@@ -1,4 +1,4 @@
-"""The signals of a simulated closed loop, as regressors and logs have them, and where it starts."""
+"""Signals of a simulated closed loop for regressors and logs, and its initial state."""
 
 import math
 from dataclasses import dataclass, replace
@@ -23,11 +23,11 @@ from .loop_inputs import LoopInputs, axis_of, law_of
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Simulation(Signals):
-    """A simulated closed loop, at the reference's samples, (N,) each, SI.
+    """Signals of a simulated closed loop at the reference's samples, (N,) each, SI.
 
-    Its position, velocity, acceleration, force, direction of friction (+1 or -1 while sliding,
-    between them while stuck) and recorded signals are those just after the control was updated at
-    the sample, and satisfy the model row by row.
+    Position, velocity, acceleration, force, friction direction (+1 or -1 while sliding, between
+    them while stuck) and recorded signals are those just after the update of the control at the
+    sample, and satisfy the model in each row.
 
     Attributes
     ----------
@@ -35,12 +35,12 @@ class Simulation(Signals):
     control : array
         In the drive's unit.
     direction_before : array
-        The direction just before the sample, under what was held until then.
+        Friction direction just before the sample, under the previous control.
     measured_position : array
-        With the noise and the encoder resolution that were given.
+        Position with the given noise and encoder resolution.
     held : array or None
-        Force just before each sample, where the law runs at a clock of its own; None where it is
-        that of the sample before.
+        Force just before each sample if the law and the log have different periods; None if it is
+        the force of the sample before.
     """
 
     time: Array
@@ -51,20 +51,20 @@ class Simulation(Signals):
 
     @property
     def mode(self) -> Array:
-        """+1 and -1 while sliding, 0 while stuck (at rest, and nothing to move it)."""
+        """Friction mode: +1 and -1 while sliding, 0 while stuck (no velocity or acceleration)."""
         stuck = (self.velocity == 0) & (self.acceleration == 0)
         return np.where(stuck, 0.0, self.direction)
 
     @property
     def signals(self) -> Signals:
-        """What a regressor is made of, just after each sample."""
+        """Signals of the regressor just after each sample."""
         return self
 
 
 def measured_positions(
     position: Array | float, noise: Array | float | None, resolution: float
 ) -> Array:
-    """Positions with their noise, as an encoder of a resolution has them; 0 for none."""
+    """Return positions plus noise, rounded to an encoder resolution; not rounded for 0."""
     measured = np.asarray(position if noise is None else position + noise)
     return np.floor(measured / resolution + 0.5) * resolution if resolution > 0 else measured
 
@@ -72,10 +72,11 @@ def measured_positions(
 def signals_about(
     axis: GeneratedAxis, parameters: Array, simulation: Simulation
 ) -> tuple[Signals, Signals]:
-    """Signals just after each sample and just before: the same motion under the force of each side.
+    """Return the signals just after and just before each sample.
 
-    They satisfy the model row by row. A force that changes between samples stands by its mean over
-    the period on each side. At the first sample, and for a continuous law, both are those after it.
+    Both have the same motion, with the force and acceleration of each side, and satisfy the model
+    in each row. A force that changes between samples is represented by its mean over the period on
+    each side. At the first sample, and for a continuous law, both are those after the sample.
     """
     if law_of(axis).continuous:
         return simulation.signals, simulation.signals
@@ -95,17 +96,18 @@ def signals_about(
 
 
 def _under(axis: GeneratedAxis, parameters: Array, signals: Signals, force: Array) -> Signals:
-    """The same motion under another force."""
+    """Return the signals with another force, and the acceleration that it causes."""
     motion = (signals.position, signals.velocity, force, signals.direction)
     (acceleration,) = axis.evaluate("direct_dynamics", *motion, *signals.recorded, parameters)
     return replace(signals, force=force, acceleration=acceleration[:, 0])
 
 
 def forces_about(axis: GeneratedAxis, simulation: Simulation) -> tuple[Array, Array]:
-    """The drive's force in the mean from each sample to the next, and just before each, (N,) each.
+    """Return the mean force from each sample to the next, and the force just before each, (N,).
 
-    Where it follows the motion, that of the mean control along the motion at the sample; before
-    a sample that of the mean since the sample before, but under the motion of its own.
+    For a drive whose force depends on the motion, the mean force is that of the mean control with
+    the motion at the sample; the force before a sample is that of the mean control since the sample
+    before, with the motion at the sample itself.
     """
     response, s = axis.response, simulation
     if response is None:
@@ -129,7 +131,7 @@ def forces_about(axis: GeneratedAxis, simulation: Simulation) -> tuple[Array, Ar
 
 
 def logged_control(axis: GeneratedAxis, simulation: Simulation) -> Array:
-    """The control of a simulation where the axis's records have it, (N,)."""
+    """Return the control of a simulation as the axis's records log it, (N,)."""
     if axis.drive.logged == "current":
         motion = (simulation.force, simulation.position, simulation.velocity)
         return axis.evaluate("drive_control", *motion, *simulation.recorded)[0][:, 0]
@@ -137,17 +139,18 @@ def logged_control(axis: GeneratedAxis, simulation: Simulation) -> Array:
 
 
 def _one_later(values: Array) -> Array:
+    """Return values delayed by one sample; the first value is repeated."""
     return np.concatenate([values[:1], values[:-1]])
 
 
-_STEPS = 20  # of Newton's method; a law that is linear in its memory takes one
-_CLOSE = 1e-14  # of the control
+_STEPS = 20  # steps of Newton's method; a law that is linear in its memory needs one
+_CLOSE = 1e-14  # tolerance relative to the control
 
 
 def loop_start(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> LoopStart:
-    """Where one loop with parameters (p,) starts: in balance where its law says so.
+    """Return the start of one loop with parameters (p,), in balance if its law declares that.
 
-    Then the drive remembers what it does when its control holds the axis there.
+    In balance, the memory of law and drive is such that the control holds the axis at its start.
     """
     start, noise = inputs.start, inputs.noise
     if start.memory is not None or not law_of(axis).balanced:
@@ -166,7 +169,7 @@ def loop_start(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> Lo
     law = _balance(axis, state[:count], read, path.command(wanted))
     if response is None:
         return replace(start, memory=law)
-    # The drive has what comes of the law's command, which may be rounded or limited.
+    # The drive may round or limit the law's command.
     command = float(_computed(axis)[0](*read, law))
     acting = path.end(command)
     actual = float(axis.functions["drive_force"](acting, place, speed, *recorded))
@@ -177,7 +180,7 @@ def loop_start(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> Lo
 
 
 def lane_starts(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> LoopStart:
-    """The same of lanes with parameters (B, p)."""
+    """Return the starts of lanes with parameters (B, p); see `loop_start`."""
     lanes, start = len(parameters), inputs.start
     memory = start.memory
     if memory is not None:
@@ -198,10 +201,18 @@ def lane_starts(axis: GeneratedAxis, parameters: Array, inputs: LoopInputs) -> L
 def _balance(
     axis: GeneratedAxis, state: Array, signals: tuple[float, ...], control: float
 ) -> Array:
-    """Change the memories (m,) that start in balance, by the least, for the law to give a control.
+    """Return the state, (m,), nearest to the given one with which the law gives a control.
 
-    Signals are reference, measured position and velocity, and recorded ones; it is as near as the
-    law comes to it.
+    Newton's method with minimum-norm steps in the memories that are declared to start in balance;
+    the result is as near to the control as the law allows.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    state : (m,) array
+    signals : tuple of float
+        Reference, measured position, velocity, and recorded signals.
+    control : float
     """
     law = law_of(axis)
     free, count = list(law.balanced), len(law.memory)
@@ -223,7 +234,7 @@ def _balance(
 
 @lru_cache(maxsize=32)
 def _computed(axis: GeneratedAxis) -> tuple[Any, Any]:
-    """The control that the law computes, whatever its delay, and its slopes by the state."""
+    """Return functions of the undelayed control of the law and of its derivatives by the state."""
     law, function = law_of(axis), axis.functions["control_law"]
     names = function.name_in()
     output, row = ("next_state", len(law.memory)) if law.delay else ("control", 0)

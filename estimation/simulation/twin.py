@@ -1,4 +1,4 @@
-"""The twin: a simulated record of an axis whose parameters are known."""
+"""The twin of an axis: a simulated record with known true parameters."""
 
 from __future__ import annotations  # as they are written, in what help() prints
 
@@ -28,7 +28,7 @@ _MOST_SAMPLES = 2e6
 
 
 def trajectory(moves: tuple[Move, ...], period: float) -> Array:
-    """Reference positions of moves with trapezoidal velocity and their dwells, one after the other.
+    """Return the reference positions of consecutive moves with trapezoidal velocity and dwells.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def trajectory(moves: tuple[Move, ...], period: float) -> Array:
     Returns
     -------
     (N,) array
-        From 0, in the coordinate's unit.
+        Positions, starting at 0, in the coordinate's unit.
     """
     check_sample_period(period)
     pieces = [np.zeros(1)]
@@ -78,7 +78,7 @@ def twin_record(
     signals: Mapping[str, ArrayLike] | None = None,
     sample_period: float | None = None,
 ) -> Record:
-    """Simulate the axis's own experiment with its true parameters.
+    """Simulate the declared experiment of an axis with its true parameters.
 
     Parameters
     ----------
@@ -88,20 +88,23 @@ def twin_record(
         Standard deviation of the noise on the measured position, inside the loop; the
         experiment's by default.
     velocity_noise, acceleration_noise : float, optional
-        Of a velocity and of an acceleration that are measured beside the loop; none by default.
+        Standard deviations of the noise of a velocity and an acceleration that are measured outside
+        the loop; not measured by default.
     seed : int, optional
-        Of the noise; the experiment's by default.
+        Seed of the noise; the experiment's by default.
     injected : (N,) array_like, optional
         A test signal, one value for each sample of the experiment.
     injected_at : str, optional
-        What it is added to, ``"control"`` or ``"reference"``; what the axis says by default.
+        Signal that it is added to, ``"control"`` or ``"reference"``; as the axis declares by
+        default.
     signals : mapping of str to (N,) array_like, optional
-        The recorded signals that the axis declares, likewise; those of the experiment by default.
+        The recorded signals that the axis declares, one value for each sample; those of the
+        experiment by default.
     sample_period : float, optional
-        Of the log, s; the law's by default. A sampled law runs at its own period all the same, by a
-        set point that is made whenever it is evaluated, unless it declares how its reference runs
-        between the samples of the log. The noise of a position is drawn anew for each evaluation,
-        or for each sample where these are more.
+        Sampling period of the log, s; the law's by default. A sampled law always runs at its own
+        period, with a set point that is computed at each evaluation, unless the law declares the
+        interpolation of its reference between samples of the log. The noise of the position is
+        drawn for each evaluation, or for each sample if there are more samples than evaluations.
 
     Raises
     ------
@@ -129,26 +132,33 @@ def twin_record(
             )
             for what, value, is_allowed, wanted in (
                 ("seed", chosen, is_whole(chosen), "a whole number of 0 or more"),
-                ("position noise", deviation, is_real(deviation), "its deviation, 0 or more"),
+                (
+                    "position noise",
+                    deviation,
+                    is_real(deviation),
+                    "its standard deviation, 0 or more",
+                ),
             )
         ),
         code="twin",
     )
     generator = np.random.default_rng(chosen)
     loop = plan.loop(lambda count: generator.normal(0.0, deviation, count))
-    rng = np.random.default_rng([chosen, 1])  # the position's noise stays what it is without them
+    # A separate stream, so that the position noise is the same without these sensors.
+    rng = np.random.default_rng([chosen, 1])
     noise = rng.normal(size=(2, len(loop.velocity)))
     declared, counts = plan.axis, experiment.resolution
     counted = f", counts of {counts:g} {declared.coordinate.unit}" if counts else ""
-    return plan.record(
-        loop,
+    source = (
         f"twin of {declared.name}, seed {chosen}, position noise {deviation:g} "
-        f"{declared.coordinate.unit}{counted}",
-        None if velocity_noise is None else loop.velocity + velocity_noise * noise[0],
-        None
-        if acceleration_noise is None
-        else plan.acceleration(loop) + acceleration_noise * noise[1],
+        f"{declared.coordinate.unit}{counted}"
     )
+    velocity = acceleration = None
+    if velocity_noise is not None:
+        velocity = loop.velocity + velocity_noise * noise[0]
+    if acceleration_noise is not None:
+        acceleration = plan.acceleration(loop) + acceleration_noise * noise[1]
+    return plan.record(loop, source, velocity, acceleration)
 
 
 def twin_plan(
@@ -159,12 +169,12 @@ def twin_plan(
     signals: Mapping[str, ArrayLike] | None = None,
     sample_period: float | None = None,
 ) -> TwinPlan:
-    """What all twins of an axis have in common, whatever their noise; see `twin_record`.
+    """Return what all twins of an axis have in common except their noise; see `twin_record`.
 
     Raises
     ------
     UsageError, ModelError
-        As `twin_record`.
+        As in `twin_record`.
     """
     generated = as_generated(axis)
     declared = generated.axis
@@ -172,7 +182,7 @@ def twin_plan(
     reference = trajectory(experiment.moves, period)
     if len(reference) < MIN_RECORD_SAMPLES.value:
         raise UsageError(
-            f"the moves of axis {declared.name!r} are over after {len(reference)} samples of "
+            f"the moves of axis {declared.name!r} end after {len(reference)} samples of "
             f"{period:g} s; a record needs {MIN_RECORD_SAMPLES.value} or more: give longer moves.",
             code="too-short",
         )
@@ -181,9 +191,8 @@ def twin_plan(
     recorded = {**of_time, **(signals or {})}
     if missing := [s.name for s in declared.signals if s.name not in recorded]:
         raise UsageError(
-            f"axis {declared.name!r} has the recorded signals {', '.join(missing)}, and nothing "
-            "says what they are in its twin; give a record, signals=..., or declare them in the "
-            "experiment.",
+            f"axis {declared.name!r} has the recorded signals {', '.join(missing)}, which have no "
+            "values in its twin; give a record, signals=..., or declare them in the experiment.",
             code="twin",
         )
     truth = np.array([*_truth(declared).values()])
@@ -203,24 +212,25 @@ def twin_plan(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TwinPlan:
-    """What the loop of a twin is given at the samples of its log.
+    """Inputs of the simulated loop of a twin, at the samples of its log.
 
     Attributes
     ----------
     axis : GeneratedAxis
     experiment : Experiment
     truth : (p,) array
-        Of the axis's parameters.
+        True values of the axis's parameters.
     reference : (N,) array
     period : float
-        Of the log, s.
+        Sampling period of the log, s.
     clocks : TwoClocks or None
-        Where the law runs at a period of its own.
+        Times of the evaluations if the law has another period.
     signals : mapping of str to array_like
         The recorded signals that the axis declares.
     injected : (N,) array or None
+        Test signal.
     injected_at : str or None
-        As the record has them.
+        Signal that the test signal is added to.
     """
 
     axis: GeneratedAxis
@@ -235,15 +245,18 @@ class TwinPlan:
 
     @property
     def true_values(self) -> dict[str, float]:
-        """The twin's parameters by name, as declared and as identified."""
+        """True values by name of the declared parameters and of those that are identified."""
         identified = dict(zip(self.axis.names, self.truth.tolist(), strict=True))
         return {**_truth(self.axis.declared), **identified}
 
     def loop(self, noise: Callable[[int], Array]) -> Simulation:
-        """The closed loop under a noise of the measured position, drawn by its length.
+        """Simulate the closed loop with position noise.
 
-        Of a law with a clock of its own it is drawn for each evaluation, or for each sample where
-        these are more.
+        Parameters
+        ----------
+        noise : callable
+            Returns noise of a given length. With a law of another period, the length is the number
+            of evaluations, or that of samples if there are more samples.
         """
         clocks, commanded = self.clocks, self.reference
         if clocks is not None and clocks.law_period < clocks.log_period:
@@ -266,7 +279,7 @@ class TwinPlan:
         if clocks is not None:
             if law_of(self.axis).reference_between:
                 reference = clocks.reference(commanded)
-            else:  # the set point is made whenever the law is evaluated
+            else:  # the set point is computed at each evaluation
                 moves = trajectory(self.experiment.moves, clocks.law_period)
                 reference = moves[np.minimum(np.arange(len(clocks.times)), len(moves) - 1)]
             if added is not None:
@@ -286,7 +299,7 @@ class TwinPlan:
         velocity: Array | None = None,
         acceleration: Array | None = None,
     ) -> Record:
-        """What is logged of a loop, with what sensors have of velocity and acceleration, if any."""
+        """Return the record of a loop, with measured velocity and acceleration if any."""
         names = (s.name for s in self.axis.signals)
         return Record(
             time=self.period * np.arange(len(self.reference), dtype=np.float64),
@@ -303,7 +316,7 @@ class TwinPlan:
         )
 
     def acceleration(self, loop: Simulation) -> Array:
-        """What an ideal sensor has of the acceleration, (N,): about a jump the mean."""
+        """Return the acceleration of an ideal sensor, (N,); at a jump the mean of both sides."""
         axis = self.axis
         if loop.held is not None or (axis.jumps and not axis.holds_force):
             before = signals_about(self.axis, self.truth, loop)[1].acceleration
@@ -312,13 +325,21 @@ class TwinPlan:
 
 
 def _planned(axis: Axis, sample_period: float | None) -> tuple[Experiment, ControlLaw, float]:
-    """Experiment, law and period of the log, s; refused where one is missing, or takes too long."""
+    """Return experiment, law and sampling period of the log in s.
+
+    Raises
+    ------
+    ModelError
+        The axis has no experiment or no control law, or the experiment takes too many samples.
+    """
     experiment, law = axis.experiment, axis.control
     if experiment is None or law is None:
-        missing = "experiment" if experiment is None else "control law"
+        missing, argument = "control law", "control"
+        if experiment is None:
+            missing = argument = "experiment"
         raise ModelError(
             f"axis {axis.name!r} declares no {missing}, so it has no twin. Give a record, or "
-            f"declare {'experiment' if experiment is None else 'control'}=...",
+            f"declare {argument}=...",
             code="twin",
         )
     logged = law.period if sample_period is None else sample_period
@@ -336,16 +357,16 @@ def _planned(axis: Axis, sample_period: float | None) -> tuple[Experiment, Contr
 
 
 def _check_held(axis: GeneratedAxis, truth: Array, start: float) -> None:
-    """Refuse a twin whose drive cannot hold its load where it starts, at its limit.
+    """Refuse a twin whose drive cannot hold its load at the start.
 
     Raises
     ------
     ModelError
-        Even with all friction beside it the force at the limit is less than the load.
+        The force at the drive's limit plus all friction is less than the load.
     """
     drive, coordinate = axis.drive, axis.coordinate
     if not math.isfinite(drive.limit) or axis.states or axis.signals:
-        return  # what a bristle or a signal holds is not known here
+        return  # the holding force of internal states or signals is not known here
     load, given = axis.functions["inverse_dynamics"], axis.functions["drive_force"]
     needed = sorted(float(load(start, 0.0, 0.0, side, truth)) for side in (-1.0, 1.0))
     force = sorted(float(given(side * drive.limit, start, 0.0)) for side in (-1.0, 1.0))
@@ -355,7 +376,7 @@ def _check_held(axis: GeneratedAxis, truth: Array, start: float) -> None:
         raise ModelError(
             f"the drive of axis {axis.name!r} cannot hold its load: at its limit of "
             f"{drive.limit:g} {drive.unit} it gives {force[0]:.4g} to {force[1]:.4g} "
-            f"{unit}, and at rest at {start:g} {coordinate.unit} the load takes {off:.4g} "
+            f"{unit}, and at rest at {start:g} {coordinate.unit} the load needs {off:.4g} "
             f"{unit} with {axis.describe(truth)}, so that the twin would fall. "
             "Raise the limit of the drive, or lower the load.",
             code="twin",
@@ -363,5 +384,6 @@ def _check_held(axis: GeneratedAxis, truth: Array, start: float) -> None:
 
 
 def _truth(axis: Axis) -> dict[str, float]:
+    """Return the true values of the declared parameters, nominal values where none is given."""
     truth = axis.experiment.truth if axis.experiment else {}
     return {p.name: truth.get(p.name, p.nominal) for p in axis.parameters}

@@ -1,8 +1,8 @@
-"""What is searched: shared by records or local to one, known, bounded, and what else is free.
+"""Unknowns of a search: shared or local parameters, bounds, priors, fixed values, nuisance ones.
 
-In: axes, forms, records, values known of each record. Out: `JointForm` of several records,
-`ExtendedForm` with gains of drive and law, starts of loops or a time behind a model's parameters,
-and `Unknowns` of a search. Knows nothing of estimates, outputs and how a search is made.
+In: axes, forms, records, known values of each record. Out: `JointForm` of several records,
+`ExtendedForm` with nuisance parameters (gains of drive and law, starts of loops, a time of the
+drive), and `Unknowns` of a search. Knows nothing of estimates, outputs and search algorithms.
 """
 
 from .bounds_and_priors import (

@@ -1,4 +1,4 @@
-"""What a fit searches: parameters with their bounds, priors, fixed values and scales."""
+"""Unknowns of a fit: parameters with their bounds, priors, fixed values and scales."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -13,12 +13,12 @@ from axisid.support.errors import DataError, ModelError, UsageError, by_name, is
 
 from .nuisance_parameters import ExtendedForm
 
-_MIN_PRIOR_DEVIATION = 1e-12  # of the value; what is surer is exact, and can be held
+_MIN_PRIOR_DEVIATION = 1e-12  # of the value; a value with a smaller one is exact, to be fixed
 
 #: A bound, or None for none.
 BoundOrNone = float | None
-_SPREAD = 0.5  # of the logarithm of further starts, and of a size that counts as much as any
-_INSIDE = 0.05  # of a parameter's scale, or a quarter of its range: how far inside it starts
+_SPREAD = 0.5  # standard deviation of the logarithm of random starts, or relative to their size
+_INSIDE = 0.05  # distance of a start from its bound, of the parameter's scale
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,9 +30,9 @@ class Unknowns:
     quantities : tuple of Quantity
     lower, upper : array
     prior, prior_sd : array
-        What was known before; infinite deviations where nothing was.
+        Mean and standard deviation of the prior; infinite without a prior.
     fixed : array
-        Values that are held; NaN where a parameter is searched.
+        Fixed values; NaN for free parameters.
     """
 
     quantities: tuple[Quantity, ...]
@@ -44,42 +44,43 @@ class Unknowns:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the parameters."""
+        """Names of the parameters."""
         return tuple(q.name for q in self.quantities)
 
     @property
     def free(self) -> BoolArray:
-        """Which are searched."""
+        """True for free parameters, (P,)."""
         return np.isnan(self.fixed)
 
     @property
     def has_prior(self) -> BoolArray:
-        """Of which something was known before, and is weighed."""
+        """True for free parameters with a prior, (P,)."""
         return np.isfinite(self.prior_sd) & self.free
 
     @property
     def without_prior(self) -> "Unknowns":
-        """The same as if nothing had been known before."""
+        """The unknowns without priors."""
         return replace(self, prior_sd=np.full_like(self.prior_sd, np.inf))
 
     @property
     def known_rows(self) -> Array:
-        """Slopes of what was known before, over its deviations, by the parameters, (j, P)."""
+        """Derivatives of the prior errors by the parameters, (j, P): rows ``1/sd``."""
         return np.asarray(np.diag(1 / self.prior_sd)[self.has_prior])
 
     def known_errors(self, at: Array) -> Array:
-        """How far parameters (P,) are from what was known before, over its deviations, (j,)."""
+        """Return the prior errors ``(theta - prior)/sd`` of parameters (P,), (j,)."""
         return np.asarray(((at - self.prior) / self.prior_sd)[self.has_prior])
 
     def scale(self, start: Array, size: Array) -> Array:
-        """Scale of each parameter, from which its steps follow; never 0, as friction may be."""
+        """Return the scale of each parameter for steps, (P,); 1 instead of 0."""
         scale = np.max(np.abs([start, size, self.prior]), axis=0)
         return np.where(scale > 0, scale, 1.0)
 
     def drawn_about(self, start: Array, size: Array, random: np.random.Generator) -> Array:
-        """Parameters (P,) at random about a start: those of one sign by a factor, others by a size.
+        """Draw parameters, (P,), about a start.
 
-        A factor of what is 0 leaves it there, so that it is drawn by its size on the allowed side.
+        A parameter with a sign constraint is multiplied by ``exp(0.5 z)`` with z standard normal;
+        others, and those that start at 0, are shifted by their size times z, on the allowed side.
         """
         draws = random.standard_normal(len(start))
         up, down = self.lower >= 0, self.upper <= 0
@@ -89,9 +90,9 @@ class Unknowns:
         return np.where(by_factor, start * np.exp(_SPREAD * draws), by_size)
 
     def inside(self, start: Array, scale: Array) -> Array:
-        """A start strictly inside the bounds, fixed values as they are.
+        """Return a start strictly inside the bounds, with the fixed values.
 
-        A search that starts on a bound stands still there.
+        A search that starts at a bound cannot leave it.
         """
         margin = np.minimum(_INSIDE * scale, (self.upper - self.lower) / 4)
         moved = np.clip(start, self.lower + margin, self.upper - margin)
@@ -101,17 +102,19 @@ class Unknowns:
 def bounded_quadratic_minimum(
     lower: Array, upper: Array, at: Array, rows: Array, downhill: Array
 ) -> tuple[Array, IntArray]:
-    """Parameters (k,) of the least cost within their bounds, and which are at one, -1 or 1.
+    """Return the minimum of a quadratic cost within bounds, (k,), and the active bounds, -1 or 1.
+
+    Minimises ``||J d||^2 / 2 - g' d`` for ``d = theta - at``.
 
     Parameters
     ----------
     lower, upper : (k,) array
     at : (k,) array
-        Where the cost's slope is known.
+        Parameters at which gradient and J are known.
     rows : (n, k) array
-        Whose squares the cost curves by.
+        J, with the Hessian ``J'J``.
     downhill : (k,) array
-        The negative of the slope.
+        Negative gradient g.
     """
     from scipy.optimize import lsq_linear
 
@@ -132,14 +135,14 @@ def unknowns_of(
     prior: Mapping[str, tuple[float, float]],
     fixed: Mapping[str, float],
 ) -> Unknowns:
-    """The parameters of a form, with what was declared of them and what is asked for.
+    """Return the unknowns of a form from the declaration and from given bounds, priors and values.
 
     Parameters
     ----------
     form : ExtendedForm
-        What is said of a parameter that records have for themselves is said of all of them.
+        The name of a local parameter stands for that of every record.
     bounds : mapping of str to (float or None, float or None)
-        Narrower than the declared ones.
+        Bounds within the declared ones.
     prior : mapping of str to (float, float)
         Value and standard deviation.
     fixed : mapping of str to float
@@ -147,9 +150,9 @@ def unknowns_of(
     Raises
     ------
     UsageError
-        A name is no parameter's, or a value is none, contradicts another, or is out of bounds.
+        A name is no parameter, or a value is no number, contradicts another, or is out of bounds.
     ModelError
-        The axis fixes a parameter that the fit does not search by itself.
+        The axis fixes a parameter that is only searched in combination with others.
     """
     declared, local = form.declared, form.local
     found = Unknowns(
@@ -163,6 +166,7 @@ def unknowns_of(
     names = found.names
 
     def places(name: object, what: str) -> list[int]:
+        """Return the indices of the parameters of a name, refused if the action is not possible."""
         own = local.get(str(name), (str(name),))
         if not {*own} <= {*names}:
             raise UsageError(
@@ -172,7 +176,7 @@ def unknowns_of(
         at = [names.index(each) for each in own]
         if what != "fix" and not found.free[at].all():
             raise UsageError(
-                f"{quoted(name)} is fixed, which leaves nothing to {what} of it; give one of the "
+                f"{quoted(name)} is fixed, so that there is nothing to {what}; give one of the "
                 "two.",
                 code="fit",
             )
@@ -188,12 +192,12 @@ def unknowns_of(
 
 
 def check_enough(counted: Array, spans: Sequence[Sequence[slice]], unknowns: Unknowns) -> None:
-    """Refuse to search for parameters by fewer errors than they are.
+    """Refuse a search with fewer residuals than free parameters.
 
     Parameters
     ----------
     counted : (n,) array
-        Which rows count.
+        Positive for rows that are used.
     spans : sequence of sequence of slice
         Stretches by record.
     unknowns : Unknowns
@@ -201,21 +205,21 @@ def check_enough(counted: Array, spans: Sequence[Sequence[slice]], unknowns: Unk
     Raises
     ------
     DataError
-        Nothing of a record is left to follow, or too little of all.
+        A record has no sample that is not masked, or all records together have too few.
     """
     for number, own in enumerate(spans, 1):
         if not any(np.any(counted[rows] > 0) for rows in own):
             which = f"record {number}" if len(spans) > 1 else "the record"
             raise DataError(
-                f"every sample of {which} is masked, so that nothing is left to follow; mask less, "
-                "or follow a part that is not masked.",
+                f"every sample of {which} is masked, so that there is no output to fit; mask less, "
+                "or fit a part that is not masked.",
                 code="fit",
             )
     rows, searched = int(np.count_nonzero(counted)), int(unknowns.free.sum())
     if rows + int(unknowns.has_prior.sum()) <= searched:
         raise DataError(
-            f"{rows} values of the output are left to follow, for {searched} parameters; record "
-            "longer, or fix parameters.",
+            f"{rows} values of the output are too few for {searched} parameters; record longer, "
+            "or fix parameters.",
             code="too-short",
         )
 
@@ -224,14 +228,14 @@ _Places = Callable[[object, str], list[int]]
 
 
 def _take_declared(found: Unknowns, form: ExtendedForm) -> None:
-    """What the axis, or its drive, declares as known: held where it is exact, else weighed."""
+    """Apply declared known values: fixed if exact, otherwise a prior."""
     known = {p.name: p for p in (*form.declared, *form.axis.base.known) if p.known is not None}
     for p in known.values():
         if p.name not in found.names:
             raise ModelError(
                 f"{p.name} of axis {form.axis.name!r} is fixed, and the fit searches "
-                f"{', '.join(found.names)}, in which it is with others; leave the fixed value "
-                "out, and let identify make the others of it.",
+                f"{', '.join(found.names)}, which combine it with others; leave the fixed value "
+                "out, and let identify compute the other parameters with it.",
                 code="fit",
             )
         at, value = found.names.index(p.name), float(p.known or 0.0)
@@ -244,6 +248,7 @@ def _take_declared(found: Unknowns, form: ExtendedForm) -> None:
 def _take_bounds(
     found: Unknowns, bounds: Mapping[str, tuple[BoundOrNone, BoundOrNone]], places: _Places
 ) -> None:
+    """Apply given bounds within the declared ones."""
     for name, given in by_name(bounds, "bounds").items():
         pair = given if isinstance(given, (tuple, list)) else (None,)
         if len(pair) != 2 or not all(end is None or is_real(end) for end in pair):
@@ -257,8 +262,8 @@ def _take_bounds(
             high = found.upper[j] if pair[1] is None else float(np.minimum(found.upper[j], pair[1]))
             if not low < high:
                 raise UsageError(
-                    f"the bounds of {found.names[j]} leave nothing between {low:g} and {high:g}, "
-                    "the declared ones counted; give others, or fix it.",
+                    f"the bounds of {found.names[j]} together with the declared ones are {low:g} "
+                    f"and {high:g}, with nothing between; give others, or fix it.",
                     code="fit",
                 )
             found.lower[j], found.upper[j] = low, high
@@ -267,6 +272,7 @@ def _take_bounds(
 def _take_priors(
     found: Unknowns, prior: Mapping[str, tuple[float, float]], places: _Places
 ) -> None:
+    """Apply given priors."""
     for name, given in by_name(prior, "values known before").items():
         own = places(name, "know")
         pair, largest = given if isinstance(given, (tuple, list)) else (), LARGEST_VALUE.value
@@ -274,15 +280,16 @@ def _take_priors(
         least = max(_MIN_PRIOR_DEVIATION * abs(mean), 1 / largest)
         if not (abs(mean) <= largest and least <= sd <= largest):
             raise UsageError(
-                f"what was known of {quoted(name)} is {quoted(given)}; give a value and its "
-                f"standard deviation, finite and of {largest:g} at most, or fix it if that is 0 "
-                "or as good as that.",
+                f"the prior of {quoted(name)} is {quoted(given)}; give a value and its "
+                f"standard deviation, finite and of {largest:g} at most, or fix the value if its "
+                "standard deviation is 0 or negligible.",
                 code="fit",
             )
         found.prior[own], found.prior_sd[own] = mean, sd
 
 
 def _take_fixed(found: Unknowns, fixed: Mapping[str, float], places: _Places) -> None:
+    """Apply given fixed values."""
     for name, value in by_name(fixed, "fixed values").items():
         for j in places(name, "fix"):
             low, high, is_number = found.lower[j], found.upper[j], is_real(value)

@@ -1,18 +1,18 @@
-"""Parameters of several records: those that they share, those that each has for itself.
+"""Parameters of several records: shared parameters, and local parameters of each record.
 
-A record's base parameters are sums of products of the declared parameters. With what is known of
-the record put in, they are linear in the products of the others: ``beta_r = C_r mu + c_r``. The
-reduced row echelon form of all C_r, one above the other, gives the smallest set of parameters of
-all records, which may be more than any one of them tells: two angles of an axis tell its weight
-from an offset, two payloads its length from its mass.
+A record's base parameters are sums of products of the declared parameters. With the known values of
+the record inserted, they are linear in the products of the others: ``beta_r = C_r mu + c_r``. The
+reduced row echelon form of all stacked C_r gives the smallest set of parameters of all records,
+which may be more than a single record identifies: two angles of an axis separate its weight from an
+offset, two payloads its length from its mass.
 
-Where a known force is among what the records need, the force of a control, ``g0 u`` by the declared
-gain, is ``g0/g`` times all of it. So with ``kappa = g0/g``
+If the records have a known force, the drive gain g is identifiable. The force ``g0 u`` of a control
+by the declared gain g0 is ``g0/g`` times the true force. So with ``kappa = g0/g``
 
     g0 u = X mu' + kappa known,    mu = mu' / kappa,    g = g0 / kappa,
 
-which is linear, and a loop that is simulated with ``mu'``, ``kappa known`` and the declared gain is
-the loop of ``mu``, ``known`` and g.
+which is linear. A loop simulated with ``mu'``, ``kappa known`` and the declared gain is the loop
+with ``mu``, ``known`` and g.
 """
 
 import math
@@ -29,6 +29,7 @@ from axisid.modeling.derivation import CommonParameter, common_parameters
 from axisid.modeling.quantities import Parameter, fresh_name
 from axisid.support.arrays import Array, BoolArray, Exact, column_sizes
 from axisid.support.errors import ModelError, UsageError, refuse
+from axisid.support.settings import setting
 
 from .known_values import KnownValues
 
@@ -36,17 +37,17 @@ from .known_values import KnownValues
 GAIN = "drive_gain"
 
 _SAME = 1e-9  # of a column
-_Product = tuple[tuple[tuple[str, int], ...], int | None]  # its powers; the record, if it is local
+_Product = tuple[tuple[tuple[str, int], ...], int | None]  # powers; the record of a local product
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Member(Exact):
-    """One record's part: its base parameters are ``into mu + offset``.
+    """Map to one record's base parameters: ``into mu + offset``.
 
     Attributes
     ----------
     axis : GeneratedAxis
-        With the law's gains that are known of the record, and with what is known of it in place of
+        The axis with the known law gains of the record, and with known values in place of
         parameters that enter nonlinearly.
     into : (b, P) array
     offset : (b,) array
@@ -59,22 +60,23 @@ class Member(Exact):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointForm(Exact, InverseForm):
-    """The inverse model of several records in their parameters, and the drive gain if it is shown.
+    """Inverse model of several records in joint parameters, with the drive gain if identifiable.
 
     Attributes
     ----------
     parameters : tuple of Parameter
-        Shared ones, those of each record, and the drive gain last if it is identified.
+        Shared parameters, those of each record, and last the drive gain if it is identified.
     expressions : tuple of str
-        How each is made of declared ones; empty where it is one.
+        Expression of each parameter in declared ones; empty for a declared parameter itself.
     members : tuple of Member
         By record.
     local : mapping of str to tuple of str
-        Of every declared parameter that is local, its names among `parameters` by record, by itself
-        or as it leads a sum; empty of a record that has none, as where it is in products alone.
+        For every local declared parameter, its names among `parameters` by record, alone or as the
+        first term of a sum; empty for a record where it occurs in products only.
     known : KnownValues
     gain : float or None
-        The declared drive gain where a known force tells another; None where it is believed.
+        The declared drive gain if a known force identifies the gain; None if the declared gain is
+        used.
     """
 
     parameters: tuple[Parameter, ...] = field(kw_only=True)
@@ -86,7 +88,7 @@ class JointForm(Exact, InverseForm):
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """The parameters; with the gain scaled by it, and its inverse in the declared one's."""
+        """Joint parameters; with the gain they are times kappa, and the last is kappa itself."""
         return tuple(
             Quantity(name=p.name, unit=p.unit, expression=said)
             for p, said in zip(self.parameters, self.expressions, strict=True)
@@ -101,7 +103,7 @@ class JointForm(Exact, InverseForm):
 
     @property
     def is_linear(self) -> bool:
-        """See `Form.is_linear`; what is not linear is refused by `joint_form_of`."""
+        """See `Form.is_linear`; `joint_form_of` refuses nonlinear models."""
         return True
 
     def physical(self, theta: Array) -> tuple[Array, Array]:
@@ -121,7 +123,7 @@ class JointForm(Exact, InverseForm):
         return np.append(physical[:-1] * kappa, kappa)
 
     def have_inertia(self, physical: Array) -> BoolArray:
-        """See `Form.have_inertia`; in every record."""
+        """See `Form.have_inertia`; for all records."""
         found = [
             self.of_record(i).have_inertia(np.array([self.own(each, i) for each in physical]))
             for i in range(len(self.members))
@@ -135,8 +137,8 @@ class JointForm(Exact, InverseForm):
     def own(self, physical: Array, record: int) -> Array:
         """See `Form.own`.
 
-        With the drive gain among them they are those of the declared gain, which is what the
-        record's force is of.
+        If the drive gain is identified, they are the parameters for the declared gain, with which
+        the record's force is computed.
         """
         offset = self.members[record].offset if self.gain is None else 0.0
         return np.asarray(
@@ -167,32 +169,33 @@ def joint_form_of(
     *,
     commanded: bool,
 ) -> JointForm:
-    """How the parameters of an axis are shared by so many records.
+    """Return the joint form of several records of an axis.
 
     Parameters
     ----------
     axis : GeneratedAxis
     records : int
+        Number of records.
     known : KnownValues
     local : iterable of str
-        What each record has for itself, see `declared_names`.
+        Names of parameters that each record has its own value of, see `declared_names`.
     commanded : bool
-        Whether the force of all records is what the drive makes of the control, and its gain may
-        be identified.
+        Whether the force of all records is computed from the control, so that the drive gain may be
+        identified.
 
     Raises
     ------
     UsageError
-        A name is no declared parameter, no gain of the control law, or is given twice.
+        A name is no declared parameter and no gain of the control law, or is given twice.
     ModelError
-        A parameter that is not known of the records enters nonlinearly.
+        A parameter without known values enters nonlinearly.
     """
     names = declared_names(axis, local)
     _check(axis, records, known, names)
     axes = _axes(axis, records, known)
     terms = [_terms(own, i, known, names) for i, own in enumerate(axes)]
     products = [*dict.fromkeys(p for of_one in terms for row in of_one for p in row if p[0])]
-    # Of a sum what is local leads, so that each record has its own.
+    # Local products lead a sum, so that each record has its own parameter.
     products.sort(key=lambda p: (p[1] is None, _place(axis, p)))
     tables = [[[row.get(p, Fraction(0)) for p in products] for row in of_one] for of_one in terms]
     offsets = [[row.get(((), None), Fraction(0)) for row in of_one] for of_one in terms]
@@ -220,7 +223,7 @@ def joint_form_of(
 
 
 def declared_names(axis: GeneratedAxis, names: Iterable[str]) -> tuple[str, ...]:
-    """Names of declared parameters; of a base parameter the one that its sum begins with."""
+    """Return names of declared parameters, for a base parameter the first term of its sum."""
     declared, base = axis.declared.parameters, axis.base
     leads = {
         q.name: next(
@@ -235,18 +238,18 @@ def declared_names(axis: GeneratedAxis, names: Iterable[str]) -> tuple[str, ...]
 
 
 def perturbed_joint_forms(axis: GeneratedAxis, joint: JointForm | None) -> Iterator[JointForm]:
-    """By each value that is known with a deviation, the joint form with it larger by that.
+    """Yield joint forms in which one known value is larger by its standard deviation.
 
-    It is larger wherever it is known, or smaller where its bound is nearer: what it moves counts by
-    its square. Without one nothing is known of records.
+    One form for each uncertain known value; smaller instead of larger if the bound is nearer, as
+    the resulting change counts by its square. Nothing without a joint form.
     """
     if joint is None:
         return
     records, commanded = len(joint.members), joint.gain is not None
     declared = {p.name: p for p in axis.declared.parameters}
     for name, values in joint.known.items():
-        # Equal values with equal deviations are one thing, which was weighed once: what it is wrong
-        # by, it is wrong by in all of its records.
+        # Equal values with equal standard deviations are one measurement with one error in all
+        # records.
         for told in dict.fromkeys(pair for pair in values if pair[1] > 0):
             inside = name not in declared or declared[name].allows(sum(told))
             by = told[1] if inside else -told[1]
@@ -256,13 +259,14 @@ def perturbed_joint_forms(axis: GeneratedAxis, joint: JointForm | None) -> Itera
 
 
 def _check(axis: GeneratedAxis, records: int, known: KnownValues, local: tuple[str, ...]) -> None:
+    """Refuse known values and local names that do not suit the axis."""
     declared, law = {p.name: p for p in axis.declared.parameters}, axis.declared.control
     gains = [*law.gains] if law is not None else []
     bounded = [(declared[name], each) for name, each in known.items() if name in declared]
     fixed = axis.base.known
     values = [f"{p.known}+-{p.known_sd}" if p.known_sd else f"{p.known}" for p in fixed]
     settings = [
-        f"known {p.name}={','.join([value] * records)}"
+        setting("known", {p.name: (value,) * records})
         for p, value in zip(fixed, values, strict=True)
     ]
     refuse(
@@ -270,7 +274,7 @@ def _check(axis: GeneratedAxis, records: int, known: KnownValues, local: tuple[s
         *(
             (
                 name not in (*declared, *gains),
-                f"there is no {name!r} to be known of each record; axis {axis.name!r} "
+                f"there is no {name!r} that could be known of each record; axis {axis.name!r} "
                 f"has {', '.join((*declared, *gains))}",
             )
             for name in known
@@ -278,32 +282,32 @@ def _check(axis: GeneratedAxis, records: int, known: KnownValues, local: tuple[s
         *(
             (
                 not all(p.lower <= value <= p.upper for value, _ in each),
-                f"what is known of {p.name!r}, "
+                f"the known values of {p.name!r}, "
                 + ", ".join(f"{value:g}" + f" +- {sd:g}" * (sd > 0) for value, sd in each)
-                + f", is beyond its bounds of {p.lower:g} and {p.upper:g}; give values within them",
+                + f", exceed its bounds of {p.lower:g} and {p.upper:g}; give values within them",
             )
             for p, each in bounded
         ),
         *(
             (
                 name not in declared,
-                f"there is no parameter {name!r} to be each record's own; axis "
-                f"{axis.name!r} has {', '.join(declared)}",
+                f"there is no parameter {name!r} that each record could have its own value of; "
+                f"axis {axis.name!r} has {', '.join(declared)}",
             )
             for name in local
         ),
         *(
             (
                 name in known,
-                f"{name!r} is known of each record and its own as well; leave one of the two out",
+                f"{name!r} is both known and local in each record; leave one of the two out",
             )
             for name in local
         ),
         (
             fixed,
             f"{' and '.join(p.name for p in fixed)} {'is' if len(fixed) == 1 else 'are'} fixed, "
-            "which is weighed where all parameters are shared; in its place say of each record "
-            f"{' and '.join(settings)}",
+            "which only works if all parameters are shared; instead, give the value of each record "
+            f"with {' and '.join(settings)}",
         ),
         ({*known} >= {*declared}, "every parameter is known; leave at least one to identify"),
         code="parameters",
@@ -311,7 +315,13 @@ def _check(axis: GeneratedAxis, records: int, known: KnownValues, local: tuple[s
 
 
 def _axes(axis: GeneratedAxis, records: int, known: KnownValues) -> list[GeneratedAxis]:
-    """The axis of each record; records of which the same is known share one."""
+    """Return the axis of each record; records with equal known values share one.
+
+    Raises
+    ------
+    ModelError
+        A parameter without known values enters nonlinearly.
+    """
     law = axis.declared.control
     gains = {*law.gains} if law is not None else set[str]()
     bent = {
@@ -319,9 +329,9 @@ def _axes(axis: GeneratedAxis, records: int, known: KnownValues) -> list[Generat
     }
     if unknown := sorted(bent - {*known}):
         raise ModelError(
-            f"{', '.join(unknown)} of axis {axis.name!r} enters nonlinearly, and parameters "
-            "that are known of each record, or each record's own, are served where the others "
-            "enter linearly; give its value for each record, or leave it out.",
+            f"{', '.join(unknown)} of axis {axis.name!r} enters nonlinearly, and known or local "
+            "parameters of each record are only possible if all others enter linearly; give its "
+            "value for each record, or leave it out.",
             code="parameters",
         )
     held = {name: each for name, each in known.items() if name in bent or name in gains}
@@ -331,7 +341,7 @@ def _axes(axis: GeneratedAxis, records: int, known: KnownValues) -> list[Generat
 
 
 def _variant(axis: GeneratedAxis, own: Mapping[str, float], gains: set[str]) -> GeneratedAxis:
-    """The axis with values in place of what is known of a record."""
+    """Return the axis with a record's known values in place of parameters and law gains."""
     declared = axis.declared
     values = {name: value for name, value in own.items() if name not in gains}
     if values:
@@ -339,7 +349,7 @@ def _variant(axis: GeneratedAxis, own: Mapping[str, float], gains: set[str]) -> 
     changed = {name: own[name] for name in gains if name in own}
     if changed and axis.loop is not None:
         return axis.with_gains(changed)
-    if changed and declared.control is not None:  # a continuous law has them as numbers
+    if changed and declared.control is not None:  # a continuous law has its gains compiled in
         law = replace(declared.control, gains={**declared.control.gains, **changed})
         return build(replace(axis.declared, control=law), native=axis.native.enabled)
     return axis
@@ -348,7 +358,7 @@ def _variant(axis: GeneratedAxis, own: Mapping[str, float], gains: set[str]) -> 
 def _terms(
     axis: GeneratedAxis, record: int, known: KnownValues, local: tuple[str, ...]
 ) -> list[dict[_Product, Fraction]]:
-    """Each base parameter of a record as a sum of products of what is not known."""
+    """Return each base parameter of a record as a sum of products of unknown parameters."""
     base, values = axis.base, {n: _exact(each[record][0]) for n, each in known.items()}
     names = [p.name for p in base.declared.parameters]
     split = []
@@ -370,12 +380,12 @@ def _terms(
 
 
 def _exact(value: float) -> Fraction:
-    """The decimal number that a float is written as."""
+    """Return the exact fraction of the decimal representation of a float."""
     return Fraction(repr(float(value)))
 
 
 def _place(axis: GeneratedAxis, product: _Product) -> tuple[int, int, int]:
-    """Parameters come in the order of the declared ones that they begin with, then by record."""
+    """Return the sort key of a product: index of its first parameter, degree, record."""
     names = [p.name for p in axis.declared.parameters]
     powers, record = product
     return names.index(powers[0][0]), sum(e for _, e in powers), -1 if record is None else record
@@ -388,7 +398,7 @@ def _common(
     names: Sequence[str],
     records: int,
 ) -> tuple[list[CommonParameter], dict[str, tuple[str, ...]]]:
-    """Parameters of all records, and names by record of those that each has for itself."""
+    """Return the joint parameters, and the names of local parameters by record."""
     taken = {p.name.lower() for p in axis.declared.parameters} | {GAIN}
     alone = {p.name: p for p in axis.declared.parameters}
     symbols: list[Parameter | None] = []
@@ -410,21 +420,24 @@ def _common(
 
 
 def _is_single(powers: tuple[tuple[str, int], ...]) -> bool:
-    """Whether a product is a parameter by itself."""
+    """Return True if a product is a single parameter."""
     return len(powers) == 1 and powers[0][1] == 1
 
 
 def _tells_gain(members: Sequence[Member]) -> bool:
-    """Whether the known forces are no multiple of what parameters make, record by record."""
+    """Return True if the known forces are linearly independent of the parameters' columns.
+
+    The drive gain is then identifiable.
+    """
     into = np.concatenate([member.into for member in members])
     offset = np.concatenate([member.offset for member in members])
     columns = into / column_sizes(into)
-    left = offset - columns @ np.linalg.lstsq(columns, offset, rcond=None)[0]
-    return bool(np.linalg.norm(left) > _SAME * np.linalg.norm(offset))
+    remainder = offset - columns @ np.linalg.lstsq(columns, offset, rcond=None)[0]
+    return bool(np.linalg.norm(remainder) > _SAME * np.linalg.norm(offset))
 
 
 def drive_gain_of(axis: GeneratedAxis) -> Parameter:
-    """The drive gain as a parameter that is searched, from where it is declared."""
+    """Return the drive gain as a parameter with its declared value as nominal value."""
     drive, q = axis.drive, axis.coordinate
     over = drive.unit if drive.unit.isalpha() else f"({drive.unit})"
     unit = f"{q.force_unit}/{over}"

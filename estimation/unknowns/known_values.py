@@ -1,7 +1,7 @@
-"""What is known of each of several records, by name of a parameter or a gain.
+"""Known values of each of several records, by name of a parameter or a gain.
 
-Known is a payload, an angle, a temperature, a gain of the law: a number, or a number with its
-standard deviation, for each record in their order.
+Examples are a payload, an angle, a temperature or a gain of the law: a number, or a number with its
+standard deviation, for each record in order.
 """
 
 import math
@@ -13,33 +13,39 @@ from axisid.support.errors import UsageError, by_name, is_real, quoted
 KnownValue = float | tuple[float, float]
 
 
-#: By name, a declared parameter or a gain of the control law, its value in each record, SI, with
-#: its standard deviation, 0 where it is exact.
+#: Value and standard deviation in each record, SI, by name of a declared parameter or a gain of the
+#: control law; the standard deviation of an exact value is 0.
 KnownValues = Mapping[str, tuple[tuple[float, float], ...]]
 
 
 def known_of(told: Mapping[str, Sequence[KnownValue]] | None, records: int) -> KnownValues:
-    """What is known of each of so many records, from values by name.
+    """Return the known values of each record from given values by name.
+
+    Parameters
+    ----------
+    told : mapping of str to sequence of KnownValue, or None
+    records : int
+        Number of records.
 
     Raises
     ------
     UsageError
-        They are not as many as records, or one is no number or pair of numbers.
+        The number of values is not that of records, or a value is no number or pair of numbers.
     """
     counted = "is 1 record" if records == 1 else f"are {records} records"
     found: dict[str, tuple[tuple[float, float], ...]] = {}
     for name, given in by_name(told, "known values").items():
         if isinstance(given, str) or not isinstance(given, Iterable):
             raise UsageError(
-                f"what is known of {name!r} is {quoted(given)}; give a list with a number, or a "
-                "number and its deviation, for each record.",
+                f"the known values of {name!r} are {quoted(given)}; give a list with a number, or "
+                "a number and its standard deviation, for each record.",
                 code="parameters",
             )
         entries = tuple(_pair(name, entry) for entry in given)
         if len(entries) != records:
             raise UsageError(
                 f"{name!r} has {len(entries)} known value{'s' * (len(entries) != 1)}, and there "
-                f"{counted}; give one for each, in their order.",
+                f"{counted}; give one value for each record, in order.",
                 code="parameters",
             )
         found[name] = entries
@@ -47,12 +53,13 @@ def known_of(told: Mapping[str, Sequence[KnownValue]] | None, records: int) -> K
 
 
 def _pair(name: str, entry: object) -> tuple[float, float]:
+    """Return a known value with its standard deviation, refused if it is no finite number."""
     pair = tuple(entry) if isinstance(entry, (tuple, list)) else (entry, 0.0)
     sound = len(pair) == 2 and all(is_real(x) and math.isfinite(x) for x in pair)
     if not sound or pair[1] < 0:
         raise UsageError(
-            f"a known value of {name!r} is {quoted(entry)}; give a finite number, or one and its "
-            "standard deviation, 0 or more.",
+            f"a known value of {name!r} is {quoted(entry)}; give a finite number, or a number and "
+            "its standard deviation, 0 or more.",
             code="parameters",
         )
     return float(pair[0]), float(pair[1])

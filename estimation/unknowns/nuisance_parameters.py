@@ -1,11 +1,12 @@
-"""What is searched for beside the model's parameters: starts of loops, gains, a time of the drive.
+"""Nuisance parameters of a search: initial states of loops, gains, and a time of the drive.
 
-A record tells where its loop starts, but for its noise: the first position is one sample, and the
-first velocity is of a parabola through some. A search may have both, of each stretch its own. What
-the law remembers there is of what it measured, which the record has.
+A record shows the initial state of its loop except for noise: the first position is one sample, and
+the first velocity is that of a parabola through some. A search may free both for each stretch. The
+memory of the law at the start depends on the signals that it read, which the record has.
 
-A loop by another drive gain g is that by the declared gain g0 with every force times g0/g: what
-enters the force linearly is searched for as it is, and simulated times that.
+A loop with another drive gain g equals that with the declared gain g0 with every force multiplied
+by g0/g: parameters that enter linearly are searched with their true values, and multiplied by g0/g
+for the simulation.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,36 +26,37 @@ from axisid.support.errors import ModelError, refuse
 
 from .joint_parameters import GAIN, JointForm, drive_gain_of
 
-#: How parameters of a start are called, and what asks for both.
+#: Names of the parameters of an initial state, and the name that frees both.
 INITIAL_STATE_PARAMETERS, START = ("start_position", "start_velocity"), "start"
-_SIZE = 1e-2  # of the range of positions, and of the mean speed: a start's least size
+_SIZE = 1e-2  # smallest scale of an initial state, relative to position range and mean speed
 
-_NEXT_TO_0 = 1e-9  # of what a gain is declared as
-_MOTIONS, _SEED = 64, 0  # on which a force is held against what enters linearly
+_NEXT_TO_0 = 1e-9  # smallest gain, relative to the declared gain
+_MOTIONS, _SEED = 64, 0  # random motions on which the linearity of the force is tested
 _SAME = 1e-9  # of the largest force
 
 
 @dataclass(frozen=True, slots=True)
 class ExtendedForm(InverseForm):
-    """A form whose physical parameters may have more behind them, which no row is linear in.
+    """A form with nuisance parameters after the physical parameters of the model.
 
-    They stand in the order of the attributes, and a search starts from their nominal values.
+    The nuisance parameters are in the order of the attributes; a search starts from their nominal
+    values. The regression is not linear in them.
 
     Attributes
     ----------
     of_model : Form
-        Of the others.
+        Form of the model's parameters.
     axes : tuple of GeneratedAxis
         By record.
     drive_gain : tuple of Parameter
-        The drive's gain; its nominal value is the declared one.
+        The drive's gain, with the declared value as nominal value.
     gains : tuple of Parameter
-        Gains of the law, the same for all records.
+        Gains of the law, equal for all records.
     starts : mapping of (int, int) to mapping of str to Parameter
-        First positions and velocities of each stretch, by record and segment: what is free of them
-        by its name in `INITIAL_STATE_PARAMETERS`.
+        Free initial positions and velocities of each stretch, by record and segment, then by name
+        in `INITIAL_STATE_PARAMETERS`.
     start_sizes : tuple of float
-        Their least sizes, from which steps are taken.
+        Smallest scales of the initial states, for steps.
     time : tuple of Parameter
         The drive's ``lag`` or ``delay``, s.
     """
@@ -71,7 +73,7 @@ class ExtendedForm(InverseForm):
 
     @property
     def more(self) -> tuple[Parameter, ...]:
-        """What is behind the parameters of the model."""
+        """All nuisance parameters."""
         starts = (p for start in self.starts.values() for p in start.values())
         return (*self.drive_gain, *self.gains, *starts, *self.time)
 
@@ -92,7 +94,7 @@ class ExtendedForm(InverseForm):
         return np.append(self.of_model.start, [float(p.nominal or 0.0) for p in self.more])
 
     def own(self, physical: Array, record: int) -> Array:
-        """See `Form.own`; those with which the declared gain moves the axis alike."""
+        """See `Form.own`; converted to the declared drive gain, see `by_declared_gain`."""
         count = len(self.of_model.physical_quantities)
         own = self.of_model.own(physical[:count], record)
         if not self.drive_gain:
@@ -101,15 +103,15 @@ class ExtendedForm(InverseForm):
 
     @property
     def place_of_gains(self) -> slice:
-        """Where the law's gains are among all parameters; what is behind them, starts begin."""
+        """Slice of the law's gains among all parameters; initial states follow."""
         first = len(self.of_model.physical_quantities) + len(self.drive_gain)
         return slice(first, first + len(self.gains))
 
     @property
     def local(self) -> dict[str, tuple[str, ...]]:
-        """Names of each parameter that records have for themselves, by record.
+        """Names of each local parameter by record.
 
-        Of starts where there are several records and each has one stretch.
+        Initial states are included if there are several records of one stretch each.
         """
         found = dict(self.of_model.local) if isinstance(self.of_model, JointForm) else {}
         every = [*self.starts.values()]
@@ -118,14 +120,14 @@ class ExtendedForm(InverseForm):
         return found
 
     def with_drive_gain(self) -> "ExtendedForm":
-        """With the drive's gain; itself where a known force has it searched already.
+        """Return the form with a free drive gain; unchanged if a known force identifies the gain.
 
-        What is declared of its deviation was known before.
+        A declared relative standard deviation of the gain is a prior.
 
         Raises
         ------
         ModelError
-            The force of the drive, or of an axis, is no multiple of what would be searched.
+            The force of the drive, or of the axis, is not proportional to the free parameters.
         """
         if isinstance(self.of_model, JointForm) and self.of_model.gain is not None:
             return self
@@ -139,14 +141,14 @@ class ExtendedForm(InverseForm):
         return replace(self, drive_gain=(gain,))
 
     def with_gains(self, names: Sequence[str]) -> "ExtendedForm":
-        """With gains of the law that are free, and the same for all records.
+        """Return the form with free gains of the law, equal for all records.
 
         No gain changes its sign.
 
         Raises
         ------
         ModelError
-            The axis has no law whose gains could change, or not that gain.
+            The axis has no law with variable gains, or the law lacks a given gain.
         """
         free = tuple(dict.fromkeys(names))
         law, *_ = [axis.loop_with(free)[1] for axis in self.axes]
@@ -164,7 +166,14 @@ class ExtendedForm(InverseForm):
         return replace(self, gains=gains)
 
     def with_starts(self, records: Sequence[Record], asked: Sequence[str]) -> "ExtendedForm":
-        """With what is asked for of the starts of all stretches of the records."""
+        """Return the form with free initial states of all stretches of the records.
+
+        Parameters
+        ----------
+        records : sequence of Record
+        asked : sequence of str
+            Names of `INITIAL_STATE_PARAMETERS`, or `START` for both.
+        """
         names = [name for name in INITIAL_STATE_PARAMETERS if START in asked or name in asked]
         stretches = [
             (i, segment, start)
@@ -180,7 +189,7 @@ class ExtendedForm(InverseForm):
                 records[i].period,
             )
             reach = float(np.ptp(position)) or 1.0
-            most = reach / (period * len(position))  # of which a motion there and back makes more
+            most = reach / (period * len(position))  # mean speed of a motion in one direction
             speed = float(np.abs(np.diff(position)).mean()) / period if len(position) > 1 else 0.0
             every = zip(
                 INITIAL_STATE_PARAMETERS,
@@ -199,7 +208,7 @@ class ExtendedForm(InverseForm):
 
 
 def least_sizes(form: Form) -> Array:
-    """Least sizes of physical parameters, from which steps are taken: of starts, else 0, (P,)."""
+    """Return the smallest scales of parameters for steps, (P,); 0 except for initial states."""
     sizes = np.zeros(len(form.physical_quantities))
     if isinstance(form, ExtendedForm):
         first = form.place_of_gains.stop
@@ -210,7 +219,7 @@ def least_sizes(form: Form) -> Array:
 def started_at(
     form: Form, physical: Array, record: int, segment: int, inputs: LoopInputs
 ) -> LoopInputs:
-    """What a stretch is simulated from, where physical parameters (P,) or (B, P) let it start."""
+    """Return the inputs of a stretch with the initial state of parameters (P,) or (B, P)."""
     if not (isinstance(form, ExtendedForm) and form.starts):
         return inputs
     names = form.starts[record, segment]
@@ -224,9 +233,9 @@ def started_at(
 
 
 def gains_in(form: Form, physical: Array) -> dict[str, Array]:
-    """The free gains among physical parameters (P,) or (B, P), by name.
+    """Return the free law gains of parameters (P,) or (B, P), by name.
 
-    One that a law has above 0 alone, such as a time, stays there where a search steps to 0.
+    A gain that must be positive, such as a time, stays slightly above 0 if a search steps to 0.
     """
     if not (isinstance(form, ExtendedForm) and form.gains):
         return {}
@@ -238,7 +247,7 @@ def gains_in(form: Form, physical: Array) -> dict[str, Array]:
 
 
 def axis_at(axis: GeneratedAxis, form: Form, physical: Array) -> GeneratedAxis:
-    """The axis of a record, its law with the gains of physical parameters (P,)."""
+    """Return the axis of a record, its law with the gains of parameters (P,)."""
     gains = gains_in(form, physical)
     if not gains:
         return axis
@@ -248,13 +257,14 @@ def axis_at(axis: GeneratedAxis, form: Form, physical: Array) -> GeneratedAxis:
 # Most lanes of a step have the same gains, and other parameters.
 @lru_cache(maxsize=64)
 def _with_gains(axis: GeneratedAxis, gains: tuple[tuple[str, float], ...]) -> GeneratedAxis:
+    """Return the axis with other gains of its law, by name."""
     return axis.with_gains(dict(gains))
 
 
 def inputs_at(axis: GeneratedAxis, record: Record, segment: int, inputs: LoopInputs) -> LoopInputs:
-    """What a loop is simulated from, with what an axis's law remembers where a segment begins."""
+    """Return the inputs of a loop with the memory of an axis's law at the start of a segment."""
     memory = loop_starts(axis, record)[segment].memory
-    if memory is None:  # that of an axis at rest
+    if memory is None:  # the declared memory of an axis at rest
         first = (float(values[0]) for values in inputs.signals)
         measured = float(np.ravel(inputs.start.position)[0])
         state = axis.functions["control_start"](float(inputs.reference[0]), measured, *first)
@@ -263,7 +273,10 @@ def inputs_at(axis: GeneratedAxis, record: Record, segment: int, inputs: LoopInp
 
 
 def by_declared_gain(axis: GeneratedAxis, physical: Array, gain: float) -> Array:
-    """Parameters (p,) with which the declared gain moves an axis as these do with another gain."""
+    """Return the parameters (p,) that with the declared gain give the motion of another gain.
+
+    Linear parameters are multiplied by ``g0/g`` of the declared and the other gain.
+    """
     declared = float(axis.drive.gain)
     least = np.copysign(_NEXT_TO_0 * declared, declared)
     used = max(gain, least) if declared > 0 else min(gain, least)
@@ -271,29 +284,36 @@ def by_declared_gain(axis: GeneratedAxis, physical: Array, gain: float) -> Array
 
 
 def _check_gain(axis: GeneratedAxis, names: Sequence[str]) -> None:
-    """Refuse to search for the drive's gain beside names where the force is no multiple of it."""
+    """Refuse a free drive gain if the force is not proportional to the free parameters.
+
+    Parameters
+    ----------
+    axis : GeneratedAxis
+    names : sequence of str
+        Names of the free parameters.
+    """
     drive = axis.drive
     refuse(
         ModelError,
         (
             GAIN in names,
-            f"a parameter of the axis has its name, {GAIN}; call that another",
+            f"a parameter of the axis has its name, {GAIN}; rename that parameter",
         ),
         (
             axis.states,
-            "its friction remembers, and what it remembers need not grow with its forces; give the "
-            "gain as the data sheet has it",
+            "its friction has an internal state, which need not scale with its forces; declare the "
+            "gain of the data sheet",
         ),
         (
             not drive.is_times_gain,
-            f"the force of its drive, {drive.force}, is no multiple of it; give it as the data "
-            "sheet has it, or a drive of another formula",
+            f"the force of its drive, {drive.force}, is not proportional to it; declare the gain "
+            "of the data sheet, or a drive with another formula",
         ),
         (
             not (axis.states or _is_multiple(axis)),
-            "its equation of motion has a force of numbers alone, such as that of a rotor's "
-            "inertia, which another gain would move; declare the number as a parameter, and say "
-            "its value of the record; known NAME=VALUE",
+            "its equation of motion has a force without parameters, such as that of a rotor's "
+            "inertia, which would change with the gain; declare the number as a parameter, and "
+            "give its value for the record: known NAME=VALUE",
         ),
         before=f"the drive gain of axis {axis.name!r} cannot be free: ",
         code="free",
@@ -301,7 +321,7 @@ def _check_gain(axis: GeneratedAxis, names: Sequence[str]) -> None:
 
 
 def _is_multiple(axis: GeneratedAxis) -> bool:
-    """Whether all of the force is made by what enters linearly."""
+    """Return True if the force is proportional to the parameters that enter linearly."""
     random = np.random.default_rng(_SEED)
     motion = random.uniform(0.1, 1.0, (3, _MOTIONS))
     recorded = random.uniform(0.1, 1.0, (len(axis.signals), _MOTIONS))

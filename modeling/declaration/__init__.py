@@ -1,4 +1,4 @@
-"""What a user says of an axis, checked once, and what ships to say it with.
+"""Declaration of an axis, checked once, and ready-made parts for it.
 
 In: elements, laws, drives, energies. Out: `Axis`; ready drives and control laws, and the filters
 and limits that laws are made of. Knows nothing of the models that are derived from it, and of text.

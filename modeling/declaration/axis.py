@@ -123,12 +123,12 @@ class Axis:
         return f"{self.name}{title}\n{equation_of_motion(self).text(self.coordinate)}"
 
     def _repr_html_(self) -> str:
-        """For notebooks: its equation of motion and what follows from it."""
+        """Return HTML for notebooks: the equation of motion and the derived models."""
         return str(view_of("axis_html", self))
 
     @property
     def roles(self) -> tuple[str, ...]:
-        """What a column of its records can be."""
+        """Return the roles that a column of its records can have."""
         return (*ROLES, *(signal.name for signal in self.signals))
 
     @property
@@ -163,7 +163,7 @@ class Axis:
 
     @property
     def states(self) -> tuple[State, ...]:
-        """What its friction remembers, by name; they stand in the force."""
+        """Return the internal states of its friction, by name."""
         return states_in(self.force)
 
     @property
@@ -175,7 +175,7 @@ class Axis:
 
     @property
     def response(self) -> Response | None:
-        """How its drive follows what the law commands; None where that is at once, or no law is."""
+        """Return the response of its drive to the law; None if it is immediate or without a law."""
         law = self.control
         if law is None or law.continuous:
             return None
@@ -184,30 +184,30 @@ class Axis:
 
     @property
     def of_law_samples(self) -> tuple[str, ...]:
-        """What of its drive is known at the samples of the law alone, by name."""
+        """Return the properties of its drive that apply only at the samples of the law, by name."""
         by_motion = ("force by the motion",) if self.drives_by_motion else ()
         return (*self.drive.of_held_commands, *by_motion)
 
     @property
     def drives_by_motion(self) -> bool:
-        """Whether the force that its drive makes of a control depends on the motion."""
+        """Return whether the force that its drive makes of a control depends on the motion."""
         along = self.drive.along(self.coordinate)
         return not self.drive.force.free_symbols.isdisjoint((*along, *along.values(), DIRECTION))
 
     @property
     def has_stribeck(self) -> bool:
-        """Whether it declares friction that dies away as the speed rises."""
+        """Return whether it declares friction that dies away as the speed rises."""
         return any(each.has(self.coordinate.velocity) for each in self.force.atoms(sympy.exp))
 
     @property
     def jumps(self) -> bool:
-        """Whether the drive's force jumps at the samples, as that of a sampled law does."""
+        """Return whether the drive's force jumps at the samples, as that of a sampled law does."""
         sampled = self.control is not None and not self.control.continuous
         return sampled and not (self.response and (self.response.lag or self.response.share))
 
     @property
     def holds_force(self) -> bool:
-        """Whether the drive's force changes at the samples alone, as that of a sampled law does."""
+        """Return whether the drive's force changes only at the samples, as with a sampled law."""
         sampled = self.control is not None and not self.control.continuous
         return sampled and (self.response is None or self.response.is_held)
 
@@ -221,21 +221,21 @@ class Axis:
             ModelError,
             (
                 law.continuous,
-                f"the drive has a {' and '.join(declared)}, which is that of commands held from "
-                f"sample to sample, and the control law {law.name!r} is continuous. Declare a "
-                f"sampled law, or leave the {' and the '.join(declared)} out",
+                f"the drive has a {' and '.join(declared)}, which applies to commands held from "
+                f"sample to sample, but the control law {law.name!r} is continuous. Declare a "
+                f"sampled law, or omit the {' and the '.join(declared)}",
             ),
             (
                 law.delay and drive.delay,
                 f"the control law {law.name!r} has a delay of {law.delay} samples and the drive "
-                f"one of {drive.delay:g} s, which mean the same but for what was recorded. Keep "
-                "the law's where the control was recorded after it, the drive's (with "
-                "logged='command' or 'applied') otherwise",
+                f"has a delay of {drive.delay:g} s. They are the same delay, except for the "
+                "recorded control. If the control was recorded after the delay, keep the law's "
+                "delay. Otherwise keep the drive's delay, with logged='command' or 'applied'",
             ),
             (
                 drive.delay > LONGEST_DELAY * law.period,
                 f"the drive's delay is {drive.delay:g} s, more than {LONGEST_DELAY} samples of "
-                f"{law.period:g} s; give it in seconds",
+                f"{law.period:g} s. Check that it is in seconds",
             ),
             before=f"axis {self.name!r}: ",
             code="drive",
@@ -254,7 +254,7 @@ class Axis:
         for name, (kind, one) in wanted.items():
             if not isinstance(getattr(self, name), kind):
                 raise ModelError(
-                    f"axis {self.name!r}: {name} is {quoted(getattr(self, name))}; give {one}.",
+                    f"axis {self.name!r}: {name} is {quoted(getattr(self, name))}. Give {one}.",
                     code="axis",
                 )
         settle(
@@ -276,7 +276,7 @@ class Axis:
             if value.has(sympy.I):
                 raise ModelError(
                     f"axis {self.name!r}: the equation of motion is not real: {value}. Write a "
-                    "force that is, without the imaginary unit or a root of a negative number.",
+                    "real force, without the imaginary unit or a root of a negative number.",
                     code="equation",
                 )
         declared = {p.symbol for p in self.parameters}
@@ -292,10 +292,10 @@ class Axis:
             ModelError,
             (
                 unknown,
-                f": the equation of motion has the unknown symbols {', '.join(unknown)}; it may "
+                f": the equation of motion has the unknown symbols {', '.join(unknown)}. It may "
                 f"use {', '.join(sorted(map(str, allowed)))}. Declare each unknown as a Parameter, "
-                "and write the expression with the Parameter and Coordinate objects rather than "
-                "with symbols of the same name",
+                "and write the expression with the Parameter and Coordinate objects, not with "
+                "symbols of the same name",
                 "axis",
             ),
             (
@@ -304,11 +304,11 @@ class Axis:
                 "equation of motion. Use or remove them",
                 "axis",
             ),
-            (not declared, " has no parameter to identify; declare one", ""),
+            (not declared, " has no parameter to identify. Declare one", ""),
             (
                 q.acceleration not in used,
-                f": the acceleration {q.acceleration} does not appear in the equation of motion; "
-                "an axis needs an inertia",
+                f": the acceleration {q.acceleration} does not appear in the equation of motion. "
+                "Add an inertia",
                 "axis",
             ),
             before=f"axis {self.name!r}",
@@ -325,16 +325,16 @@ class Axis:
             *(
                 (
                     signal.name in ROLES,
-                    f"the signal {signal.name!r} is named as the column of the {signal.name} is. "
-                    "Rename it",
+                    f"the signal {signal.name!r} has the same name as the column of the "
+                    f"{signal.name}. Rename the signal",
                 )
                 for signal in self.signals
             ),
             *(
                 (
                     names,
-                    f"{what} has the signals {', '.join(names)}, which the axis does not declare; "
-                    "list them, signals=(...)",
+                    f"{what} has the signals {', '.join(names)}, which the axis does not declare. "
+                    "Declare them with signals=(...)",
                 )
                 for what, names in unknown.items()
             ),
@@ -386,16 +386,16 @@ class Axis:
             *(
                 (
                     role not in self.roles or not isinstance(column, str),
-                    f"column {role!r}: {column!r}; the roles are {', '.join(self.roles)}, each "
-                    "with the name of a column",
+                    f"column {role!r}: {column!r}. The roles are {', '.join(self.roles)}; give "
+                    "each the name of a column",
                     "axis",
                 )
                 for role, column in self.columns.items()
             ),
             (
                 self.injected_at not in ("", *INJECTION_POINTS),
-                f"injected_at is {self.injected_at!r}; give 'control' or 'reference', what the "
-                "test signal is added to",
+                f"injected_at is {self.injected_at!r}. Give 'control' or 'reference', to which the "
+                "test signal is added",
                 "test-signal",
             ),
             before=f"axis {self.name!r}: ",
@@ -413,7 +413,7 @@ class Axis:
             *(
                 (
                     name not in names[kind],
-                    f"{said} {name!r}; the {kind} are {', '.join(names[kind]) or 'none'}",
+                    f"{said} {name!r}. The {kind} are {', '.join(names[kind]) or 'none'}",
                 )
                 for said, used, kind in (
                     ("'s truth has", self.experiment.truth, "parameters"),
@@ -438,7 +438,7 @@ class Axis:
             ):
                 value = getattr(self.drive, name)
                 check_unit(
-                    value, NUMBER, units, f"the drive's {name} {value}", f"; give {of}, a number"
+                    value, NUMBER, units, f"the drive's {name} {value}", f". Give {of}, a number"
                 )
         except ModelError as error:
             raise ModelError(f"axis {self.name!r}: {error}", code="units") from error
@@ -448,7 +448,7 @@ def check_axis(axis: object) -> None:
     """Refuse what is no declared axis, such as its name."""
     if not isinstance(axis, Axis):
         raise UsageError(
-            f"the axis is {quoted(axis)}; give an Axis, such as load_axis('emps').",
+            f"the axis is {quoted(axis)}. Give an Axis, such as load_axis('emps').",
             code="axis",
         )
 

@@ -60,25 +60,25 @@ class Column:
             ModelError,
             (
                 not valid,
-                f"the name of a column is {quoted(self.name)}; give a text, or its number from 1",
+                f"the name of a column is {quoted(self.name)}. Give a text, or its number from 1",
             ),
             (
                 not isinstance(self.unit, str),
-                f"the unit of a column is {quoted(self.unit)}; give a text",
+                f"the unit of a column is {quoted(self.unit)}. Give a text",
             ),
             (
                 self.resolution != "" and self.unit,
-                f"the column {self.name!r} has the unit {self.unit!r} and a resolution, which is "
-                "of counts; leave one of them out",
+                f"the column {self.name!r} has the unit {self.unit!r} and a resolution, which "
+                "applies to counts. Omit one of them",
             ),
             (
                 not _RATIO.fullmatch(str(self.gear)),
-                f"the gear of a column is {quoted(self.gear)}; give a number, or two as in 121/3",
+                f"the gear of a column is {quoted(self.gear)}. Give a number, or two as in 121/3",
             ),
             *(
                 (
                     value != "" and not _QUANTITY.fullmatch(str(value)),
-                    f"the {what} of a column is {quoted(value)}; give a number, or a quantity such "
+                    f"the {what} of a column is {quoted(value)}. Give a number, or a quantity such "
                     "as 360deg/4096",
                 )
                 for what, value in said.items()

@@ -44,20 +44,20 @@ class CommandPath:
             ModelError,
             (
                 not self.rate_limit > 0,
-                f"rate_limit is {given['rate_limit']}; give a positive number, in the control's "
-                "unit per second, or leave it out",
+                f"rate_limit is {given['rate_limit']}. Give a positive number, in the control's "
+                "unit per second, or omit it",
             ),
             *(
                 (
                     getattr(self, name) < 0,
-                    f"{name} is {given[name]}; give a number of 0 or more, in the control's unit",
+                    f"{name} is {given[name]}. Give a number of 0 or more, in the control's unit",
                 )
                 for name in _AMOUNTS
             ),
             (
                 0 < self.quantisation < _LEAST_STEP,
-                f"quantisation is {self.quantisation:g}, below {_LEAST_STEP:g}, which no control "
-                "shows; give a step in the control's unit, or 0 for none",
+                f"quantisation is {self.quantisation:g}, below {_LEAST_STEP:g}, which is too small "
+                "to be seen in a control. Give a step in the control's unit, or 0 for none",
             ),
             before="the drive's ",
             code="drive",
@@ -65,21 +65,21 @@ class CommandPath:
 
     @property
     def is_plain(self) -> bool:
-        """Whether the command acts as it is."""
+        """Return whether the command acts as it is."""
         return self == CommandPath()
 
     @property
     def declared(self) -> dict[str, float]:
-        """What is declared of it, by name."""
+        """Return the declared settings, by name."""
         return {name: x for name, x in asdict(self).items() if x not in (0.0, math.inf)}
 
     @property
     def is_limited(self) -> bool:
-        """Whether it remembers what acted at the sample before."""
+        """Return whether it remembers what acted at the sample before."""
         return math.isfinite(self.rate_limit)
 
     def end(self, command: float) -> float:
-        """What acts of a command in the end, when it has stayed the same."""
+        """Return the final value that acts if the command stays constant."""
         if self.quantisation:
             command = math.floor(command / self.quantisation + 0.5) * self.quantisation
         return math.copysign(max(abs(command) - self.deadband, 0.0), command)
@@ -89,9 +89,9 @@ class CommandPath:
         return acting + math.copysign(self.deadband, acting) if acting else 0.0
 
     def text(self, unit: str) -> str:
-        """What becomes of a command, in its order; empty where nothing does."""
+        """Return a description of the changes to a command, in order; empty if there are none."""
         steps = (
-            (self.is_limited, f"changes by {self.rate_limit:g} {unit}/s at most"),
+            (self.is_limited, f"changes by at most {self.rate_limit:g} {unit}/s"),
             (self.quantisation, f"is rounded to steps of {self.quantisation:g} {unit}"),
             (self.deadband, f"makes no force within {self.deadband:g} {unit} of 0"),
         )
@@ -102,7 +102,7 @@ class CommandPath:
 def estimated_time(
     given: Mapping[str, object], before: tuple[str, Parameter] | None, logged: object
 ) -> tuple[str, Parameter] | None:
-    """Which time of a drive is estimated, and as what it is declared; None for neither.
+    """Return the time of a drive to be estimated and its parameter; None for neither.
 
     Parameters
     ----------
@@ -121,9 +121,9 @@ def estimated_time(
     found = {name: p for name, p in given.items() if isinstance(p, Parameter)}
     if len(found) > 1:
         raise ModelError(
-            "both lag and delay of the drive are to be estimated, and a record shows their sum "
-            "alone: at the frequencies of a motion they, and the half sample of the hold, move the "
-            "force alike; give one of them as a number.",
+            "lag and delay of the drive cannot both be estimated, because a record shows only "
+            "their sum: at the frequencies of a motion the lag, the delay and the half sample of "
+            "the hold shift the force equally. Give the lag or the delay as a number.",
             code="drive",
         )
     one = next(iter(found.items()), before)
@@ -135,14 +135,15 @@ def estimated_time(
         ModelError,
         (
             p.unit != "s" or p.nominal < 0 or p.known is not None or bounded,
-            f"the drive's {name} is the parameter {p.name!r} of {p.nominal:g} {p.unit}, which the "
-            "search for it does not take; give one in s, with a nominal value of 0 or more, no "
-            f"known value and no bound but 0, or what is known as a number, {name}=...",
+            f"the drive's {name} is the parameter {p.name!r} of {p.nominal:g} {p.unit}, which "
+            "cannot be estimated. Give a parameter in s, with a nominal value of 0 or more, "
+            f"without a known value and without a bound except 0. Give a known {name} as a number, "
+            f"{name}=...",
         ),
         (
             logged in HIDDEN_FROM[name],
-            f"the drive's {name} is to be estimated, and the control was recorded behind it "
-            f"(logged={logged!r}), so that no motion shows it; give it as a number",
+            f"the drive's {name} cannot be estimated, because the control was recorded after it "
+            f"(logged={logged!r}). Give the {name} as a number",
         ),
         code="drive",
     )

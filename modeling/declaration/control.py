@@ -144,33 +144,32 @@ class ControlLaw:
             *(
                 (
                     not (is_among(name, self.gains) and self.gains[name] > 0),
-                    f": the gain {quoted(name)}, which is positive, is "
-                    f"{self.gains[name] if is_among(name, self.gains) else 'not declared'}; give a "
+                    f": the gain {quoted(name)}, which must be positive, is "
+                    f"{self.gains[name] if is_among(name, self.gains) else 'not declared'}. Give a "
                     "number above 0",
                 )
                 for name in self.positive
             ),
             (
                 not (is_whole(self.delay) and 0 <= self.delay <= LONGEST_DELAY),
-                f": delay {quoted(self.delay)}; give whole samples, 0 to {LONGEST_DELAY}",
+                f": delay {quoted(self.delay)}. Give whole samples, 0 to {LONGEST_DELAY}",
             ),
             (
                 self.reference_between not in ("", *REFERENCES_BETWEEN),
-                f": reference_between is {quoted(self.reference_between)}; give "
-                f"{', '.join(REFERENCES_BETWEEN[:-1])} or {REFERENCES_BETWEEN[-1]}, or leave it "
-                "out",
+                f": reference_between is {quoted(self.reference_between)}. Give "
+                f"{', '.join(REFERENCES_BETWEEN[:-1])} or {REFERENCES_BETWEEN[-1]}, or omit it",
             ),
             (
                 self.continuous
                 and (self.memory or self.delay or PERIOD in self.output.free_symbols),
-                " is continuous but has a memory, a delay or the period in it, which only a "
-                "sampled law has. Leave them out, or leave out continuous=True",
+                " is continuous but contains a memory, a delay or the period, which only a "
+                "sampled law can have. Omit them, or omit continuous=True",
             ),
             *(
                 (
                     memory.start != BALANCED and memory.start.has(BALANCED),
-                    f": memory {memory.name!r} starts at {memory.start}; what balances stands "
-                    "alone there",
+                    f": memory {memory.name!r} starts at {memory.start}. A start value that "
+                    "balances the law cannot be part of an expression. Give it alone",
                 )
                 for memory in self.memory
             ),
@@ -195,13 +194,13 @@ class ControlLaw:
 
     @property
     def takes_velocity(self) -> bool:
-        """Whether it reads the velocity of an ideal sensor."""
+        """Return whether it reads the velocity of an ideal sensor."""
         values = (self.output, *(memory.following for memory in self.memory))
         return any(value.has(MEASURED_VELOCITY) for value in values)
 
     @property
     def balanced(self) -> tuple[int, ...]:
-        """Which of the memories start in balance."""
+        """Return the memories that start in balance."""
         return tuple(i for i, memory in enumerate(self.memory) if memory.start == BALANCED)
 
     @property
@@ -211,7 +210,7 @@ class ControlLaw:
 
     @property
     def is_polynomial(self) -> bool:
-        """Whether its control is a sum of products of its gains with signals that have none."""
+        """Return whether its control is a sum of products of gains and signals without gains."""
         gains = {gain(name) for name in self.gains}
         remembered = any(  # what it remembers depends on them: no product of gains scales it
             memory.following.free_symbols & (gains | _OUTPUTS) for memory in self.memory
@@ -238,7 +237,7 @@ class ControlLaw:
         if unknown:
             raise ModelError(
                 f"control law {self.name!r}: its {what} has the unknown symbols "
-                f"{', '.join(unknown)}; it may use {', '.join(sorted(map(str, allowed)))}."
+                f"{', '.join(unknown)}. It may use {', '.join(sorted(map(str, allowed)))}."
             )
 
 

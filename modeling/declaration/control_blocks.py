@@ -1,4 +1,4 @@
-"""What laws are made of: filters, derivatives and limits, each a value and what it remembers.
+"""Blocks of control laws: filters, derivatives and limits, each a value with its memory.
 
 The memories of a block have names that begin with the one that it is given, so that a law may have
 several of a kind. A number in a block is a plain one or an expression, such as a gain of the law,
@@ -36,7 +36,7 @@ def amount(value: Amount, what: str, *, positive: bool = False) -> sympy.Expr:
     found = _finite(value, what)
     if found.is_Number and not (found > 0 if positive else found >= 0):
         said = "a positive number" if positive else "0 or more"
-        raise ModelError(f"{what} is {quoted(value)}; give {said}.", code="law")
+        raise ModelError(f"{what} is {quoted(value)}. Give {said}.", code="law")
     return found
 
 
@@ -56,12 +56,12 @@ def chosen(value: str, what: str, among: Collection[str]) -> str:
         It is another.
     """
     if not is_among(value, among):
-        raise ModelError(f"{what} is {quoted(value)}; give one of {', '.join(among)}.", code="law")
+        raise ModelError(f"{what} is {quoted(value)}. Give one of {', '.join(among)}.", code="law")
     return value
 
 
 def added(signal: Amount | None) -> sympy.Expr:
-    """What is added to a control: a recorded signal or an expression, else nothing."""
+    """Return the term added to a control: a recorded signal or an expression, otherwise 0."""
     return sympy.S.Zero if signal is None else _finite(signal, "the feed-forward of a law")
 
 
@@ -76,7 +76,7 @@ def _finite(value: Amount, what: str) -> sympy.Expr:
     found = expression(value, what)
     if found.has(sympy.nan, sympy.zoo, sympy.oo, -sympy.oo):
         raise ModelError(
-            f"{what} is {found}; give a finite number, a recorded signal or an expression of them.",
+            f"{what} is {found}. Give a finite number, a recorded signal or an expression of them.",
             code="law",
         )
     return found

@@ -43,7 +43,7 @@ _WHOLE = 1e-6  # of a sample: what a delay may be off whole samples by its round
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Response:
-    """How a drive follows commands that are held from sample to sample.
+    """Response of a drive to commands that are held from sample to sample.
 
     Attributes
     ----------
@@ -71,17 +71,17 @@ class Response:
 
     @property
     def is_held(self) -> bool:
-        """Whether the force stays the same from a sample to the next."""
+        """Return whether the force stays the same from a sample to the next."""
         return not (self.lag or self.share or self.by_motion)
 
     @property
     def holds_control(self) -> bool:
-        """Whether a control is held, of which the motion makes another force all the time."""
+        """Return whether a control is held while the force changes with the motion."""
         return self.by_motion and not self.lag
 
     @property
     def keeps_force(self) -> bool:
-        """Whether the force there is at a sample is among what is remembered."""
+        """Return whether the force there is at a sample is among what is remembered."""
         return bool(self.lag) or self.by_motion
 
     @property
@@ -91,7 +91,7 @@ class Response:
 
     @property
     def remembered(self) -> tuple[str, ...]:
-        """What it keeps from a sample to the next, by name.
+        """Return the values that it keeps from sample to sample, by name.
 
         The control that acted, if its rate is limited, and `forces`.
         """
@@ -212,54 +212,54 @@ class Drive:
             ModelError,
             (
                 self.gain == 0,
-                f"the drive gain is {self.gain!r}; give a finite number other than 0",
+                f"the drive gain is {self.gain!r}. Give a finite number other than 0",
                 "model",
             ),
             (
                 not 0 <= self.relative_sd < 1,
-                f"the drive gain's relative deviation is {self.relative_sd!r}; give a fraction "
-                "from 0 to below 1, such as 0.005 for 0.5 %",
+                f"the relative standard deviation of the drive gain is {self.relative_sd!r}. Give "
+                "a fraction from 0 to below 1, such as 0.005 for 0.5 %",
             ),
             (
                 missing,
-                f"the drive {type(self).__name__} has a force of its own, which scaled_by "
-                f"({self.scaled_by}) does not enter; write {', '.join(map(str, missing))} into its "
+                f"the drive {type(self).__name__} defines its own force, which does not contain "
+                f"scaled_by ({self.scaled_by}). Write {', '.join(map(str, missing))} into its "
                 "force and inverse",
             ),
             (
                 not self.limit > 0,
-                f"the drive limit is {self.limit!r}; give a positive number",
+                f"the drive limit is {self.limit!r}. Give a positive number",
                 "model",
             ),
             *(
                 (
                     getattr(self, name) < 0,
-                    f"the drive's {name} is {getattr(self, name)!r} s; give a time of 0 or more: a "
-                    "force follows its command",
+                    f"the drive's {name} is {getattr(self, name)!r} s. Give a time of 0 or more, "
+                    "because a force follows its command",
                 )
                 for name in HIDDEN_FROM
             ),
             (
                 math.isfinite(self.limit) and not path.end(self.limit) > 0,
                 f"the drive's {hides} is {getattr(path, hides):g} and its limit {self.limit:g}, so "
-                f"that no command makes a force; give a {hides} below the limit, both in the "
+                f"no command produces a force. Give a {hides} below the limit, both in the "
                 "control's unit",
             ),
             (
                 self.logged not in LOGGED,
-                f"logged is {quoted(self.logged)}; give {', '.join(LOGGED[:-1])} or {LOGGED[-1]}: "
-                "where the recorded control was taken",
+                f"logged is {quoted(self.logged)}. Give the point at which the control was "
+                f"recorded: {', '.join(LOGGED[:-1])} or {LOGGED[-1]}",
             ),
             (
                 self.logged == "applied" and not self.delay and path.is_plain,
-                "logged='applied' is what acts after the drive's delay, rate limit, quantisation "
-                "and dead band, and none is declared; declare delay=..., or what is, or "
-                "logged='command'",
+                "logged='applied' is the control after the drive's delay, rate limit, quantisation "
+                "and dead band, but none of them is declared. Declare delay=... or another of "
+                "them, or declare logged='command'",
             ),
             (
                 self.logged == "current" and not self.lag,
-                "logged='current' is what is there after the drive's lag, and no lag is declared; "
-                "declare lag=..., or logged='command'",
+                "logged='current' is the control after the drive's lag, but no lag is declared. "
+                "Declare lag=..., or logged='command'",
             ),
             code="drive",
         )
@@ -276,12 +276,12 @@ class Drive:
 
     @property
     def is_gain(self) -> bool:
-        """Whether the force is the gain times the control, and nothing else."""
+        """Return whether the force is the gain times the control, and nothing else."""
         return bool(self.force == DRIVE_GAIN * CONTROL)
 
     @property
     def is_times_gain(self) -> bool:
-        """Whether the force is the gain times what the gain has no part in."""
+        """Return whether the force is the gain times what the gain has no part in."""
         off = (self.force_by_gain - self.force).replace(sympy.Abs, lambda x: x * sympy.sign(x))
         return bool(multiplied_out(off) == 0)
 
@@ -325,7 +325,7 @@ class Drive:
 
     @property
     def logs_what_acts(self) -> bool:
-        """Whether the recorded control lies behind rate limit, quantisation and dead band."""
+        """Return whether the control is recorded after rate limit, quantisation and dead band."""
         return self.logged != LOGGED[0]
 
     def behind_path(self) -> Self:
@@ -378,8 +378,8 @@ class Drive:
         lag = f"with a lag of {said['lag']}" if "lag" in said else ""
         where = {
             "command": "the recorded control is the command",
-            "applied": "the recorded control is what acts" + " after the delay" * bool(self.delay),
-            "current": "the recorded control is what is there after the lag",
+            "applied": "the recorded control is applied" + " after the delay" * bool(self.delay),
+            "current": "the recorded control is taken after the lag",
         }[self.logged]
         when = f"the force acts {' '.join(filter(None, (delay, lag)))}" if delay or lag else ""
         return "; ".join(filter(None, (path, when, where)))

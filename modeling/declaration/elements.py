@@ -1,4 +1,4 @@
-"""What resists the motion, element by element, as SymPy expressions to be added up.
+"""Elements that resist the motion, as SymPy expressions to be added.
 
 Each stands on the inertia's side of the force balance, ``tau = inertia * ddq + resistances``, so
 that a positive parameter opposes a positive velocity or displacement. Units are written for a
@@ -81,7 +81,7 @@ def quadratic(coefficient: Amount, coordinate: Coordinate) -> sympy.Expr:
 def stribeck(
     excess: Amount, coordinate: Coordinate, *, velocity: Amount, exponent: Amount = 2
 ) -> sympy.Expr:
-    """What sticking adds to Coulomb friction: ``Fs exp(-(|dq|/vs)^d) sign(dq)``.
+    """Return the Stribeck term beyond Coulomb friction: ``Fs exp(-(|dq|/vs)^d) sign(dq)``.
 
     Add it to `coulomb`: the breakaway force is then ``Fc + Fs``. `excess` Fs in N, opposes motion
     if positive; `velocity` vs in m/s; `exponent` d without unit: 1 for the exponential form, 2 for
@@ -203,7 +203,7 @@ def cogging(
     """
     if not (is_whole(harmonic) and harmonic > 0):
         raise ModelError(
-            f"the harmonic is {quoted(harmonic)}; give a whole number, 1 or more.",
+            f"the harmonic is {quoted(harmonic)}. Give a whole number, 1 or more.",
             code="axis",
         )
     even, odd = _amount(cosine, coordinate), _amount(sine, coordinate)
@@ -316,7 +316,7 @@ def end_stop(
     high = with_unit(upper, coordinate.unit, "the upper stop")
     if with_numbers(high - low).is_positive is False:
         raise ModelError(
-            f"the stops are at {quoted(lower)} and {quoted(upper)}; give the lower one first.",
+            f"the stops are at {quoted(lower)} and {quoted(upper)}. Give the lower stop first.",
             code="axis",
         )
     q, dq = coordinate.symbol, coordinate.velocity

@@ -65,9 +65,9 @@ def newton(
     moving = mass.free_symbols & {q.symbol, q.velocity, q.acceleration}
     if moving:
         raise ModelError(
-            f"axis {name!r}: the inertia {mass} depends on {', '.join(map(str, moving))}, so "
-            "Newton's law needs a further velocity term. Declare the axis with lagrange, which "
-            "derives it.",
+            f"axis {name!r}: the inertia {mass} depends on {', '.join(map(str, moving))}, so the "
+            "equation of motion needs a further velocity term. Declare the axis with lagrange, "
+            "which derives this term.",
             code="equation",
         )
     declared = listed(parameters, Parameter, "the parameters have")
@@ -141,14 +141,14 @@ def lagrange(
             stored,
             "potential energy",
             (q.velocity, q.acceleration),
-            f"the position {q.symbol} alone. Put an inertia into the kinetic energy, as in "
+            f"the position {q.symbol} only. Put an inertia into the kinetic energy, as in "
             f"m*{q.velocity}**2/2, and friction into the dissipation function.",
         )
         _check_free(
             lost,
             "dissipation function",
             (q.acceleration,),
-            f"the position {q.symbol} and the velocity {q.velocity} alone. Put an inertia into "
+            f"the position {q.symbol} and the velocity {q.velocity} only. Put an inertia into "
             f"the kinetic energy, as in m*{q.velocity}**2/2.",
         )
     except ModelError as error:
@@ -175,7 +175,7 @@ def _check_free(value: sympy.Expr, what: str, symbols: Iterable[sympy.Symbol], r
         It depends on one.
     """
     if beside := " and ".join(str(s) for s in symbols if s in value.free_symbols):
-        raise ModelError(f"the {what} {value} depends on {beside}; it may depend on {rest}")
+        raise ModelError(f"the {what} {value} depends on {beside}. It may depend on {rest}")
 
 
 def _momentum(
@@ -191,26 +191,25 @@ def _momentum(
     q = coordinate
     if recorded := signals_in(energy):
         raise ModelError(
-            f"the kinetic energy {energy} has the signal {min(map(str, recorded))} in it, whose "
-            "rate of change would make a force too, and is not recorded. Declare the axis with "
-            "newton.",
+            f"the kinetic energy {energy} contains the signal {min(map(str, recorded))}. Its rate "
+            "of change would cause a force, but is not recorded. Declare the axis with newton.",
             code="equation",
         )
     _check_free(
         energy,
         "kinetic energy",
         (q.acceleration,),
-        f"the position {q.symbol} and the square of the velocity alone, as m*{q.velocity}**2/2 "
-        "does. Lagrange's equation makes the acceleration of it.",
+        f"the position {q.symbol} and the square of the velocity only, as in m*{q.velocity}**2/2. "
+        "Lagrange's equation derives the acceleration from it.",
     )
     momentum = slope(energy, q.velocity, "the kinetic energy")
     inertia = slope(momentum, q.velocity, "the momentum")
     square = with_numbers(energy - inertia * q.velocity**2 / 2)
     if not vanishes(with_numbers(inertia).diff(q.velocity)) or not vanishes(square):
         raise ModelError(
-            f"the kinetic energy {energy} is not a square of the velocity {q.velocity}: write an "
-            f"inertia times {q.velocity}**2/2. What is there at rest is a potential energy, with "
-            "the other sign."
+            f"the kinetic energy {energy} is not proportional to the square of the velocity "
+            f"{q.velocity}. Write an inertia times {q.velocity}**2/2. Energy at rest is a "
+            "potential energy, with the opposite sign."
         )
     _check_inertia(inertia, coordinate, parameters)
     return momentum
@@ -251,6 +250,6 @@ def _check_inertia(
     if real and all(value < 0 for value in real):
         what = "with the nominal values" if nominal else "if its parameters are positive"
         raise ModelError(
-            f"the inertia {inertia} is negative {what}; so would be the kinetic energy. Correct "
-            "its sign, or a nominal value."
+            f"the inertia {inertia} is negative {what}, and so is the kinetic energy. Correct its "
+            "sign, or a nominal value."
         )

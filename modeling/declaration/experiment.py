@@ -49,8 +49,8 @@ class Move:
         )
         if not self.duration < _LONGEST:
             raise ModelError(
-                f"{self} takes {self.duration:g} s; give a faster one (an experiment takes less "
-                f"than {_LONGEST:g} s)."
+                f"{self} takes {self.duration:g} s. Give a faster move (an experiment must take "
+                f"less than {_LONGEST:g} s)."
             )
 
     @property
@@ -94,7 +94,7 @@ def back_and_forth(
     """
     if not (is_whole(repeat) and 1 <= repeat <= _MOST_REPEATS):
         raise ModelError(
-            f"repeat is {quoted(repeat)}; give a whole number from 1 to {_MOST_REPEATS}."
+            f"repeat is {quoted(repeat)}. Give a whole number from 1 to {_MOST_REPEATS}."
         )
     return repeat * tuple(
         Move(sign * speed * seconds, speed, acceleration, dwell)
@@ -105,7 +105,7 @@ def back_and_forth(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Experiment:
-    """What the twin does.
+    """Experiment of the twin.
 
     Attributes
     ----------
@@ -153,28 +153,27 @@ class Experiment:
             *(
                 (
                     value.free_symbols - value.atoms(ConstantSymbol) - {TIME},
-                    f"the signal {name!r} of an experiment is {value}; it may use {TIME} and "
-                    "numbers",
+                    f"the signal {name!r} of an experiment is {value}. Use only {TIME} and numbers",
                     "twin",
                 )
                 for name, value in of_time.items()
             ),
             (
                 not 0 < duration < _LONGEST,
-                f"the moves of an experiment take {duration:g} s; give some that take more than 0 "
+                f"the moves of an experiment take {duration:g} s. Give moves that take more than 0 "
                 f"and less than {_LONGEST:g} s",
             ),
             (
                 not (is_whole(self.seed) and self.seed >= 0),
-                f"the seed is {quoted(self.seed)}; give a whole number, 0 or more",
+                f"the seed is {quoted(self.seed)}. Give a whole number, 0 or more",
             ),
             (
                 not self.position_noise >= 0,
-                f"the position noise is {self.position_noise!r}; give 0 or more",
+                f"the position noise is {self.position_noise!r}. Give 0 or more",
             ),
             (
                 not self.resolution >= 0,
-                f"the encoder's resolution is {self.resolution!r}; give 0 or more",
+                f"the encoder's resolution is {self.resolution!r}. Give 0 or more",
                 "twin",
             ),
         )

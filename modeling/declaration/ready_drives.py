@@ -65,10 +65,10 @@ def figure(
     said = "a positive number" if positive else "0 or more"
     refuse(
         ModelError,
-        (not fits, f"{what} is in {own}; give it in {' or '.join(units)}"),
+        (not fits, f"{what} is in {own}. Give it in {' or '.join(units)}"),
         (
             (found < 0 and not signed) or (positive and not found),
-            f"{what} is {quoted(value)}; give {said}",
+            f"{what} is {quoted(value)}. Give {said}",
         ),
         code="drive",
     )
@@ -87,8 +87,8 @@ def check_others(made_by: str, others: Mapping[str, Any], *made: str) -> None:
     known = [f.name for f in fields(Drive) if f.name not in own]
     if unknown := [name for name in others if name not in known]:
         raise ModelError(
-            f"{made_by} has no argument {unknown[0]!r}; beside its own it takes "
-            f"{', '.join(known)}.",
+            f"{made_by} has no argument {unknown[0]!r}. In addition to its own arguments it "
+            f"accepts {', '.join(known)}.",
             code="drive",
         )
 
@@ -116,9 +116,9 @@ def check_gear(coordinate: Coordinate, kt: Figure, ke: Figure | None, ratio: Fig
         if wrong or twice or not (is_own or is_geared):
             geared = f"a gear ratio in {of_ratio or 'no unit'}" if is_geared else "no gear"
             raise ModelError(
-                f"{name} is in {unit}, with {geared} on a coordinate in {coordinate.unit}; "
-                f"give the motor's own {name} and ratio=..., the motor's angle over the "
-                f"coordinate, in {wanted}, or {name} in {own} without a ratio.",
+                f"{name} is in {unit}, with {geared} on a coordinate in {coordinate.unit}. Give "
+                f"the motor's own {name} and ratio=... in {wanted} (motor angle divided by the "
+                f"coordinate), or give {name} in {own} without a ratio.",
                 code="drive",
             )
 
@@ -145,8 +145,8 @@ def check_formula(
     """
     if unknown := sorted(map(str, value.free_symbols - set(units) - value.atoms(ConstantSymbol))):
         raise ModelError(
-            f"the drive's {what} has the symbols {', '.join(unknown)}, which are no control, "
-            "motion, constant or declared signal; use those.",
+            f"the drive's {what} has the unknown symbols {', '.join(unknown)}. Use only the "
+            "control, the motion, constants and declared signals.",
             code="drive",
         )
     plain = not value.atoms(ConstantSymbol)  # of numbers alone any may stand for a unit
@@ -210,23 +210,22 @@ class MotorDrive(Drive):
             ModelError,
             (
                 not LEAST_EFFICIENCY <= self.efficiency <= 1,
-                f"the gear's efficiency is {self.efficiency:g}; give a number from "
-                f"{LEAST_EFFICIENCY:g} to 1, such as 0.7: the share of the motor's power that the "
-                "load gets",
+                f"the gear's efficiency is {self.efficiency:g}. Give the share of the motor's "
+                f"power that reaches the load, from {LEAST_EFFICIENCY:g} to 1, such as 0.7",
             ),
             (
                 at_rest.is_number and at_rest.evalf().is_extended_positive is not True,
-                f"the drive's reach {self.reach} is {at_rest} at rest; give the largest force of "
-                "the motor forwards, above 0 there",
+                f"the drive's reach {self.reach} is {at_rest} at rest. Give the largest forward "
+                "force of the motor, which must be above 0 at rest",
             ),
             code="drive",
         )
         Drive.__post_init__(self)  # it looks at the force
         if self.logged == "current" and self.back_emf:
             raise ModelError(
-                "logged='current' is a current, and the control of a drive with a back-EMF is a "
-                "voltage; give the current as the axis's force, times kt and ratio, or declare "
-                "current_drive(...) with its control.",
+                "logged='current' is a current, but the control of a drive with a back-EMF is a "
+                "voltage. Record the current times kt and ratio as the force of the axis, or "
+                "declare current_drive(...) with the current as control.",
                 code="drive",
             )
 
@@ -270,22 +269,22 @@ class MotorDrive(Drive):
         return sympy.Float((back + driving) / 2), sympy.Float((back - driving) / 2)
 
     def force_text(self, coordinate: Coordinate, digits: int = 6) -> str:
-        """What the force is, in words."""
+        """Return a description of the force."""
         control = "the control"
         if self.back_emf:
             unit = f"{self.unit}/({coordinate.velocity_unit})"
             emf = f"{self.back_emf:.{digits}g} {unit} times {coordinate.velocity}"
-            control = f"what {emf} leaves of the control"
+            control = f"the control minus {emf}"
         said = f"{self.gain_text(coordinate, digits)} times {control}"
         if self.reach != sympy.oo:
             reach = written(self.reach.xreplace(self.along(coordinate)), coordinate)
             said += (
-                f", forwards at most {reach} {coordinate.force_unit}, backwards as much at "
+                f", at most {reach} {coordinate.force_unit} forwards, and the same backwards at "
                 f"-{coordinate.velocity}"
             )
         if self.efficiency != 1:
             said += (
-                f", of which a gear of efficiency {self.efficiency:g} takes its share, by the "
+                f", reduced by a gear of efficiency {self.efficiency:g} according to the "
                 "direction of the power"
             )
         return said
@@ -301,12 +300,13 @@ class MotorDrive(Drive):
 
     @property
     def remark(self) -> str:
-        """Where a back-EMF is that is not the drive's."""
+        """Return a remark on a back-EMF that is not declared with the drive."""
         if not self.unknown_back_emf:
             return ""
         return (
-            "the drive is without the motor's back-EMF: its braking, kt ke ratio^2/R times the "
-            "velocity, is in the equation of motion, where no motion tells it from viscous friction"
+            "the drive is declared without the motor's back-EMF: its braking force, kt ke "
+            "ratio^2/R times the velocity, is in the equation of motion, where it cannot be "
+            "separated from viscous friction"
         )
 
 
@@ -407,8 +407,8 @@ def _solved(force: sympy.Expr) -> sympy.Expr:
     slope = force.diff(CONTROL)
     if slope == 0 or slope.has(CONTROL):
         raise ModelError(
-            f"the drive's force {force} is no straight line over the control, so that its inverse "
-            "does not follow; give it, the control by tau.",
+            f"the drive's force {force} is not linear in the control, so its inverse cannot be "
+            "derived. Give inverse=..., the control as a function of tau.",
             code="drive",
         )
     return (FORCE - force.xreplace({CONTROL: sympy.S.Zero})) / slope
@@ -476,13 +476,13 @@ def voltage_drive(
         ModelError,
         (
             own is not None and not own.same_dimension(volt / control),
-            f"volts is in {own}; give the voltage for a control of 1 {unit}, in {volt / control}",
+            f"volts is in {own}. Give the voltage for a control of 1 {unit}, in {volt / control}",
         ),
         (
             own is None and not any(control.same_dimension(u) for u in (volt, parse_unit("1"))),
-            f"the control of a voltage drive is in {unit}; give a voltage, unit='V', or a duty, "
-            "unit='1', or volts as a Constant in V over the control's unit; of a current, "
-            "current_drive(...)",
+            f"the control of a voltage drive is in {unit}. Give a voltage with unit='V', a duty "
+            "cycle with unit='1', or volts as a Constant in V per unit of the control. For a "
+            "current declare current_drive(...)",
         ),
         code="drive",
     )
@@ -558,14 +558,14 @@ def current_drive(
         ModelError,
         (
             not parse_unit(unit).same_dimension(parse_unit("A")),
-            f"the control of a current drive is in {unit}; give a current, unit='A', or declare "
-            "Drive(gain=..., unit=...) with the force for a control of 1",
+            f"the control of a current drive is in {unit}. Give a current with unit='A', or "
+            "declare Drive(gain=..., unit=...) with the force for a control of 1",
         ),
         (
             (has_supply and has_reach) or len({*of_supply, has_supply or ke is not None}) > 1,
             "the force that the supply allows is given "
-            + ("twice, by supply and by reach" if has_supply and has_reach else "in part")
-            + "; give supply and resistance (and ke where it is not kt), or reach alone",
+            + ("twice, by supply and by reach" if has_supply and has_reach else "incompletely")
+            + ". Give supply and resistance (and ke if it differs from kt), or only reach",
         ),
         code="drive",
     )

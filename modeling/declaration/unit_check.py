@@ -51,7 +51,7 @@ def checked_terms(
         )
         if excused:
             carried = ", ".join(dict.fromkeys(map(str, excused)))
-            unchecked.append(f"{term} (right if its plain numbers stand for {carried})")
+            unchecked.append(f"{term} (correct if its plain numbers have the unit {carried})")
     return tuple(unchecked)
 
 
@@ -83,7 +83,7 @@ def check_unit(
     wanted: Unit,
     units: Mapping[sympy.Symbol, Unit],
     what: str,
-    rest: str = "; give {wanted}",
+    rest: str = ". Give {wanted}",
     *,
     of_numbers: bool = False,
 ) -> list[Unit]:

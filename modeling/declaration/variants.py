@@ -9,6 +9,7 @@ import sympy
 
 from axisid.modeling.quantities import Parameter, number, replaced_in, states_in
 from axisid.support.errors import UsageError, is_among, quoted, refuse
+from axisid.support.settings import setting
 
 from .axis import Axis, check_axis
 
@@ -41,7 +42,7 @@ def fix(axis: Axis, /, **values: float | tuple[float, float]) -> Axis:
         *(
             (
                 isinstance(value, (tuple, list)) and len(value) != 2,
-                f"the fixed value of {name!r} is {value!r}; give a number, or a number and its "
+                f"the fixed value of {name!r} is {value!r}. Give a number, or a number and its "
                 "standard deviation",
             )
             for name, value in values.items()
@@ -71,12 +72,12 @@ def read_fixed(texts: Iterable[str]) -> dict[str, tuple[float, float]]:
         match = _FIXED.fullmatch(text)
         if match is None:
             raise UsageError(
-                f"{text!r} fixes nothing; write NAME=VALUE or NAME=VALUE+-DEVIATION, SI, as in "
-                "m=2.0+-0.02.",
+                f"{text!r} does not fix a parameter. Write NAME=VALUE or NAME=VALUE+-SD in SI "
+                "units, as in m=2.0+-0.02.",
                 code="parameters",
             )
         if match[1] in fixed:
-            raise UsageError(f"{match[1]!r} is fixed twice; fix it once.", code="parameters")
+            raise UsageError(f"{match[1]!r} is fixed twice. Fix it once.", code="parameters")
         fixed[match[1]] = (float(match[2]), float(match[3] or 0.0))
     return fixed
 
@@ -124,8 +125,8 @@ def leave_out(axis: Axis, /, *names: str, **values: float) -> Axis:
     if not kept:
         without = ", ".join(map(str, held))
         raise UsageError(
-            f"axis {axis.name!r} has nothing left to identify without {without}; leave fewer "
-            "parameters out.",
+            f"axis {axis.name!r} has no parameter to identify without {without}. Leave out fewer "
+            "parameters.",
             code="parameters",
         )
     left = tuple(  # with the value that stands for each, which its bounds need not hold
@@ -152,7 +153,7 @@ def leave_out(axis: Axis, /, *names: str, **values: float) -> Axis:
 
 
 def left_out_text(axis: Axis) -> str:
-    """What stands for the parameters that were left out, in words; empty for none."""
+    """Return a text on the values of left-out parameters; empty for none."""
     return ", ".join(
         f"{p.name} = {known_text(p.known, p.known_sd)} {p.unit}" for p in axis.left_out
     )
@@ -165,7 +166,7 @@ def _check_declared(axis: Axis, names: Iterable[str], what: str) -> None:
     for name in names:
         if not is_among(name, declared):
             raise UsageError(
-                f"there is no parameter {quoted(name)} to {what}; axis {axis.name!r} has "
+                f"there is no parameter {quoted(name)} to {what}. Axis {axis.name!r} has "
                 f"{', '.join(declared)}.",
                 code="parameters",
             )
@@ -183,7 +184,8 @@ def _held(axis: Axis, parameter: Parameter) -> float:
     if parameter.nominal:
         return parameter.nominal
     raise UsageError(
-        f"{parameter.name} enters nonlinearly and has no nominal value to hold it at; "
-        f"declare one, or fix it: fix {parameter.name}=VALUE.",
+        f"the model is nonlinear in {parameter.name}, which has no nominal value at which it could "
+        f"be fixed. Declare a nominal value, or fix it with "
+        f"{setting('fix', {parameter.name: 'VALUE'})}.",
         code="parameters",
     )

@@ -1,4 +1,4 @@
-"""What ready laws share: how the velocity is formed, and integrals that do not run away.
+"""Shared parts of ready laws: measured velocity, and integrals with anti-windup.
 
 Anti-windup compares `UNLIMITED_OUTPUT`, the law's own output, with `LIMITED_OUTPUT`, the output
 within the drive's limit.
@@ -37,7 +37,7 @@ from .control_blocks import (
 def formed_velocity(
     how: str = "difference", filter_time: float = 0.0, bandwidth: float = 0.0
 ) -> tuple[Block, dict[str, float]]:
-    """How a law forms the measured velocity, and the numbers that it has, by name.
+    """Return the block that forms the measured velocity, and its numbers, by name.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def formed_velocity(
     in_range(bandwidth, "the bandwidth pll_bandwidth", positive=how == "pll")
     if bandwidth and how != "pll":
         raise ModelError(
-            f"pll_bandwidth is {bandwidth!r}, but the velocity is {how!r}; leave it out, or give "
+            f"pll_bandwidth is {bandwidth!r}, but the velocity is {how!r}. Omit it, or give "
             "velocity='pll'.",
             code="law",
         )
@@ -215,13 +215,13 @@ def ready_law(
         ModelError,
         (
             not slope and (anti_windup != "none" or given),
-            f"the law has no integral that could wind up, but anti_windup is {anti_windup!r}; "
-            "leave anti_windup and tracking_time out, or give the integral's gain",
+            f"the law has no integral, but anti_windup is {anti_windup!r}. Omit anti_windup and "
+            "tracking_time, or give the integral's gain",
         ),
         (
             given and anti_windup != "back_calculation",
-            f"the tracking time is {tracking_time!r}, but anti_windup is {anti_windup!r}; leave it "
-            "out, or give anti_windup='back_calculation'",
+            f"the tracking time is {tracking_time!r}, but anti_windup is {anti_windup!r}. Omit it, "
+            "or give anti_windup='back_calculation'",
         ),
         code="law",
     )

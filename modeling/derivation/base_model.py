@@ -179,7 +179,7 @@ class BaseModel:
 
     @property
     def changed(self) -> bool:
-        """Whether the base parameters are others than the declared ones."""
+        """Return whether the base parameters are others than the declared ones."""
         return self.axis is not self.declared
 
     @property

@@ -1,4 +1,4 @@
-"""What a record tells of the declared parameters, and what was derived, in words and formulas."""
+"""Describe identifiability and the derived models, in words and formulas."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -28,10 +28,10 @@ def undetermined_names(base: BaseModel) -> tuple[str, ...]:
 
 
 def describe_unidentifiable(base: BaseModel) -> tuple[str, ...]:
-    """What no motion tells apart, whatever is known of it; one sentence for each group."""
+    """Describe parameters that no motion can distinguish; one sentence for each group."""
     return tuple(
-        f"{_listed(names)} cannot be told apart, a record shows only {_seen(base, names)}: no "
-        f"motion shows a change of {_directions(directions)}"
+        f"{_listed(names)} cannot be distinguished, because a record shows only "
+        f"{_seen(base, names)}: no motion shows a change of {_directions(directions)}"
         for names, directions in _groups(base, base.unidentifiable)
     )
 
@@ -43,29 +43,29 @@ def describe_undecided(base: BaseModel) -> tuple[str, ...]:
         *others, last = map(str, group)
         if others:
             found.append(
-                f"No difference between {last} and {_listed(others)} was found, and no proof that "
-                "there is none. All of them are kept. Look at their standard errors: `axisid "
-                "precision` shows what a record can tell."
+                f"No motion was found that distinguishes {last} and {_listed(others)}, and no "
+                "proof that there is none. All of them are kept. Check their standard errors with "
+                "`axisid identify`."
             )
         else:
             found.append(
                 f"No effect of {last} was found, and no proof that there is none. The parameter is "
-                "kept. Look at its standard error: `axisid precision` shows what a record can tell."
+                "kept. Check its standard error with `axisid identify`."
             )
     return tuple(found)
 
 
 def describe_undetermined(base: BaseModel) -> tuple[str, ...]:
-    """What would have to be known so that the rest follows; one sentence for each group."""
+    """Describe the knowledge that makes the rest identifiable; one sentence for each group."""
     return tuple(
-        f"{_listed(names)} cannot be told apart, a record shows only {_seen(base, names)}: the "
-        f"rest follows if {_missing(base, names, directions)} known"
+        f"{_listed(names)} cannot be distinguished, because a record shows only "
+        f"{_seen(base, names)}: the rest follows if {_missing(base, names, directions)} known"
         for names, directions in _groups(base, base.undetermined)
     )
 
 
 def describe_determined(base: BaseModel) -> str:
-    """Which declared parameters follow, and from what; empty if none is declared otherwise."""
+    """Describe the declared parameters that follow from the record; empty if all are direct."""
     lost = undetermined_names(base)
     found = [p.name for p in base.declared.parameters if p.name not in lost]
     if not found:
@@ -195,8 +195,8 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
         states = Section(
             title="Internal states",
             lines=tuple(line for state in model.states for line in _of_state(state)),
-            note="what friction remembers, by its rate of change; no record has it, so that "
-            "there are no regressors and no least squares: fit the simulated loop",
+            note="internal states of friction, by their rates of change; they are not recorded, "
+            "so there are no regressors and no least squares: fit the simulated loop",
         )
         return (inverse, states, forward, *unchecked)
     base = Section(
@@ -205,7 +205,8 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
             Formula(name=p.symbol, value=rounded(value), unit=p.unit)
             for p, value in model.base.combined
         ),
-        note="what a record identifies: the force is linear in these and the other parameters",
+        note="the identifiable combinations: the force is linear in them and in the other "
+        "parameters",
     )
     columns = zip(model.axis.parameters, model.idm.columns, strict=True)
     if isinstance(model.ddm, Missing) or isinstance(model.parameter_map, Missing):
@@ -221,7 +222,7 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
                 *(Formula(name=p.symbol, unit=p.unit, column=c) for p, c in columns),
                 Formula(name="known", column=model.idm.intercept),
             ),
-            note="the force is the sum of parameter times column, and known",
+            note="the force is the sum of parameter times column, plus the known part",
         ),
         forward,
         *direct,
@@ -276,7 +277,7 @@ def _direct_sections(ddm: Regressor, mapping: ParameterMap) -> list[Section]:
         Section(
             title="Direct regressor",
             lines=(*lines, Formula(name="known", column=ddm.intercept)),
-            note="the acceleration is the sum of theta times column, and known",
+            note="the acceleration is the sum of theta times column, plus the known part",
         ),
         Section(
             title=f"Parameter map, rank {len(mapping.parameters)}",

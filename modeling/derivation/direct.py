@@ -180,5 +180,5 @@ def _shares(
     found = {p: slope for p, slope in slopes.items() if slope is not None and slope != 0}
     free = intercept(inertia, found)
     if free is None:
-        raise ModelError(f"the inertia {inertia} has no finite value; write it in another form.")
+        raise ModelError(f"the inertia {inertia} has no finite value. Write it in another form.")
     return free, found

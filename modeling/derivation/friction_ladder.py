@@ -61,7 +61,7 @@ def friction_ladder(
     check_axis(axis)
     if stribeck is not None and not 0 < number(stribeck, "the Stribeck velocity") < math.inf:
         raise UsageError(
-            f"the Stribeck velocity is {stribeck!r}; give a positive number.",
+            f"the Stribeck velocity is {stribeck!r}. Give a positive number.",
             code="axis",
         )
     parameters = _friction_parameters(axis)  # nothing is multiplied out for them
@@ -162,7 +162,7 @@ def _laws(
 
 
 def _is_law(axis: Axis, friction: list[sympy.Expr], law: list[_Term]) -> bool:
-    """Whether the axis's friction gives the forces that a law gives, and no others."""
+    """Return whether the axis's friction gives the forces that a law gives, and no others."""
     used = {s for term in friction for s in term.free_symbols}
     symbols = [p.symbol for p in axis.parameters if p.symbol in used]
     amounts = sympy.symbols(f"law:{len(law)}", real=True, cls=sympy.Dummy)

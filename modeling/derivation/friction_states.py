@@ -59,7 +59,7 @@ def motion_point(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StateEquation:
-    """How a state follows the motion in one friction direction.
+    """Equation of a state in one friction direction.
 
     Attributes
     ----------
@@ -99,8 +99,9 @@ def state_equations(axis: Axis) -> tuple[StateEquation, ...]:
     }
     if found := [what for what, there in beside.items() if there]:
         raise ModelError(
-            f"axis {axis.name!r}: the friction remembers ({names}), and the axis has {found[0]}, "
-            "with which such friction is not simulated; declare the axis without one of the two.",
+            f"axis {axis.name!r}: the friction has internal states ({names}), and the axis has "
+            f"{found[0]}. This combination cannot be simulated. Declare the axis without one of "
+            "the two.",
             code="equation",
         )
     return tuple(_equation(axis, state) for state in axis.states)
@@ -152,13 +153,13 @@ def _equation(axis: Axis, state: State) -> StateEquation:
         ModelError,
         (
             not vanishes(rate.xreplace({q.velocity: sympy.S.Zero})),
-            f"changes at rest, by {state.following}; declare a rate that vanishes with the "
-            f"velocity {q.velocity}",
+            f"changes at rest with the rate {state.following}. Declare a rate that is 0 if the "
+            f"velocity {q.velocity} is 0",
         ),
         (
             limit is not None and rate != q.velocity,
-            f"has a limit and follows {state.following}; one with a limit follows the velocity "
-            f"{q.velocity}",
+            f"has a limit and the rate {state.following}. The rate of a state with a limit must be "
+            f"the velocity {q.velocity}",
         ),
         before=f"axis {axis.name!r}: the state {state.name} ",
         code="equation",
@@ -170,7 +171,7 @@ def _equation(axis: Axis, state: State) -> StateEquation:
 def _check_symbols(axis: Axis, state: State, value: sympy.Expr, allowed: set[sympy.Symbol]) -> None:
     if unknown := sorted(map(str, value.free_symbols - allowed)):
         raise ModelError(
-            f"axis {axis.name!r}: the state {state.name} is declared by {value}, which has "
-            f"{', '.join(unknown)}; it may have {', '.join(sorted(map(str, allowed)))}.",
+            f"axis {axis.name!r}: the state {state.name} is declared by {value}, which contains "
+            f"{', '.join(unknown)}. Use only {', '.join(sorted(map(str, allowed)))}.",
             code="equation",
         )

@@ -58,15 +58,15 @@ def with_direction(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
     jump = jumping_node(rewritten, velocity)
     if jump is not None:
         raise ModelError(
-            f"the term {jump} jumps with the velocity; write the jump with "
-            f"sign({velocity}), so that the axis can stick there.",
+            f"the term {jump} jumps with the velocity. Write the jump with sign({velocity}), so "
+            "that the axis can stick there.",
             code="equation",
         )
     for term in sympy.Add.make_args(rewritten):
         if DIRECTION in term.diff(DIRECTION).free_symbols:
             raise ModelError(
                 f"the term {term} is not linear in direction = sign({velocity}), so friction at "
-                "rest has no meaning; write the jump as a factor of its own.",
+                "rest is undefined. Write the jump as a separate factor.",
                 code="equation",
             )
     return rewritten
@@ -222,11 +222,12 @@ def _not_linear(force: sympy.Expr, parameters: tuple[sympy.Symbol, ...]) -> Mode
             names = " and ".join(map(str, inside))
             product = len(inside) > 1 and set(inside) <= set(term.args)
             hint = (
-                f"Declare the product as one parameter in place of {names}."
+                f"Declare the product as one parameter instead of {names}."
                 if product
                 else "Replace one by a known number, or declare parameters that enter linearly."
             )
             return ModelError(
-                f"the inverse dynamic model is not linear in {names}: see the term {term}. {hint}"
+                f"the inverse dynamic model is not linear in {names} because of the term {term}. "
+                f"{hint}"
             )
     return ModelError(f"the inverse dynamic model is not linear in its parameters: {force}.")

@@ -92,7 +92,7 @@ def derive(axis: Axis) -> AxisModel:
         raise ModelError(f"axis {axis.name!r}: {error}", code="equation") from error
     except RecursionError as error:
         raise ModelError(
-            f"axis {axis.name!r}: the equation of motion is nested too deeply; simplify it."
+            f"axis {axis.name!r}: the equation of motion is nested too deeply. Simplify it."
         ) from error
 
 
@@ -113,7 +113,7 @@ def _derived(declared: Axis, states: tuple[StateEquation, ...]) -> AxisModel:
     idm = inverse_regressor(force, symbols, held=symbols if states else ())
     units = {p.symbol: parse_unit(p.unit) for p in axis.parameters}
     names = ", ".join(str(state.symbol) for state in states)
-    remembers = Missing(f"its friction remembers ({names}), which no record has")
+    remembers = Missing(f"its friction has internal states ({names}), which are not recorded")
     direct = remembers if states else direct_model(idm, units, inertia, q)
     ddm: Regressor | Missing
     mapping: ParameterMap | Missing
@@ -164,5 +164,5 @@ def _balance(axis: Axis) -> sympy.Expr:
     q = axis.coordinate
     force = with_direction(with_numbers(axis.force), q.velocity)
     if vanishes(inertia_of(force, q)):
-        raise ModelError("the acceleration cancels out of the force; an axis needs an inertia.")
+        raise ModelError("the acceleration cancels out of the force. Add an inertia.")
     return force

@@ -89,8 +89,8 @@ def load_axis(name: str | Path) -> Axis:
     """
     if not isinstance(name, (str, Path)):
         raise ModelError(
-            f"the axis is {quoted(name)}; give the name of one of the library, or of a file that "
-            "declares one."
+            f"the axis is {quoted(name)}. Give the name of an axis of the library, or of a file "
+            "that declares an axis."
         )
     name = str(name)
     if name in LIBRARY:
@@ -100,13 +100,13 @@ def load_axis(name: str | Path) -> Axis:
         ModelError,
         (
             file.suffix not in (".py", ".toml"),
-            f"there is no axis {name!r}: give one of the library ({', '.join(LIBRARY)}) or a "
-            "file that declares one, such as my_axis.toml or my_axis.py; `axisid new my_axis` "
-            "starts one",
+            f"there is no axis {name!r}. Give an axis of the library ({', '.join(LIBRARY)}) or a "
+            "file that declares an axis, such as my_axis.toml or my_axis.py. `axisid new my_axis` "
+            "writes a first file",
         ),
         (
             not os.path.isfile(file),  # which takes any name
-            f"there is no axis file {str(file)!r}, or it is no regular file; check the path",
+            f"there is no axis file {str(file)!r}, or it is not a regular file. Check the path",
         ),
         code="axis-file",
     )
@@ -127,7 +127,7 @@ def _run(file: Path) -> dict[str, Any]:
         raise ModelError(f"{file}, {_line(error, file)}: {error}", code="axis-file") from error
     except (Exception, SystemExit) as error:
         raise ModelError(
-            f"{file} does not import: {type(error).__name__} at {_line(error, file)}: {error}",
+            f"{file} cannot be imported: {type(error).__name__} at {_line(error, file)}: {error}",
             code="axis-file",
         ) from error
     finally:
@@ -149,10 +149,10 @@ def _only_axis(bound: dict[str, Any], file: Path, variable: str) -> Axis:
     wanted = variable or (next(iter(axes)) if is_one else "axis")
     refuse(
         ModelError,
-        (not axes, f"{file} declares no axis; bind the result of newton(...) to a name"),
+        (not axes, f"{file} declares no axis. Assign the result of newton(...) to a name"),
         (
             wanted not in axes,
-            f"{file} declares {', '.join(axes)}; choose one with {file}:NAME",
+            f"{file} declares {', '.join(axes)}. Choose one with {file}:NAME",
         ),
         code="axis-file",
     )
@@ -206,7 +206,7 @@ def read_control(root: TomlTable, recorded: Symbols, constants: Symbols) -> Cont
 
 def _shipped_law(table: TomlTable, symbols: Symbols) -> ControlLaw | None:
     """A law of the library by its name, with the arguments of its function and its timing."""
-    law = table.chosen("law", LAWS, "law", ", or leave out the law and write its output")
+    law = table.chosen("law", LAWS, "law", ", or omit the law and write its output")
     if law is None:
         return None
     of_any = inspect.signature(ControlLaw).parameters
@@ -226,7 +226,7 @@ def _blocks(table: TomlTable, symbols: Symbols, at_rest: Symbols) -> dict[str, B
     for name in table.values:
         table.attempt(name, partial(check_name, name, "it"))
         if name in symbols:
-            table.say(name, "the law has another symbol of this name; give one of them another.")
+            table.say(name, "the law has another symbol of this name. Rename one of them.")
         inner = table.table(name)
         make: Callable[..., Block] | None = inner.chosen("block", BLOCKS, "block")
         if make is None:
@@ -260,7 +260,7 @@ def read_drive(root: TomlTable, symbols: Symbols) -> Drive | None:
             "kind",
             DRIVES,
             "drive",
-            ", or leave out the kind and give a gain, or force and inverse",
+            ", or omit the kind and give a gain, or force and inverse",
         )
     elif any(key in table.values for key in _FORMULAS):
         make = formula_drive
@@ -362,7 +362,7 @@ def _axis(root: TomlTable) -> Axis | None:
     used = set() if axis is None else {state.name for state in axis.states}
     for name in states.values if axis is not None else ():
         if name not in used:
-            states.say(name, "it stands nowhere; write it into the force, or remove it.")
+            states.say(name, "it is not used. Write it into the force, or remove it.")
     return axis
 
 
@@ -383,12 +383,12 @@ def _constants(table: TomlTable, unknown: Symbols, recorded: Symbols, moving: Sy
     others |= dict.fromkeys(moving, "symbol of the motion")
     for name, constant in table.each(Constant).items():
         if name in others:
-            table.say(name, f"it is a {others[name]} too; give one of them another name.")
+            table.say(name, f"it is also a {others[name]}. Rename one of them.")
         if name == "pi":
-            table.say(name, "it is the number pi already; leave it out, or choose another name.")
+            table.say(name, "it is the number pi already. Omit it, or choose another name.")
         symbols[name] = ConstantSymbol(name, 1.0, "1") if constant is None else constant.symbol
         if constant and name == "G" and not constant.symbol.unit.same_dimension(G.symbol.unit):
-            table.say(name, f"it is a gravity, in {G.unit}; choose another name.")
+            table.say(name, f"it is an acceleration of gravity, in {G.unit}. Choose another name.")
     return symbols
 
 
@@ -399,7 +399,7 @@ def _dynamics(root: TomlTable, symbols: Symbols, elements: Elements) -> Callable
     """`newton` or `lagrange` with what its table says; without symbols none can be read."""
     given = [key for key in _EQUATIONS if key in root.values]
     if len(given) != 1:
-        root.say("", f"give one of the tables newton and lagrange, not {len(given)}.")
+        root.say("", f"the file has {len(given)} of the tables newton and lagrange. Give one.")
         return None
     if not symbols:
         return None
@@ -430,7 +430,7 @@ def _moves(table: TomlTable) -> tuple[Move, ...]:
     stand_in = Move(1.0, 1.0, 1.0)
     given = [key for key in ("moves", "back_and_forth") if key in table.values]
     if len(given) != 1:
-        table.say("", f"give one of moves and back_and_forth, not {len(given)}.")
+        table.say("", f"the table has {len(given)} of the keys moves and back_and_forth. Give one.")
         return (stand_in,)
     moves = table.items(given[0])
     found = (
@@ -439,5 +439,5 @@ def _moves(table: TomlTable) -> tuple[Move, ...]:
         else table.table("back_and_forth").made(back_and_forth)
     )
     if found == ():
-        table.say(given[0], "it makes no move; give one at least.")
+        table.say(given[0], "it has no moves. Give at least one.")
     return found or (stand_in,)

@@ -86,7 +86,7 @@ class ExpressionReader:
             raise nested(*self._at(node))
         if isinstance(node, ast.Call) and not calls:
             raise TextError(
-                f"functions are nested deeper than {_DEEPEST_CALLS}; simplify it.",
+                f"functions are nested more than {_DEEPEST_CALLS} deep. Simplify it.",
                 *self._at(node),
             )
         match node:
@@ -114,7 +114,7 @@ class ExpressionReader:
         in_exponents: set[sympy.Expr] = set()
         for count, node in enumerate(sympy.preorder_traversal(result)):
             if count > MOST_NODES:
-                raise TextError("it is too large; write it shorter.", self.text, 0)
+                raise TextError("it is too large. Simplify it.", self.text, 0)
             if node.is_Mul and joined_exponential(node) is not None:
                 in_exponents.add(node.args[0])
             is_held = not node.is_Number or node == 0 or _SMALLEST <= abs(node) <= _LARGEST_FLOAT
@@ -125,15 +125,15 @@ class ExpressionReader:
             plain = node.is_Symbol or node.is_Number or node.is_NumberSymbol
             if not plain and node.func not in NODES:
                 raise TextError(
-                    f"it may not be real: it comes out with {type(node).__name__}, which has no "
-                    "meaning here.",
+                    f"it may not be real: the result contains {type(node).__name__}. Write a real "
+                    "expression.",
                     self.text,
                     0,
                 )
             if not self._constants.fits(node):
                 raise TextError(
-                    "with the numbers of its constants a part of it has no value, or one beyond "
-                    f"{LARGEST:g}; change the constants or what is made of them.",
+                    "with the values of its constants a part of it has no value, or a value above "
+                    f"{LARGEST:g}. Change the constants or the expression.",
                     self.text,
                     0,
                 )
@@ -145,12 +145,12 @@ class ExpressionReader:
             return sympy.Float(math.pi)
         if name in FUNCTIONS:
             raise TextError(
-                f"{name} is a function; write {name}(...).",
+                f"{name} is a function. Write {name}(...).",
                 *self._at(node),
             )
         raise TextError(
-            f"there is no name {_shortened(name)}; there are {', '.join(self.symbols)}."
-            f"{nearest(name, self.symbols)}",
+            f"the name {_shortened(name)} is not known. Known names are "
+            f"{', '.join(self.symbols)}.{nearest(name, self.symbols)}",
             *self._at(node),
         )
 
@@ -190,19 +190,19 @@ class ExpressionReader:
             there = [*FUNCTIONS, *self.elements]
             if name in self.symbols:
                 raise TextError(
-                    f"{name} is no function; write {name}*(...) for a product.",
+                    f"{name} is not a function. Write {name}*(...) for a product.",
                     *self._at(node),
                 )
             raise TextError(
-                f"{_shortened(name)} cannot be used: there is no such function; there are "
+                f"the function {_shortened(name)} is not known. Known functions are "
                 f"{', '.join(there)}.{nearest(name, there)}",
                 *self._at(node),
             )
         function = FUNCTIONS[name]
         if len(arguments) != function.arguments or node.keywords:
             raise TextError(
-                f"{name}(...) with {len(arguments) + len(node.keywords)} arguments cannot be used; "
-                f"give {function.arguments}, without names.",
+                f"{name}(...) has {len(arguments) + len(node.keywords)} arguments. Give "
+                f"{function.arguments}, without names.",
                 *self._at(node),
             )
         inner = [self._evaluated(argument, depth - 1, calls - 1) for argument in arguments]
@@ -235,7 +235,7 @@ class ExpressionReader:
         numbers = with_numbers(exponent).atoms(sympy.Number)
         if exponent.has(sympy.log) and any(abs(float(n)) > _LARGEST_POWER for n in numbers):
             raise TextError(
-                f"a number beyond {_LARGEST_POWER} multiplies a log in an exponent; use **.",
+                f"a number above {_LARGEST_POWER} multiplies a log in an exponent. Use **.",
                 *self._at(node),
             )
 
@@ -246,7 +246,7 @@ class ExpressionReader:
         if value is not None and not one_number and not abs(value) <= _LARGEST_POWER:
             place = node.right if isinstance(node, ast.BinOp) else node
             raise TextError(
-                f"the power {power} is beyond {_LARGEST_POWER}.",
+                f"the power {power} is above {_LARGEST_POWER}.",
                 *self._at(place),
             )
 
@@ -259,7 +259,7 @@ class ExpressionReader:
             return
         if not small(value := self._number(node, operation, *values)):
             raise TextError(
-                f"this is {value:.3g} with the numbers of its constants; keep it within "
+                f"this is {value:.3g} with the values of its constants. Keep it within "
                 f"{LARGEST:g}.",
                 *self._at(node),
             )
@@ -337,19 +337,19 @@ def read_expression(
     """
     if len(text) > _LONGEST:
         raise TextError(
-            f"it has {len(text)} characters; write {_LONGEST} or fewer.",
+            f"it has {len(text)} characters. Write {_LONGEST} or fewer.",
             text,
             _LONGEST,
         )
     if not text.strip():
         raise TextError("it is empty.", text, 0)
     if foreign := _FOREIGN.search(text):
-        hint = "; write ** for a power" if foreign[0] == "^" else ""
+        hint = ", and ** for a power" if foreign[0] == "^" else ""
         raise not_allowed(foreign[0], text, foreign.start(), hint)
     if run_on := _RUN_ON.search(text):
         raise TextError(
-            f"{run_on[0]!r} cannot be used: a number runs into what follows; write an operator "
-            f"between, as in {run_on[1]}*{run_on[2]}.",
+            f"{run_on[0]!r} cannot be used, because an operator is missing after the number. Write "
+            f"one, as in {run_on[1]}*{run_on[2]}.",
             text,
             run_on.start(),
         )
@@ -359,7 +359,7 @@ def read_expression(
         tree = ast.parse(flat.strip(), mode="eval").body
     except SyntaxError as error:
         raise TextError(
-            f"an operator, a number or a name is missing here, or too many ({error.msg}).",
+            f"an operator, a number or a name is missing or superfluous here ({error.msg}).",
             text,
             start + (error.offset or len(flat.strip()) + 1) - 1,
         ) from error

@@ -1,4 +1,4 @@
-"""What a text may say, what is wrong with one, and where; and the numbers that it is worth.
+"""Permitted expressions in a text, mistakes with their place, and the size of numbers.
 
 Its elements of friction and load, such as ``stribeck(Fs, x, velocity=0.01)``, are those of Python
 with the same arguments. A plain number takes the unit of its place there, which a number of an
@@ -121,9 +121,9 @@ NODES = frozenset({sympy.Add, sympy.Mul, sympy.Pow, *(f.symbolic for f in FUNCTI
 
 
 def not_allowed(piece: str, text: str, offset: int, hint: str = "") -> TextError:
-    """What is said of a piece of text that no expression has."""
+    """Return the error for a piece of text that is not allowed in an expression."""
     return TextError(
-        f"{piece!r} cannot be used in an expression; write numbers, names, pi, + - * / **, "
+        f"{piece!r} cannot be used in an expression. Write numbers, names, pi, + - * / **, "
         f"parentheses and functions such as sqrt(...){hint}.",
         text,
         offset,
@@ -131,9 +131,9 @@ def not_allowed(piece: str, text: str, offset: int, hint: str = "") -> TextError
 
 
 def nested(text: str, offset: int) -> TextError:
-    """What is said of a text that is nested too deeply."""
+    """Return the error for a text that is nested too deeply."""
     return TextError(
-        f"it is nested deeper than {DEEPEST} levels; write it flatter.",
+        f"it is nested more than {DEEPEST} levels deep. Simplify it.",
         text,
         offset,
     )
@@ -173,7 +173,7 @@ class ConstantValues:
         return math.nan if value is None else value
 
     def fits(self, node: sympy.Expr) -> bool:
-        """Whether what the constants of a sum or product make, or another node, is small enough."""
+        """Return whether the value of a node, or of the constants in it, is small enough."""
         if node.is_Symbol or not node.has(ConstantSymbol):
             return True
         parts = node.args if node.is_Add or node.is_Mul else (node,)
@@ -202,7 +202,7 @@ class ConstantValues:
 
 
 def small(value: float) -> bool:
-    """Whether a number is real, finite and of a size that a part of an expression may have."""
+    """Return whether a number is real, finite and within the size allowed in an expression."""
     return not isinstance(value, complex) and abs(value) <= LARGEST
 
 
@@ -231,7 +231,8 @@ def _made(
     except TypeError as error:
         bare = [each.replace(annotation=each.empty) for each in signature.parameters.values()]
         raise ModelError(
-            f"{element}(...) cannot be used so: {error}; write {element}{inspect.Signature(bare)}."
+            f"{element}(...) is called incorrectly: {error}. Write "
+            f"{element}{inspect.Signature(bare)}."
         ) from error
     for key, value in bound.arguments.items():
         bound.arguments[key] = _taken(element, along, key, value)
@@ -242,7 +243,7 @@ def _taken(element: str, along: Coordinate, key: str, value: sympy.Expr) -> Any:
     if key == "coordinate":
         if value != along.symbol:
             raise ModelError(
-                f"the coordinate of {element}(...) is {value}; give {along.name}.",
+                f"the coordinate of {element}(...) is {value}. Give {along.name}.",
                 code="formula",
             )
         return along

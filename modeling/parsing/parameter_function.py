@@ -85,13 +85,13 @@ def parameter_function(what: FunctionLike, units: Mapping[str, str]) -> Paramete
     unknown = sorted(str(s) for s in written.free_symbols if str(s) not in symbols)
     if unknown:
         raise UsageError(
-            f"there is no parameter {', '.join(unknown)}; there are {', '.join(symbols)}."
+            f"there is no parameter {', '.join(unknown)}. The parameters are {', '.join(symbols)}."
         )
     function = written.xreplace({s: symbols[str(s)] for s in written.free_symbols})
     for node in sympy.preorder_traversal(function):
         if not (node.is_Symbol or node.is_Number or node.is_NumberSymbol or node.func in NODES):
             raise UsageError(
-                f"{type(node).__name__!r} cannot be used in a function of the parameters; use "
+                f"{type(node).__name__!r} cannot be used in a function of the parameters. Use "
                 f"arithmetic, pi and {', '.join(FUNCTIONS)}.",
                 code="formula",
             )

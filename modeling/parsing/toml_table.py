@@ -67,31 +67,31 @@ class TomlTable:
         for key in self.values:
             if key not in keys:
                 listed = f"the keys here are {', '.join(keys)}" if keys else "there are none here"
-                self.say(key, f"there is no such key; {listed}.{nearest(key, keys)}")
+                self.say(key, f"there is no such key: {listed}.{nearest(key, keys)}")
 
     def needs(self, *keys: str) -> None:
         """Refuse the absence of keys."""
         for key in keys:
             if key not in self.values:
-                self.say(key, "it is missing; add it.")
+                self.say(key, "it is missing. Add it.")
 
     def table(self, key: str) -> "TomlTable":
         """The table under a key; empty if it is absent or none."""
         value = self.values.get(key, {})
         if not isinstance(value, Mapping):
-            self.say(key, f"it is {value!r}; give a table, as in [{self.at(key)}].")
+            self.say(key, f"it is {value!r}. Give a table, as in [{self.at(key)}].")
             value = {}
         return TomlTable(self.at(key), value, self.mistakes)
 
     def items(self, key: str) -> "TomlTable":
-        """What is listed under a key, each by its number; one alone is a list of one."""
+        """Return the items under a key, each with its number; one item is a list of one."""
         value, items = self.values[key], {key: self.values[key]}
         if isinstance(value, list):
             items = {f"{key}[{i}]": item for i, item in enumerate(value, 1)}
         return TomlTable(self.path, items, self.mistakes)
 
     def attempt(self, key: str, make: Callable[[], T]) -> T | None:
-        """What is made, or None and a mistake."""
+        """Return the value of a function, or None and note a mistake."""
         try:
             return make()
         except TextError as error:
@@ -101,12 +101,12 @@ class TomlTable:
         return None
 
     def chosen(self, key: str, options: Mapping[str, T], what: str, hint: str = "") -> T | None:
-        """What ships under the name that a key has, or None and a mistake."""
+        """Return the built-in object that a key names, or None and note a mistake."""
         name = self.values.get(key)
         if isinstance(name, str) and name in options:
             return options[name]
         like = nearest(name, options) if isinstance(name, str) else ""
-        self.say(key, f"there is no {what} {name!r}; there are {', '.join(options)}{hint}.{like}")
+        self.say(key, f"there is no {what} {name!r}. Choose from {', '.join(options)}{hint}.{like}")
         return None
 
     def read(
@@ -151,7 +151,7 @@ class TomlTable:
         own: Mapping[str, Symbols] = _NONE,
         elements: Mapping[str, Elements] = _NONE,
     ) -> T | None:
-        """What is made of a table whose keys are arguments, or None and all mistakes.
+        """Return the object built from a table of arguments, or None and note all mistakes.
 
         Parameters
         ----------
@@ -199,7 +199,7 @@ class TomlTable:
         return result if len(self.mistakes) == before else None
 
     def each(self, make: Callable[..., T], **how: Any) -> dict[str, T | None]:
-        """What is made of the tables of this one, which have names for keys; see `made`."""
+        """Return the objects built from the named tables in this table; see `made`."""
         return {name: self.table(name).made(make, name=name, **how) for name in self.values}
 
 
@@ -244,7 +244,7 @@ def _plain(kind: type, value: object) -> Any:
     """A text, a whole number or a switch."""
     if type(value) is kind and (not isinstance(value, str) or value.isprintable()):
         return value
-    raise ModelError(f"it is {value!r}; give {_GIVE[kind]}.", code="toml")
+    raise ModelError(f"it is {value!r}. Give {_GIVE[kind]}.", code="toml")
 
 
 _GIVE = {str: "one line of text in quotes", int: "a whole number", bool: "true or false"}
@@ -260,7 +260,7 @@ def _expression(value: Any, symbols: Symbols, elements: Elements) -> Any:
         return read_expression(value, symbols, elements)
     if isinstance(value, (list, Mapping)):
         raise ModelError(
-            f"it is {value!r}; give an expression in quotes, or a number.", code="toml"
+            f"it is {value!r}. Give an expression in quotes, or a number.", code="toml"
         )
     number(value, "it")
     return value
@@ -280,7 +280,7 @@ _LARGEST_FILE = 50_000
 
 
 def read_toml(file: Path, read: Callable[[TomlTable], T | None], error: type[FileError]) -> T:
-    """What is made of the table of a file.
+    """Return the object built from the table of a file.
 
     Parameters
     ----------
@@ -351,8 +351,8 @@ def toml_document(file: Path, error: type[FileError]) -> dict[str, Any]:
         raise error(f"{str(file)!r} cannot be read: {why}. Check the path.") from wrong
     if len(content) > _LARGEST_FILE:
         raise error(
-            f"{file} is larger than {_LARGEST_FILE} bytes, the most such a file may have. Keep "
-            "data in the log and not in this file.",
+            f"{file} is larger than {_LARGEST_FILE} bytes, the limit for such a file. Keep data in "
+            "the log, not in this file.",
             code="toml",
         )
     try:
@@ -364,8 +364,8 @@ def toml_document(file: Path, error: type[FileError]) -> dict[str, Any]:
         if isinstance(wrong, RecursionError):
             raise error(
                 f"{file} is nested too deeply: a key or a value has too many levels. Use keys with "
-                "a few dots, and tables that stand in one another a few times."
+                "few dots and tables with few levels."
             ) from wrong
         what = str(wrong)
-        hint = " (text and expressions stand in quotes)" if "Invalid value" in what else ""
+        hint = " (text and expressions need quotes)" if "Invalid value" in what else ""
         raise error(f"{file} is not valid TOML: {what}{hint}.") from wrong

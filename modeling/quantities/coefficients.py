@@ -1,4 +1,4 @@
-"""What multiplies products of parameters in a force.
+"""Coefficients of products of parameters in a force.
 
 Only the parameters are multiplied out; what does not depend on them stays as it was written.
 """

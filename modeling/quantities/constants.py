@@ -123,7 +123,7 @@ G = Constant(9.80665, "m/s^2", "G")
 
 
 def with_unit(value: Amount, unit: str, what: str) -> sympy.Expr:
-    """What an element is told: a plain number takes the unit of its place; others have theirs."""
+    """Return an amount with its unit; a plain number takes the unit of its place."""
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return Constant(number(value, what), unit).symbol
     return expression(value, what)
@@ -139,7 +139,7 @@ def positive(value: Amount, unit: str, what: str) -> sympy.Expr:
     """
     symbol = with_unit(value, unit, what)
     if isinstance(symbol, ConstantSymbol) and not symbol.value > 0:
-        raise ModelError(f"{what} is {value!r}; give a positive number.", code="axis")
+        raise ModelError(f"{what} is {value!r}. Give a positive number.", code="axis")
     return symbol
 
 
@@ -187,7 +187,7 @@ class Signal(Symbolic):
         parse_unit(self.unit)
         if not is_among(self.between, BETWEEN):
             raise ModelError(
-                f"signal {self.name!r}: between its samples it is {quoted(self.between)}; give "
+                f"signal {self.name!r}: between its samples it is {quoted(self.between)}. Give "
                 f"{' or '.join(BETWEEN)}.",
                 code="axis",
             )
@@ -199,12 +199,12 @@ class Signal(Symbolic):
 
     @property
     def is_held(self) -> bool:
-        """Whether it keeps its value until the next sample."""
+        """Return whether it keeps its value until the next sample."""
         return self.between == "held"
 
     @property
     def rate_name(self) -> str:
-        """What generated code names its rate of change."""
+        """Return the name of its rate of change in generated code."""
         return f"{self.name}_rate"
 
 

@@ -144,7 +144,7 @@ class CoveringPoints:
         return [feature for feature in own if feature.needed and self._symbols[feature]]
 
     def _is_shown(self, feature: Feature) -> bool:
-        """Whether points on both sides, or in a transition, were looked at."""
+        """Return whether points on both sides, or in a transition, were looked at."""
         return len(self._seen[feature]) == (2 if feature.sharp else 1)
 
     def _drawn(self, turn: int, placed: dict[sympy.Symbol, Any], *, decimals: bool) -> DrawnPoint:

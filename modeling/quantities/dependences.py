@@ -1,4 +1,4 @@
-"""Which functions are sums of others: found at points, and used only with evidence.
+"""Linear dependences between functions: found at points, and used only with evidence.
 
 Functions that agree at a few points are not the same for that. A dependence holds by algebra, if it
 holds with independent numbers in place of all functions; else it has to hold at points that cover
@@ -168,7 +168,7 @@ def unmerged(reduced: Reduced, size: int) -> Reduced:
 
 
 def vanishes(expression: sympy.Expr) -> bool:
-    """Whether an expression is 0; what has no finite value is not, nor what leaves a doubt."""
+    """Return whether an expression is 0; False without a finite value or in doubt."""
     if expression == 0:
         return True
     reduction = _Reduction([expression], None, {})
@@ -182,7 +182,7 @@ def vanishes(expression: sympy.Expr) -> bool:
 
 
 def depends(expression: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> bool:
-    """Whether an expression changes with symbols; what has no finite value does."""
+    """Return whether an expression changes with symbols; what has no finite value does."""
     others = {s: sympy.Symbol(f"other {s.name}", **s.assumptions0) for s in symbols}
     return not vanishes(expression - replaced(expression, others))
 
@@ -190,8 +190,8 @@ def depends(expression: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> bool:
 def _check_size(independent: int, columns: int) -> None:
     if independent**2 * columns > _MOST_STEPS:
         raise ModelError(
-            "the parameters enter in too many products and sums to find which of them a "
-            "record tells apart; declare what enters together as one parameter."
+            "the parameters enter in too many products and sums to find the identifiable ones. "
+            "Declare parameters that enter together as one parameter."
         )
 
 
@@ -217,7 +217,7 @@ class _Reduction:
         return CoveringPoints(self.points, self.functions)
 
     def is_nothing_everywhere(self) -> bool:
-        """Whether the first function is 0, which is so at a few points."""
+        """Return whether the first function is 0, which is so at a few points."""
         nothing: _Weights = {0: {}}
         if self._holds_with(_outer_functions(self.functions), nothing, 0, decimals=True):
             return True
@@ -335,7 +335,7 @@ class _Reduction:
     def _holds_with(
         self, nodes: Sequence[sympy.Basic], weights: "_Weights", j: int, *, decimals: bool = False
     ) -> bool:
-        """Whether a dependence holds with independent numbers in place of some functions."""
+        """Return whether a dependence holds with independent numbers in place of some functions."""
         rows = [row for k in range(_FEW) for row in self._opaque(nodes, k, decimals=decimals)]
         return bool(rows) and not any(_left_over(row, j, weights[j]) for row in rows)
 
@@ -379,7 +379,7 @@ class _Reduction:
         return found, doubts
 
     def _is_shown(self, j: int, weights: "_Weights") -> bool:
-        """Whether a dependence that holds at all points is more than a coincidence of points."""
+        """Return whether a dependence at all points is more than a coincidence."""
         simple = all(map(_is_simple, weights[j].values()))
         if not (simple or self.points.given or _has_numbers(self.functions)):
             return False
@@ -390,7 +390,7 @@ class _Reduction:
         return not doubtful or self._holds_with(doubtful, weights, j)
 
     def _cancels(self, function: sympy.Expr) -> bool:
-        """Whether a function that is nothing has terms that are not."""
+        """Return whether a function that is nothing has terms that are not."""
         terms, seen = sympy.Add.make_args(function), 0
         for point in self.covering.cycle(1):
             with contextlib.suppress(*CANNOT):
@@ -459,7 +459,7 @@ def _has_decimals(functions: Sequence[sympy.Expr]) -> bool:
 
 
 def _has_numbers(functions: Sequence[sympy.Expr]) -> bool:
-    """Whether a number that is no fraction was declared: a decimal, pi, a root of 2."""
+    """Return whether a number that is no fraction was declared: a decimal, pi, a root of 2."""
     return any(
         node.is_number and not (node.is_Rational or (node.is_Float and not is_decimal(node)))
         for function in functions

@@ -63,7 +63,7 @@ def _edges(node: sympy.Expr, velocity: sympy.Symbol) -> Iterator[sympy.Expr]:
 
 
 def _is_continuous(force: sympy.Expr, velocity: sympy.Symbol, edge: sympy.Expr) -> bool:
-    """Whether a force has the same value on both sides of an edge, wherever that was found."""
+    """Return whether a force is equal on both sides of an edge, at every place found."""
     others = (force.free_symbols | edge.free_symbols) - {velocity, DIRECTION}
     jumps: list[float] = []
     for turn in range(_POINTS):
@@ -132,9 +132,9 @@ def slope(value: sympy.Expr, variable: sympy.Symbol, what: str) -> sympy.Expr:
     for impulse in impulses:
         if not _is_continuous(value, variable, impulse.args[0]):
             raise ModelError(
-                f"{what} jumps with {variable} where {impulse.args[0]} is 0, and so has no "
-                f"derivative by it: see {value}. Write what is continuous, such as "
-                "max(0, x)**2 for a one-sided spring.",
+                f"{what} jumps with {variable} where {impulse.args[0]} is 0, so it has no "
+                f"derivative: see {value}. Write a continuous expression, such as max(0, x)**2 for "
+                "a one-sided spring.",
                 code="equation",
             )
     derivative = derivative.xreplace(dict.fromkeys(impulses, sympy.S.Zero))

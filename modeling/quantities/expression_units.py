@@ -94,7 +94,7 @@ class UnitReader:
         return self._read(expression).unit
 
     def fits(self, expression: sympy.Expr, wanted: Unit) -> bool:
-        """Whether an expression has a unit, or a plain number in it can make it so.
+        """Return whether an expression has a unit, or a plain number in it can make it so.
 
         Raises
         ------
@@ -145,13 +145,13 @@ class UnitReader:
         first = min(reads, key=lambda read: (read.loose, read.unit.same_dimension(NUMBER)))
         for read in reads:
             if not self._is(read, first.unit):
-                raise UnitsError(f"{node} {does} {first.unit} and {read.unit}; units must agree.")
+                raise UnitsError(f"{node} {does} {first.unit} and {read.unit}. Units must agree.")
         return first
 
     def _power(self, node: sympy.Pow) -> _ExpressionUnit:
         base, power = self._read(node.base), self._read(node.exp)
         if not self._is(power, NUMBER):
-            raise UnitsError(f"the power in {node} is in {power.unit}; give a number.")
+            raise UnitsError(f"the power in {node} is in {power.unit}. Give a number.")
         if base.unit.same_dimension(NUMBER):
             return base
         exponent = float(node.exp) if node.exp.is_Number else math.nan
@@ -161,8 +161,8 @@ class UnitReader:
         if self._is(base, NUMBER):
             return _ExpressionUnit(NUMBER, loose=True)
         raise UnitsError(
-            f"{node} has no unit: {base.unit} to a power that is no fraction with a denominator up "
-            f"to {_ROOT}."
+            f"{node} has no unit: {base.unit} is raised to a power that is not a fraction with a "
+            f"denominator up to {_ROOT}."
         )
 
     def _applied(self, node: sympy.Basic) -> _ExpressionUnit:
@@ -189,7 +189,7 @@ class UnitReader:
 
 
 def _is_sign(number: sympy.Expr) -> bool:
-    """Whether a number is what SymPy has of a sign: nobody wrote it as an amount."""
+    """Return whether a number is what SymPy has of a sign: nobody wrote it as an amount."""
     return number in (sympy.S.One, sympy.S.NegativeOne) and number.is_Integer
 
 

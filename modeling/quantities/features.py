@@ -1,4 +1,4 @@
-"""Where functions change what they do: kinks, edges of roots, and transitions of smooth functions.
+"""Places where functions change: kinks, edges of roots, transitions of smooth functions.
 
 A *feature* is a value that decides: the argument of ``Abs``, the difference of two arguments of
 ``Max``, the argument of ``tanh``. At a kink, what decides is 0; a smooth function such as ``tanh``
@@ -55,7 +55,7 @@ class Feature:
 
     @property
     def has_known_places(self) -> bool:
-        """Whether all places are found at which the value is 0 and its function has a kink.
+        """Return whether all places are found at which the value is 0 and its function has a kink.
 
         A smooth function has none. A part of one symbol that is piecewise linear or quadratic is 0
         between kinks that are known, and one that is linear in each of its symbols along one line.
@@ -67,12 +67,12 @@ class Feature:
 
     @property
     def is_piecewise_linear(self) -> bool:
-        """Whether the value is linear between kinks, so that it touches 0 at kinks alone."""
+        """Return whether the value is linear between kinks, so that it touches 0 at kinks alone."""
         return all(map(_is_piecewise_linear, self.parts))
 
     @property
     def is_one_sided(self) -> bool:
-        """Whether the value's sign is known never to change."""
+        """Return whether the value's sign is known never to change."""
         value = self.parts[0] - self.parts[1] if len(self.parts) > 1 else self.parts[0]
         return bool(value.is_nonnegative or value.is_nonpositive)
 
@@ -87,7 +87,7 @@ def _has_known_places(part: sympy.Expr) -> bool:
 
 
 def _degree_is(most: int, part: sympy.Expr, symbol: sympy.Symbol) -> bool:
-    """Whether a polynomial has at most some degree in a symbol."""
+    """Return whether a polynomial has at most some degree in a symbol."""
     return bool(sympy.degree(part, symbol) <= most)
 
 

@@ -1,4 +1,4 @@
-"""Which names a declaration may use, and its numbers: plain finite floats.
+"""Checks of the names in a declaration, and of its numbers: plain finite floats.
 
 Names travel into generated Python and C text, so they are checked once, at declaration.
 """
@@ -59,14 +59,14 @@ def check_name(name: str, what: str) -> str:
     """
     if not isinstance(name, str) or not _PATTERN.fullmatch(name):
         raise ModelError(
-            f"{what} is named {quoted(name)}; a name is a letter followed by at most 30 letters, "
+            f"{what} is named {quoted(name)}. A name is a letter followed by at most 30 letters, "
             "digits or underscores. Choose another name.",
             code="axis",
         )
     said = f"{what} is named {name!r}, which"
     refuse(
         ModelError,
-        (_MADE.fullmatch(name), f"{said} the program uses. Choose another name"),
+        (_MADE.fullmatch(name), f"{said} is reserved for the program. Choose another name"),
         *((name in t, f"{said} is {why}. Choose another name") for why, t in _TAKEN.items()),
         code="axis",
     )
@@ -129,7 +129,7 @@ def check_distinct(names: Iterable[tuple[str, str]]) -> None:
     for name, what in names:
         if name.lower() in seen:
             first, owner = seen[name.lower()]
-            but = "" if name == first else " but for case"
+            but = "" if name == first else " except for upper and lower case"
             raise ModelError(
                 f"{what} {name!r} and {owner} {first!r} have the same name{but}. Rename one.",
                 code="axis",
@@ -159,9 +159,9 @@ def number(value: Any, what: str, *, finite: bool = True) -> float:
     except (TypeError, ValueError, OverflowError):
         result = math.nan
     if isinstance(value, (str, bytes, bool)) or math.isnan(result):
-        raise ModelError(f"{what} is {quoted(value)}; give a number.", code="axis")
+        raise ModelError(f"{what} is {quoted(value)}. Give a number.", code="axis")
     if finite and math.isinf(result):
-        raise ModelError(f"{what} is {quoted(value)}; give a finite number.", code="axis")
+        raise ModelError(f"{what} is {quoted(value)}. Give a finite number.", code="axis")
     return result
 
 

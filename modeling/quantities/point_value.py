@@ -59,7 +59,7 @@ _RELATIONS: dict[Any, Callable[[Any, Any], bool]] = {
 
 
 def is_nothing(value: Value) -> bool:
-    """Whether a number is what rounding left of nothing.
+    """Return whether a number is what rounding left of nothing.
 
     Raises
     ------
@@ -310,7 +310,7 @@ def deciding(kink: sympy.Basic) -> Iterator[sympy.Expr]:
 
 
 def zero(value: Callable[[Any], Any], start: Any) -> Any:
-    """Where a function is 0, by secants."""
+    """Return a zero of a function, by secants."""
     return numbers.findroot(value, (start, start + 1), maxsteps=_SECANTS, verify=False)
 
 
@@ -319,7 +319,7 @@ def _number(node: sympy.Expr, *, off: bool) -> Value:
 
 
 def is_decimal(number: sympy.Expr) -> bool:
-    """Whether a number was declared with decimals, so that products of it are rounded."""
+    """Return whether a number was declared with decimals, so that products of it are rounded."""
     if not number.is_Float:
         return False
     is_whole = sympy.Integer(int(number)) - number == 0

@@ -62,13 +62,13 @@ class StatePart:
     least: Literal["positive", "0 or more", ""] = ""
 
     def allows(self, value: float) -> bool:
-        """Whether it may be a number."""
+        """Return whether it may be a number."""
         return not self.least or value > 0 or (value == 0 and self.least == "0 or more")
 
 
 @dataclass(frozen=True, slots=True)
 class State(Symbolic):
-    """What friction remembers of the motion, with a differential equation of its own.
+    """Internal state of friction, with its own differential equation.
 
     It stands in the equation of motion as it is. No record has it, so that such an axis is
     simulated and fitted (`fit`), and has no least squares.
@@ -125,7 +125,7 @@ class State(Symbolic):
             value = with_numbers(part.value)
             if value.is_Number and not part.allows(float(value)):
                 raise ModelError(
-                    f"{part.what} is {float(value):g} {part.unit}; give {_GIVE[part.least]}.",
+                    f"{part.what} is {float(value):g} {part.unit}. Give {_GIVE[part.least]}.",
                     code="equation",
                 )
 
@@ -154,7 +154,7 @@ class State(Symbolic):
 
     @property
     def first(self) -> sympy.Expr:
-        """Where it begins, which is nowhere beyond its limit."""
+        """Return its start value, which is within its limit."""
         if self.limit is None or self.start == 0:
             return expression(self.start, f"the start of {self.name!r}")
         return sympy.Max(-self.limit, sympy.Min(self.limit, self.start))

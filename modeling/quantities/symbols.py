@@ -99,7 +99,7 @@ class Coordinate(Symbolic):
             check_symbol(name, "the coordinate")
         if not is_among(self.unit, ("m", "rad")):
             raise ModelError(
-                f"coordinate {self.name!r} has the unit {quoted(self.unit)}; use 'm' for a linear "
+                f"coordinate {self.name!r} has the unit {quoted(self.unit)}. Use 'm' for a linear "
                 "axis or 'rad' for a rotary one.",
                 code="units",
             )
@@ -139,7 +139,7 @@ def check_coordinate(coordinate: object) -> None:
     """Refuse what is no coordinate, such as its name."""
     if not isinstance(coordinate, Coordinate):
         raise ModelError(
-            f"the coordinate is {quoted(coordinate)}; give a Coordinate, such as Coordinate('q').",
+            f"the coordinate is {quoted(coordinate)}. Give a Coordinate, such as Coordinate('q').",
             code="axis",
         )
 
@@ -192,13 +192,13 @@ class Parameter(Symbolic):
                 (
                     value is not None and not self.allows(value),
                     f"{said} value {value!r} is outside its bounds [{self.lower!r}, "
-                    f"{self.upper!r}]; correct the value or the bound",
+                    f"{self.upper!r}]. Correct the value or the bound",
                 )
-                for said, value in (("nominal", self.nominal), ("its known", self.known))
+                for said, value in (("its nominal", self.nominal), ("its known", self.known))
             ),
             (
                 self.known_sd < 0 or (self.known_sd > 0 and self.known is None),
-                f"the standard deviation of its known value is {self.known_sd!r}; give 0 or more, "
+                f"the standard deviation of its known value is {self.known_sd!r}. Give 0 or more, "
                 "with a known value",
             ),
             before=f"parameter {self.name!r}: ",
@@ -212,15 +212,15 @@ class Parameter(Symbolic):
 
     @property
     def is_bounded(self) -> bool:
-        """Whether it has a bound at all."""
+        """Return whether it has a bound at all."""
         return math.isfinite(self.lower) or math.isfinite(self.upper)
 
     def allows(self, value: float) -> bool:
-        """Whether a value is within the bounds, or at one."""
+        """Return whether a value is within the bounds, or at one."""
         return self.lower <= value <= self.upper
 
     def out_of_bounds(self, value: float) -> str:
-        """What to say of a value that is not inside."""
+        """Return a sentence on a value outside the bounds."""
         where = "at a bound of" if self.allows(value) else "outside its bounds"
         return f"{self.name} = {value:.6g} {self.unit} is {where} [{self.lower:g}, {self.upper:g}]"
 
@@ -240,12 +240,12 @@ def check_size(value: sympy.Expr, what: str) -> None:
             if standing >= _MOST_STANDING or len(different) > MOST_NODES:
                 raise ModelError(
                     f"{what} has more than {MOST_NODES} different operations and operands, or "
-                    f"{_MOST_STANDING} with those that repeat; declare a smaller model, or name "
-                    "what repeats as a parameter.",
+                    f"{_MOST_STANDING} including repetitions. Declare a smaller model, or declare "
+                    "repeated expressions as parameters.",
                     code="formula",
                 )
     except RecursionError as error:
-        raise ModelError(f"{what} is nested too deeply; simplify it.") from error
+        raise ModelError(f"{what} is nested too deeply. Simplify it.") from error
 
 
 def expression(value: Amount, what: str) -> sympy.Expr:
@@ -260,14 +260,14 @@ def expression(value: Amount, what: str) -> sympy.Expr:
     said, kind = quoted(value), type(value).__name__
     said = said if said.endswith(f" {kind}") else f"{said} ({kind})"  # a text is no expression
     raise ModelError(
-        f"{what} is {said}; give a number or a SymPy expression of "
+        f"{what} is {said}. Give a number or a SymPy expression of "
         "Parameter and Coordinate objects.",
         code="formula",
     )
 
 
 def listed(values: Any, kind: type[T], what: str) -> tuple[T, ...]:
-    """What a declaration lists of a kind; one thing alone is a list of one.
+    """Return the listed objects of a kind; a single object is a list of one.
 
     Raises
     ------
@@ -277,7 +277,7 @@ def listed(values: Any, kind: type[T], what: str) -> tuple[T, ...]:
     found = several(values)
     for value in found:
         if not isinstance(value, kind):
-            raise ModelError(f"{what} {quoted(value)}; give {kind.__name__} objects.", code="axis")
+            raise ModelError(f"{what} {quoted(value)}. Give {kind.__name__} objects.", code="axis")
     return found
 
 

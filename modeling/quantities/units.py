@@ -66,7 +66,7 @@ class Unit:
         return self if power == 1 else _canonical(_combine(_NONE, self.exponents, power))
 
     def same_dimension(self, other: "Unit") -> bool:
-        """Whether both measure the same kind of quantity."""
+        """Return whether both measure the same kind of quantity."""
         return self.exponents == other.exponents
 
 
@@ -159,7 +159,7 @@ def _malformed(text: str, where: str) -> ModelError:
     apart = " ".join(next(known, ()))
     meant = f" Did you mean {text.replace(where, apart)!r}?" if apart else ""
     return ModelError(
-        f"the unit {text!r} cannot be read at {where!r}; write a product of powers of "
+        f"the unit {text!r} cannot be read at {where!r}. Write a product of powers of "
         f"{', '.join(sorted(_SYMBOLS))}, such as 'N/(m/s)' or 'kg m^2'.{meant}",
         code="units",
     )

@@ -1,4 +1,4 @@
-"""What `identify` and `fit` look for beside a model, and where a row of one's own is added.
+"""Candidate terms that `identify` and `fit` look for, and the table for your own candidates.
 
 A candidate is a `Term`: what it is called, what to declare, and the columns that it has along a
 motion. ``TERMS["ripple"] = Term(kind="ripple", ...)`` is looked for from then on.

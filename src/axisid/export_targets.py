@@ -1,4 +1,4 @@
-"""What an identified axis is exported as: a row for each target.
+"""Targets of an export, a row for each.
 
 In: what is to be written. Out: text. Knows nothing of what writers import: the command line reads
 the table for its help, and rows name their writers, which are imported when they write.

@@ -208,7 +208,7 @@ def export(
     target = next((target for target in TARGETS if is_among(to, (target.name,))), None)
     if target is None:
         raise UsageError(
-            f"there is no target {quoted(to)}; choose from {', '.join(t.name for t in TARGETS)}.",
+            f"there is no target {quoted(to)}. Choose from {', '.join(t.name for t in TARGETS)}.",
             code="export",
         )
     languages = ", ".join(each.name for each in TARGETS if each.language)
@@ -216,12 +216,12 @@ def export(
         UsageError,
         (
             not is_real(dead_zone),
-            f"the dead zone is {quoted(dead_zone)}; give a speed of 0 or more",
+            f"the dead zone is {quoted(dead_zone)}. Give a speed of 0 or more",
             "export",
         ),
         (
             is_real(dead_zone) and dead_zone and not target.language,
-            f"a dead zone is part of {languages}, not of {to}",
+            f"a dead zone applies to {languages} only, not to {to}. Omit it",
         ),
     )
     fitted = fitted_axis(result, axis, record)

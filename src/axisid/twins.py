@@ -83,7 +83,7 @@ class TwinMachines:
             *(
                 (
                     not (is_whole(given) and least <= given <= most),
-                    f"the {what} of twins is {quoted(given)}; give a whole number {span}",
+                    f"the {what} of twins is {quoted(given)}. Give a whole number {span}",
                 )
                 for what, given, least, most, span in counts
             ),
@@ -98,16 +98,16 @@ class TwinMachines:
                 UsageError,
                 (
                     name not in of,
-                    f"the axis does not declare it; its parameters are {', '.join(true)}",
+                    f"the axis has no such parameter. Its parameters are {', '.join(true)}",
                 ),
-                (not is_share, "give a share of its value, at most 1, such as 0.02 for 2 %"),
+                (not is_share, "give a share of the value, at most 1, such as 0.02 for 2 %"),
                 (
                     is_share and not share * (self.days - 1) > -1,
-                    f"by day {self.days} nothing of its value is left; give less, or fewer days",
+                    f"the value reaches 0 by day {self.days}. Give a smaller share, or fewer days",
                 ),
                 (
                     is_share and share and not of.get(name),
-                    "its true value is 0; give it another one as its truth, or leave that out",
+                    "its true value is 0. Give another true value, or omit this share",
                 ),
                 before=f"the {what} of {name or 'all'} is {quoted(share)}: ",
                 code="twin",
@@ -116,7 +116,7 @@ class TwinMachines:
 
     @property
     def true_values(self) -> dict[str, float]:
-        """What those of the machines scatter about, by declared parameter, SI."""
+        """Return the true values about which the machines scatter, by declared parameter, SI."""
         plan = twin_plan(self.axis, sample_period=self.sample_period)
         return {p.name: plan.true_values[p.name] for p in self.axis.declared.parameters}
 
@@ -155,7 +155,7 @@ class TwinMachines:
         return replace(made, provenance=replace(made.provenance, source=source))
 
     def date(self, day: int) -> str:
-        """Of a log, where there are several of a machine."""
+        """Return the date of a log, if a machine has several."""
         return (_FIRST_DAY + timedelta(days=day)).isoformat() if self.days > 1 else ""
 
     def serial(self, machine: int) -> str:
@@ -264,7 +264,7 @@ def write_twins(
 
 
 def twin_files(machines: TwinMachines, ending: str) -> dict[str, str]:
-    """What `write_twins` writes into its folder, and which kind of file each is."""
+    """Return the files that `write_twins` writes into its folder, with the kind of each."""
     return {MANIFEST: "twin-manifest", **dict.fromkeys(_log_names(machines, ending), "twin")}
 
 
@@ -282,7 +282,7 @@ def _log_names(machines: TwinMachines, ending: str) -> dict[str, tuple[int, int]
 
 
 def _from(folder: Path, axis: str) -> str:
-    """What names an axis, a file as from a folder."""
+    """Return the name of an axis; a file relative to a folder."""
     file, variable = axis_file(axis)
     if file.suffix not in (".py", ".toml"):
         return axis

@@ -1,19 +1,27 @@
 """A term of a user's own is looked for, named with its size, and told where it is none."""
 
-import re
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from axisid import Constant, build, fit, identify, load_axis, twin_record
+from axisid import (
+    Constant,
+    build,
+    fit,
+    load_axis,
+    twin_record,
+)
 from axisid.candidates import TERMS, Along, Term
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
+from axisid.estimation.diagnostics.model_error_checks import MissingTerms
+from axisid.estimation.misspecification import MissingTerm
 from axisid.estimation.records import Record
 from axisid.support.arrays import Array
 from tests.refusals import refuses
-from tests.verdicts import meaning_of
+from tests.unjudged import identify
+from tests.verdicts import checks_of, finding_of, meaning_of
 
 
 def _cubic(motion: Along, _: Array) -> Array:
@@ -45,11 +53,13 @@ def test_it_is_named_with_what_to_declare(
     monkeypatch.setitem(TERMS, "cubic", CUBIC)
     result = identify(*hardening, methods=["idm-iv"]) if by == "identify" else fit(*hardening)
     assert result.belief != "believed"
-    said = re.match(
-        r"a spring that hardens, ([+]\S+) \+- .* declare offset\(kc\*q\*\*3\)",
-        meaning_of(result, "missing terms"),
-    )
-    assert float(said[1]) == pytest.approx(1e5, rel=0.02)
+    check = checks_of(result)["missing terms"]
+    first = finding_of(check, MissingTerms).found[0]
+    assert isinstance(first, MissingTerm)
+    assert (first.term.what, first.term.declare) == (CUBIC.what, CUBIC.declare)
+    assert (first.unit, first.coordinate) == ("N/m^3", "q")
+    assert first.size == pytest.approx(1e5, rel=0.02)
+    assert "declare offset(kc*q**3)" in check.meaning.lower()
 
 
 def _raises(motion: Along, _: Array) -> Array:

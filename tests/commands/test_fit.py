@@ -41,16 +41,16 @@ def test_options_reach_the_fit(run: Run, log: Path) -> None:
     ("axis", "options", "says"),
     [
         ("emps2015", "--free kp,foo", "no gain 'foo'"),
-        ("emps2015", "--bound Fc=..", "bounds nothing"),
-        ("emps2015", "--bound =1..2", "bounds nothing"),
-        ("emps2015", "--weight position", "weighs nothing"),
-        ("emps2015", "--weight position=fine", "weighs nothing"),
+        ("emps2015", "--bound Fc=..", "is not a bound"),
+        ("emps2015", "--bound =1..2", "is not a bound"),
+        ("emps2015", "--weight position", "is not a weight"),
+        ("emps2015", "--weight position=fine", "is not a weight"),
         (
             "emps2015",
             "--bound M=90..100 --fix M=120",
-            "'M' is fixed, which leaves nothing to",
+            "'M' is fixed, so that there is nothing to",
         ),
-        ("emps2015", "--horizon 1", "follow axisid fit with --output open-loop"),
+        ("emps2015", "--horizon 1", "axisid fit --output open-loop"),
         # Before the axis is derived:
         ("nosuch.toml", "--output openloop", "--output"),
         ("nosuch.toml", "--prior M=95", "--prior"),

@@ -25,8 +25,8 @@ def test_a_fleet_is_identified_resumed_and_followed(run: Run, tmp_path: Path) ->
     code, out, err = run(*words, *method)
     assert code == 6
     assert "2 identified, 1 without a result" in out
-    assert err == "axisid: 1 of 3 logs has no result; the reasons are above and in fleet.jsonl.\n"
-    assert "2 done before, 1 without a result" in run(*words, *method, "--resume")[1]
+    assert err == "axisid: 1 of 3 logs has no result. The reasons are above and in fleet.jsonl.\n"
+    assert "2 kept from before, 1 without a result" in run(*words, *method, "--resume")[1]
     code, out, err = run("trend", str(tmp_path / "out"), "--json", "-")
     assert (code, err) == (0, "")
     assert json.loads(out)["series"][0]["results"] == ["axis00000", "axis00001"]
@@ -37,7 +37,7 @@ def test_options_without_effect_and_foreign_files_are_refused(
 ) -> None:
     log = tmp_path / "a.csv"
     log.write_text("time,position\n")
-    refused("fleet", log, "--method=idm-ls", "--method=all", says="--method all is by itself")
+    refused("fleet", log, "--method=idm-ls", "--method=all", says="--method all cannot be combined")
     (tmp_path / "a.json").write_text("{}")
     foreign = "this command did not write it"
     refused("fleet", log, "--axis", AXIS, "--output", tmp_path, says=foreign)
@@ -67,7 +67,7 @@ def test_figures_are_printed_and_everything_is_written(
     code, out, _ = run(*arguments)
     assert code == 0
     assert "IDM-LS" in out
-    assert "0.01 V of noise of the recorded control, white" in out
+    assert "noise of the recorded control 0.01 V (white)" in out
     document = json.loads(Path(files["study.json"]).read_text(encoding="utf-8"))
     assert document["estimands"][0]["truth"] == 90.0
     with np.load(files["runs.npz"]) as arrays:
@@ -146,18 +146,18 @@ def test_ctrl_c_tells_how_a_fleet_goes_on(
     monkeypatch.setattr(command.stages, "fleet", interrupted)
     code, _, err = run("fleet", "a.csv", "--axis", AXIS)
     assert code == 130
-    assert err.startswith("axisid: --resume goes on from what is done in results\n") is begun
+    assert err.startswith("axisid: finished logs are in results; continue with --resume\n") is begun
 
 
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
         (["--truth", "M"], "NAME=VALUE"),
-        (["--truth", "mass=3"], "the parameters are M, Fv, Fc"),
+        (["--truth", "mass=3"], "The parameters are M, Fv, Fc"),
         (["--correlation-time", "0.1"], "--control-noise"),
         (["--position-noise", "-1"], "0 or more"),
         (["--output", "runs.csv"], ".npz or .parquet"),
-        (["--method", "fit:control", "--loss", "huber"], "--loss is of identify"),
+        (["--method", "fit:control", "--loss", "huber"], "--loss has no effect on"),
     ],
 )
 def test_studies_that_make_no_sense_are_refused(
@@ -217,17 +217,17 @@ def test_only_logs_of_twins_are_written_over(run: Run, refused: Refused, tmp_pat
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--output", "logs"], "or add one of these"),
-        (["--output", "t.csv", "--count", "2"], "or leave these out"),
-        (["--output", "t.csv", "--scatter", "2%"], "--scatter says nothing without --count"),
-        (["--output", "logs", "--count", "2", "--drift", "M=1%"], "nothing without --days"),
-        (["--output", "logs", "--count", "2", "--scatter", "M=x"], "write NAME=SHARE"),
-        (["--output", "logs", "--count", "2", "--scatter", "m=1%"], "does not declare"),
-        (["--output", "logs", "--count", "2", "--scatter", "1e9%"], "a share of its value"),
+        (["--output", "logs"], "add --count or --days"),
+        (["--output", "t.csv", "--count", "2"], "omit these options"),
+        (["--output", "t.csv", "--scatter", "2%"], "--scatter has no effect without --count"),
+        (["--output", "logs", "--count", "2", "--drift", "M=1%"], "no effect without --days"),
+        (["--output", "logs", "--count", "2", "--scatter", "M=x"], "Write NAME=SHARE"),
+        (["--output", "logs", "--count", "2", "--scatter", "m=1%"], "no such parameter"),
+        (["--output", "logs", "--count", "2", "--scatter", "1e9%"], "a share of the value"),
         (["--output", "t.csv", "--speed", "0.1"], "--acceleration"),
-        (["--output", "t.csv", "--repeat", "2"], "nothing without --speed"),
-        (["--output", "t.csv", "--dwell", "0.2"], "nothing without --speed"),
-        (["--output", "t.csv", "--truth", "M"], "write NAME=VALUE"),
+        (["--output", "t.csv", "--repeat", "2"], "no effect without --speed"),
+        (["--output", "t.csv", "--dwell", "0.2"], "no effect without --speed"),
+        (["--output", "t.csv", "--truth", "M"], "Write NAME=VALUE"),
     ],
 )
 def test_twins_that_make_no_sense_are_refused(

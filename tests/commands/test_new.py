@@ -48,18 +48,18 @@ def test_both_languages_declare_the_same(here: Path, newton: bool) -> None:
 
 def test_nothing_is_overwritten(refused: Refused, here: Path) -> None:
     (here / "mine.toml").write_text("precious")
-    refused("new", "mine", says="is there already")
+    refused("new", "mine", says="exists already")
     assert (here / "mine.toml").read_text() == "precious"
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["../mine"], "a name is a letter"),
+        (["../mine"], "A name is a letter"),
         (["double"], "a keyword of C"),
         (["emps"], "an axis of the library"),
         (["sympy", "--python"], "would hide the Python module sympy"),
-        ([], "name the axis, or a log by --record"),
+        ([], "or a log with --record"),
     ],
 )
 def test_bad_names_are_refused(

@@ -17,7 +17,6 @@ from axisid import (
     Identification,
     Record,
     export,
-    identify,
     load_axis,
     twin_record,
 )
@@ -32,6 +31,7 @@ from tests.estimation.methods.test_partially_linear import stribeck_axis
 from tests.files import text_file
 from tests.recipes import recipe_blocks
 from tests.refusals import refuses
+from tests.unjudged import identify
 
 
 @pytest.fixture
@@ -178,7 +178,7 @@ def test_bad_arguments_are_explained(
     command = ("export", file, "--axis", "emps2015", "--to")
     for arguments, message in (
         (("c", "--dead-zone", "-1"), "the dead zone is -1.0"),
-        (("csv", "--dead-zone", "1"), "a dead zone is part of c, st, python, not of csv"),
+        (("csv", "--dead-zone", "1"), "a dead zone applies to c, st, python only, not to csv"),
         (("rust",), "'rust' is not one of"),
         (("c", "-o", file), "it is an input of this run"),
         (("c", "-o", tmp_path / "no" / "x.c"), "the folder does not exist"),

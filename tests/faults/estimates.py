@@ -15,7 +15,6 @@ from axisid import (
     Record,
     UsageError,
     build,
-    identify,
     load_axis,
     simulate,
     twin_record,
@@ -28,6 +27,7 @@ from tests.axes.bodies import stage, x
 from tests.axes.unseen import with_bump, with_stribeck
 from tests.faults.fault import Fault, Misuse
 from tests.files import csv_file, text_file
+from tests.unjudged import identify
 
 _TERM = """
 from dataclasses import replace
@@ -160,7 +160,7 @@ FAULTS: tuple[Fault, ...] = (
         name="a term to leave out that is not there",
         make=lambda _: ["identify", "emps2015", "--leave-out", "Fs"],
         code=2,
-        says=r"no parameter 'Fs' to leave out; axis 'emps2015' has M, Fv, Fc",
+        says=r"no parameter 'Fs' to leave out. Axis 'emps2015' has M, Fv, Fc",
     ),
     Fault(
         name="a force column that is the control times 1.1",

@@ -9,10 +9,17 @@ from pathlib import Path
 
 import numpy as np
 
-from axisid import DataError, UsageError, identify, load_axis, read_record, twin_record
+from axisid import (
+    DataError,
+    UsageError,
+    load_axis,
+    read_record,
+    twin_record,
+)
 from tests.faults.fault import Fault, Misuse
 from tests.files import csv_file
 from tests.run_files import run_file
+from tests.unjudged import identify
 
 #: What writes something into the folder of a fault and gives its path.
 Part = Callable[[Path], object]
@@ -97,7 +104,7 @@ _IDENTIFY = ("identify", "emps2015")
 _ON_LOG = (*_IDENTIFY, write_log)
 _COMPARE = ("compare-results",)
 _EXPORT = ("export", _text("a.json", "{}"), "--axis", "emps2015", "--to", "c", "-o")
-_NO_PLACE = "no file can be made there|the folder does not exist"
+_NO_PLACE = "no file can be created there|the folder does not exist"
 _KEPT = "this command did not write it"
 _FULL = "No space left"
 _PERIOD = {"resample": "auto", "sample_period": 2e-3}
@@ -111,31 +118,31 @@ _ROWS: tuple[tuple[str, tuple[object, ...], int, str], ...] = (
     ("a MATLAB file that is a pipe", ("sweep", "emps", _pipe("p.mat")), 3, "a pipe"),
     ("a log that is a device", (*_IDENTIFY, "/dev/zero"), 3, "a device"),
     ("a log that is a socket", (*_IDENTIFY, _made("s.csv", _bind)), 3, "a socket"),
-    ("a log that is a folder", (*_IDENTIFY, "."), 3, "but a folder"),
+    ("a log that is a folder", (*_IDENTIFY, "."), 3, "a folder without a ROS 2 bag"),
     ("a second record that is a pipe", (*_IDENTIFY, "--validate", _pipe("p.csv")), 3, "a pipe"),
     (
         "a ledger that is a pipe",
         ("fleet", write_log, "--axis", "emps2015", _there(_pipe("results/fleet.jsonl"))),
         2,
-        "results/fleet.jsonl cannot be used: no regular file",
+        "results/fleet.jsonl cannot be used: not a regular file",
     ),
-    ("a result that is a pipe", (*_COMPARE, _pipe("p.json"), _RESULT), 3, "no regular file"),
-    ("a result that is a device", (*_COMPARE, "/dev/zero", _RESULT), 3, "no regular file"),
+    ("a result that is a pipe", (*_COMPARE, _pipe("p.json"), _RESULT), 3, "not a regular file"),
+    ("a result that is a device", (*_COMPARE, "/dev/zero", _RESULT), 3, "not a regular file"),
     ("a result that is a socket", (*_COMPARE, _made("s", _bind), _RESULT), 3, "No such device"),
-    ("a result that is a folder", (*_COMPARE, ".", _RESULT), 3, "no regular file"),
+    ("a result that is a folder", (*_COMPARE, ".", _RESULT), 3, "not a regular file"),
     (
         "an exported result that is a pipe",
         ("export", _pipe("p.json"), "--axis", "emps2015", "--to", "c"),
         3,
-        "no regular file",
+        "not a regular file",
     ),
-    ("a declaration that is a pipe", ("show", _pipe("p.toml")), 4, "no regular file"),
-    ("a program that is a pipe", ("identify", _pipe("p.py")), 4, "no regular file"),
+    ("a declaration that is a pipe", ("show", _pipe("p.toml")), 4, "not a regular file"),
+    ("a program that is a pipe", ("identify", _pipe("p.py")), 4, "not a regular file"),
     (
         "a declaration that is a folder",
         ("show", _made("axis.toml", os.mkdir)),
         4,
-        "no regular file",
+        "not a regular file",
     ),
     (
         "a log that is a loop of links",
@@ -231,17 +238,27 @@ _ROWS: tuple[tuple[str, tuple[object, ...], int, str], ...] = (
         "a folder of code that is a loop of links",
         ("generate", "emps2015", "--output", _loop("loop")),
         2,
-        "it is no folder",
+        "neither a folder nor",
     ),
-    ("a loop of links as the target", (*_IDENTIFY, "--json", _loop("l")), 2, "leads to itself"),
-    ("a folder of code without a name", ("generate", "emps2015", "--output", ""), 2, "no folder"),
-    ("a folder of results without a name", ("fleet", write_log, "--output", ""), 2, "no folder"),
-    ("a folder of tables without a name", ("paper", "--output", ""), 2, "it is no folder"),
+    ("a loop of links as the target", (*_IDENTIFY, "--json", _loop("l")), 2, "points to itself"),
+    (
+        "a folder of code without a name",
+        ("generate", "emps2015", "--output", ""),
+        2,
+        "neither a folder nor",
+    ),
+    (
+        "a folder of results without a name",
+        ("fleet", write_log, "--output", ""),
+        2,
+        "neither a folder nor",
+    ),
+    ("a folder of tables without a name", ("paper", "--output", ""), 2, "neither a folder nor"),
     (
         "a folder of figures that is a loop",
         (*_ON_LOG, "--figures", _loop("loop"), "--json", "r.json"),
         2,
-        "it is no folder",
+        "neither a folder nor",
     ),
     # Options that would be ignored.
     (
@@ -262,13 +279,13 @@ _ROWS: tuple[tuple[str, tuple[object, ...], int, str], ...] = (
         2,
         "--columns is given 2 times",
     ),
-    ("more of what is not printed", (*_ON_LOG, "--full", "--json", "-"), 2, "--full is of what"),
-    ("a record like none", (*_ON_LOG, "--validate-like", "1"), 2, "nothing without --validate"),
+    ("more of what is not printed", (*_ON_LOG, "--full", "--json", "-"), 2, "--full has no effect"),
+    ("a record like none", (*_ON_LOG, "--validate-like", "1"), 2, "no effect without --validate"),
     (
         "a period beside a rate, against the clock",
         (*_IDENTIFY, lambda folder: run_file(write_log(folder), **_PERIOD)),
         3,
-        "given as 0.002 s, but the time column steps by 0.001 s",
+        "sample_period is 0.002 s, but the time column steps by 0.001 s",
     ),
     ("a repair of a twin", (*_IDENTIFY, "--gaps", "split"), 2, "--gaps describes a record"),
     (
@@ -309,12 +326,12 @@ MISUSES: tuple[Misuse, ...] = (
         name="room that is no amount of memory",
         call=lambda: read_record("log.csv", max_memory=-1.0),
         error=UsageError,
-        says="give a positive number of bytes",
+        says="positive number of bytes",
     ),
     Misuse(
         name="a log in Python that is a device",
         call=lambda: read_record("/dev/null"),
         error=DataError,
-        says="no regular file but a pipe, a device",
+        says="pipe, a device",
     ),
 )

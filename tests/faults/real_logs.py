@@ -98,7 +98,7 @@ _AUTUMN = datetime(2026, 10, 25, 0, 59, 59, tzinfo=UTC)
 _BERLIN = ZoneInfo("Europe/Berlin")
 #: Name, start, zone as it is written, the clock that the stamps are of, and what is said.
 _OF_ZONES = (
-    ("zone that is a path", _SPRING, "../etc/passwd", _BERLIN, "is not a number .*nor a time"),
+    ("zone that is a path", _SPRING, "../etc/passwd", _BERLIN, "not a number .*or a time"),
     ("clock set forward, written as of a place", _SPRING, "Europe/Berlin", _BERLIN, "is 3600"),
     ("clock set forward, written as of one zone", _SPRING, "+01:00", _BERLIN, "step .*is 3600"),
     ("clock set back, written as of one zone", _AUTUMN, "CEST", _BERLIN, "does not increase"),
@@ -106,14 +106,24 @@ _OF_ZONES = (
 #: Name, options, code and what is said, of one log.
 _OF_A_LOG = (
     ("window backwards", ("--window", "3..1"), 2, "does not end after it begins"),
-    ("window of no number", ("--window", "nan.."), 2, "give two times of the log"),
+    ("window of no number", ("--window", "nan.."), 2, "Give two times of the log"),
     ("window of words", ("--window", "a..b"), 2, "give FROM..TO in seconds"),
-    ("window beside the log", ("--window", "100..200"), 3, "whose time goes from 0 to 7.8 s"),
-    ("windows that overlap", ("--window", "1..3", "--window", "2..4"), 2, "give them as one"),
-    ("window of two rows", ("--window", "1..1.001"), 3, "needs 3 rows or more, not 2"),
-    ("factor of nothing", ("--columns", "position=position:m/0"), 2, "/0 leaves nothing"),
-    ("factor of no number", ("--columns", "position=position:m*nan"), 2, "'nan' is no number"),
-    ("factor of absurd size", ("--columns", "position=position:m*1e9999999"), 2, "is no unit that"),
+    ("window beside the log", ("--window", "100..200"), 3, "The time of the log is 0 to 7.8 s"),
+    (
+        "windows that overlap",
+        ("--window", "1..3", "--window", "2..4"),
+        2,
+        "Combine them into one window",
+    ),
+    ("window of two rows", ("--window", "1..1.001"), 3, "has 2 rows. Give at least 3 rows"),
+    ("factor of nothing", ("--columns", "position=position:m/0"), 2, "/0 makes every value"),
+    ("factor of no number", ("--columns", "position=position:m*nan"), 2, "'nan' is not a number"),
+    (
+        "factor of absurd size",
+        ("--columns", "position=position:m*1e9999999"),
+        2,
+        "is not a known unit",
+    ),
     ("angle for a length", ("--columns", "position=position:deg*5mm"), 2, "m times an angle"),
     (
         "offset of another kind",
@@ -121,24 +131,38 @@ _OF_A_LOG = (
         2,
         "an offset in kg does not add to rad",
     ),
-    ("unknown unit", ("--columns", "position=position:furlong"), 2, "'furlong' is no unit that is"),
-    ("column beyond the last", ("--columns", "position=#9"), 3, "no column '#9'.*found time, refe"),
+    (
+        "unknown unit",
+        ("--columns", "position=position:furlong"),
+        2,
+        "'furlong' is not a known unit",
+    ),
+    (
+        "column beyond the last",
+        ("--columns", "position=#9"),
+        3,
+        "no column '#9'.*Found: time, refe",
+    ),
     ("column before the first", ("--columns", "position=#0"), 3, "no column '#0'"),
 )
 #: Name, shift, code and what is said.
 _SHIFTS = (
     ("shift by a part", {"control": 1.5}, 3, "Give a whole number.*--resample auto"),
-    ("shift of the time", {"time": 1}, 3, "shift: 'time' is no column that can be moved"),
+    ("shift of the time", {"time": 1}, 3, "shift: 'time' cannot be shifted"),
     ("shift of no column", {"wheel": 1}, 3, "shift.wheel: there is no such key"),
-    ("shift beyond the log", {"control": 99999}, 3, "by 99999 of 7801 samples"),
+    ("shift beyond the log", {"control": 99999}, 3, "is 99999 of 7801 samples"),
     ("shift in kilograms", {"control": "1kg"}, 3, "or a time with its unit, such as 2ms"),
 )
 #: The same of two logs.
 _OF_TWO = (
     ("local of no parameter", ("--local", "wheel"), "no parameter 'wheel'.*has M, Fv, Fc"),
-    ("too few known values", ("--known", "M=1"), "there are 2 records; give one for each"),
-    ("too many known values", ("--known", "M=1,2,3"), "there are 2 records; give one for each"),
-    ("known words", ("--known", "M=a,b"), "number 1 is no value"),
+    ("too few known values", ("--known", "M=1"), "there are 2 records; give one value for each"),
+    (
+        "too many known values",
+        ("--known", "M=1,2,3"),
+        "there are 2 records; give one value for each",
+    ),
+    ("known words", ("--known", "M=a,b"), "number 1 is not a number"),
     ("local and known", ("--local", "Fc", "--known", "Fc=1,2"), "leave one of the two out"),
 )
 
@@ -168,25 +192,25 @@ FAULTS: list[Fault] = [
         name="columns beyond a headerless file's",
         make=_on_text("bare.csv", _without_head, "--columns", "time=#1,position=#7,control=#4"),
         code=3,
-        says="no column '#7' for the position.*found #1, #2, #3, #4",
+        says="no column '#7' for the position.*Found: #1, #2, #3, #4",
     ),
     Fault(
         name="headerless file without columns",
         make=_on_text("bare.csv", _without_head),
         code=3,
-        says="found #1, #2, #3, #4. Name the columns with --columns",
+        says="Found: #1, #2, #3, #4. Name the columns with --columns",
     ),
     Fault(
         name="JSON line that is cut off",
         make=_on_text("cut.jsonl", lambda: _lines('{"time": 1, ')),
         code=3,
-        says="cut.jsonl, line 8 is no JSON",
+        says="cut.jsonl, line 8 is not JSON",
     ),
     Fault(
         name="JSON line of another kind",
         make=_on_text("odd.jsonl", lambda: _lines("[1, 2]")),
         code=3,
-        says="odd.jsonl holds no columns of numbers; give",
+        says="odd.jsonl has no columns of numbers: give",
     ),
     Fault(
         name="bad record among several",
@@ -213,7 +237,7 @@ FAULTS: list[Fault] = [
             lambda: _HEADER + "12:00:00.000;;;\n" + _rows(["12:00:00.001", "12:00:00.002"]),
         ),
         code=3,
-        says=r"line 2: the time stamp '12:00:00\.000' stands where the names .* are expected",
+        says=r"line 2: the time stamp '12:00:00\.000'.*are expected",
     ),
     Fault(
         name="a figure of a result that is no number",

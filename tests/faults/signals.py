@@ -131,8 +131,8 @@ _TIME_BASE = (
             name=f"time times {factor:g} without a reference",
             make=_wrong_time(factor, *options),
             code=0,
-            says=r"Do not use .*: law\. FAIL law: the record is sampled every "
-            rf"{factor * 1e-3:g} s, the control law runs every 0\.001 s: check the time column",
+            says=r"Do not use .*: the recorded control .* FAIL law: the record is sampled every "
+            rf"{factor * 1e-3:g} s, .* the control law runs every 0\.001 s",
         )
         for factor, options in (
             (1.05, ()),
@@ -152,13 +152,13 @@ _TIME_BASE = (
         name="a sampling period that nothing confirms",
         make=lambda folder: _log(folder, "timeless", said={"sample_period": 1.05e-3}),
         code=0,
-        says="FAIL law: .* check sample_period in run.toml, which nothing else confirms",
+        says=r"FAIL law.*0\.00105 s.*sample_period",
     ),
     Fault(
         name="a log that keeps one sample in two",
         make=lambda folder: _log(folder, "thinned", without="reference"),
         code=0,
-        says="FAIL law: .* if the log keeps one sample in 2, confirm that by sample_period = 0.002",
+        says=r"FAIL law.*0\.002 s.*sample_period = 0\.002 in run\.toml",
     ),
     _repaired(
         "a log that keeps one sample in two, as the user confirms",
@@ -190,18 +190,18 @@ _CLOCK = (
         name="two logs in one file",
         make=lambda folder: _log(folder, "joined"),
         code=3,
-        says=r"does not increase in data row 7802: .* another log was joined on \(--gaps split\); ",
+        says=r"does not increase in data row 7802.*another log was appended.*--gaps split",
     ),
     _repaired(
         "two logs in one file, cut",
         lambda folder: _log(folder, "joined", "--gaps", "split", "--json", folder / _RESULT),
-        "the clock is set back, 1 in all, first before data row 7802, from 7.8 s to 0 s",
+        "clock is set back once, first before data row 7802, from 7.8 s to 0 s",
     ),
     Fault(
         name="a clock that is set back by less than a sample",
         make=lambda folder: _log(folder, partial(_stepped, seconds=-0.7e-3)),
         code=3,
-        says=r"before data row 4131 is 0\.0003 s, .* the clock jumps \(--gaps split\); ",
+        says=r"before data row 4131 is 0\.0003 s.*\(--gaps split\)",
     ),
     _repaired(
         "a clock that is set back by half a second, cut",
@@ -210,25 +210,25 @@ _CLOCK = (
             partial(_stepped, seconds=-0.5),
             *("--gaps", "split", "--resample", "auto", "--json", folder / _RESULT),
         ),
-        "the clock is set back, 1 in all, first before data row 4131",
+        "clock is set back once, first before data row 4131",
     ),
     Fault(
         name="a clock that is set forward",
         make=lambda folder: _log(folder, partial(_stepped, seconds=0.5)),
         code=3,
-        says=r"before data row 4131 is 0\.501 s, .* the clock jumps \(--gaps split\); ",
+        says=r"before data row 4131 is 0\.501 s.*\(--gaps split\)",
     ),
     Fault(
         name="rows out of order",
         make=lambda folder: _log(folder, _swapped),
         code=3,
-        says=r"does not increase in data row 4132: .* sort rows that are out of order",
+        says=r"does not increase in data row 4132.*If rows are out of order",
     ),
     Fault(
         name="time stamps of too few digits",
         make=lambda folder: _log(folder, "coarse"),
         code=3,
-        says=r"too coarse .* give sample_period in run.toml to count by",
+        says=r"too coarse.*give sample_period in run.toml",
     ),
     _repaired(
         "time stamps of too few digits, counted",
@@ -241,7 +241,7 @@ _CLOCK = (
         name="a burst of empty cells",
         make=lambda folder: _log(folder, _burst),
         code=3,
-        says=r"nan in data row 4131 \(40 of .* \(--resample auto\), .* \(--gaps split\)",
+        says=r"nan in data row 4131 \(40 of.*\(--resample auto\).*\(--gaps split\)",
     ),
     _repaired(
         "a burst of empty cells, resampled and cut",
@@ -256,7 +256,7 @@ _VALUES = (
     _repaired(
         "a spike in the position",
         lambda folder: _log(folder, _spiked, "--json", folder / _RESULT),
-        r"single samples .*: position .* at 4\.13 s\. They are masked",
+        r"at 4\.13 s\. They are masked",
     ),
     _repaired(
         "a last row cut inside its last number",

@@ -28,7 +28,6 @@ from axisid import (
     UsageError,
     build,
     fleet,
-    identify,
     load_axis,
     load_result,
     read_record,
@@ -43,6 +42,7 @@ from axisid.modeling.declaration import back_and_forth
 from axisid.twins import TwinMachines, write_twins
 from tests.fleets.logs import CENTRE, identify_or_harm, row_of
 from tests.refusals import refuses
+from tests.unjudged import identify
 
 FILTER = Prefilter(cutoff=60.0)
 
@@ -129,7 +129,7 @@ def test_what_is_no_file_is_told_beside_others_and_not_waited_for(
     for some in (given[:1], given[1:]):
         made = fleet(some, AXIS, tmp_path / "out", jobs=0)
         assert made.counts["failed"] == len(made)
-        assert "no regular file" in next(iter(made)).reason
+        assert "not a regular file" in next(iter(made)).reason
     log = str(logs / "corrupt.npz")
     made = fleet([FleetItem(log=log), FleetItem(log=log, axis=AXIS)], out=tmp_path, jobs=0)
     assert [row.code for row in made] == ["fleet", "log-file"]
@@ -152,11 +152,11 @@ def test_logs_of_several_axes_are_held_against_those_of_their_own(tmp_path: Path
 @pytest.mark.parametrize(
     ("how", "said"),
     [
-        ({"jobs": -1}, "the jobs are -1"),
+        ({"jobs": -1}, "jobs is -1"),
         ({"time_limit": 0.0}, "the time limit is 0.0"),
         ({"time_limit": float("inf")}, "the time limit is inf"),
-        ({"time_limit": 1.0, "executor": ThreadPoolExecutor(1)}, "leave one of the two out"),
-        ({"known": {"m": [1.0]}}, "known is of several records together"),
+        ({"time_limit": 1.0, "executor": ThreadPoolExecutor(1)}, "cannot be combined"),
+        ({"known": {"m": [1.0]}}, "known applies to several records"),
     ],
 )
 def test_wrong_options_are_refused(logs: Path, how: dict[str, Any], said: str) -> None:
@@ -380,7 +380,7 @@ def test_rows_are_read_in_the_order_of_their_last_lines_finite_or_not(tmp_path: 
     assert rows["odd"].conditions == {"room": None}
     assert rows["a"].parameters["M"].value == CENTRE[0] + 1.0
     (tmp_path / LEDGER).write_text('{"schema": "axisid.fleet/1", "name": null}\n')
-    with pytest.raises(DataError, match="line 1 is no row of a fleet"):
+    with pytest.raises(DataError, match="line 1 is not a row of a fleet"):
         read_ledger(tmp_path)
 
 

@@ -120,15 +120,15 @@ def test_a_log_of_two_machines_is_two_items_with_results_of_their_own(tmp_path: 
     [
         (
             "log,serial,site\na.csv,X,1\na.csv,Y,1\n",
-            "row 1, and .*row 2, tell other serial of .*'X' and 'Y'",
+            "row 1, and .*row 2, give different serial of .*'X' and 'Y'",
         ),
         (
             "log,serial,site\na.csv,X,1\na.csv,X,2\n",
-            "row 1, and .*row 2, tell other conditions of .*site=2",
+            "row 1, and .*row 2, give different conditions of .*site=2",
         ),
-        ("log,axis\n,emps\n", "row 1 names no log"),
+        ("log,axis\n,emps\n", "row 1 does not name a log"),
         ("log,site\na.csv,1,,\na.csv,1,20\n", "row 2 has more cells than the header has names"),
-        ("log,log\na.csv,b.csv\n", "has 2 columns 'log'; leave one"),
+        ("log,log\na.csv,b.csv\n", "has 2 columns named 'log'"),
     ],
 )
 def test_a_manifest_that_does_not_tell_its_logs_is_refused(
@@ -140,7 +140,7 @@ def test_a_manifest_that_does_not_tell_its_logs_is_refused(
 
 
 def test_no_log_at_all_is_refused(tmp_path: Path) -> None:
-    for given, says in ((str(tmp_path), "there is no log in"), ([3], "a log is 3")):
+    for given, says in ((str(tmp_path), "no log was found in"), ([3], "a log is 3")):
         with pytest.raises(UsageError, match=says):
             gather_items(given, tmp_path / "out")  # type: ignore[arg-type]
 
@@ -168,8 +168,8 @@ def test_what_no_log_can_be_identified_with_is_refused_before_any_is_read(
 def test_logs_without_an_axis_are_refused_at_once(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text("time,position\n")
     for logs, code, says in (
-        ([tmp_path / "log.csv"], "fleet", "log.csv has no axis; name one for all"),
-        (["emps2015", "log.csv"], "log-file", "named by --axis"),  # before the logs as in identify
+        ([tmp_path / "log.csv"], "fleet", "no axis is named for .*log.csv"),
+        (["emps2015", "log.csv"], "log-file", "with --axis"),  # before the logs as in identify
     ):
         with refuses(code, says=says):
             fleet(logs, out=tmp_path / "out", jobs=0)

@@ -18,7 +18,6 @@ from axisid import (
     UsageError,
     build,
     fit,
-    identify,
     load_axis,
     load_result,
     trend,
@@ -31,6 +30,7 @@ from axisid.fleets.trend import place_of
 from axisid.modeling.declaration import back_and_forth
 from axisid.support.errors import Missing
 from tests.refusals import refuses
+from tests.unjudged import identify
 
 SHIFTED = 14  # results from which the mass is another one
 BEYOND = 5
@@ -150,14 +150,14 @@ def test_values_in_several_units_are_refused_by_the_names_of_their_results(
     (tmp_path / "a.json").write_text(json.dumps(document))
     document["estimates"][0]["parameters"]["M"]["unit"] = "kg m"
     (tmp_path / "b.json").write_text(json.dumps(document))
-    with pytest.raises(DataError, match="M of emps2015 is in 'kg' in a and in 'kg m' in b"):
+    with pytest.raises(DataError, match="M of emps2015 has the unit 'kg' in a and 'kg m' in b"):
         trend(tmp_path)
 
 
 @pytest.mark.slow
 def test_other_things_are_refused(folder: Path, tmp_path: Path, made: Trend) -> None:
     for code, given, says in (
-        ("trend", tmp_path, "there is no result in"),
+        ("trend", tmp_path, "no result was found in"),
         ("result-file", "a" * 5000, ""),  # longer than any file's name
         ("trend", [folder, folder], "is given 2 times"),
     ):

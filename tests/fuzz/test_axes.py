@@ -10,11 +10,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from axisid import AxisidError, build, identify, load_axis, twin_record
+from axisid import (
+    AxisidError,
+    build,
+    load_axis,
+    twin_record,
+)
 from benchmarks.random_axes import RandomAxis, Term, random_axis
 from tests.fuzz.cases import Fuzz, Run, WrongError, kept_to
 from tests.fuzz.test_expressions import random_text, renamed
 from tests.fuzz.test_text_logs import damaged
+from tests.unjudged import identify
 
 _DEVIATIONS, _PERCENT = 6.0, 0.5
 _RATIOS = {"x": "(q/far)", "v": "(dq/fast)"}

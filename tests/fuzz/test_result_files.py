@@ -8,9 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import build, fit, identify, load_axis, load_result, monte_carlo, twin_record
+from axisid import (
+    build,
+    fit,
+    load_axis,
+    load_result,
+    monte_carlo,
+    twin_record,
+)
 from benchmarks.random_axes import RandomAxis, random_axis
 from tests.fuzz.cases import Fuzz, Run, WrongError, kept_to, one_of, places
+from tests.unjudged import identify
 
 #: What is put in the place of a value.
 _VALUES: tuple[Any, ...] = (

@@ -25,12 +25,19 @@ from axisid import (
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.control import cascade_pd_difference
 from axisid.elements import Drive, coulomb, viscous
-from axisid.estimation.diagnostics.control_law import law_agreement
+from axisid.estimation.diagnostics.control_law import (
+    OtherGains,
+    OtherInjectedSize,
+    OtherTestSignal,
+    law_agreement,
+)
+from axisid.estimation.findings import Finding
 from axisid.estimation.simulation.twin import trajectory
 from axisid.modeling.declaration import back_and_forth
 from benchmarks.machines import Machine, records, white
 from tests.command_line import Run
 from tests.files import csv_file
+from tests.law_findings import law_finding_of, repair_of_law
 from tests.refusals import refuses
 from tests.run_files import run_file
 
@@ -108,16 +115,16 @@ def test_instruments_give_the_truth_and_the_law_is_the_drives(
 @pytest.mark.slow
 def test_a_wrong_place_sign_or_size_is_told(stage: GeneratedAxis) -> None:
     right = record_of("control", stage)
-    said = {
-        "added to the control": replace(right, injected_at="reference"),
-        "times -1: check its sign": replace(right, injected=-right.injected),
-    }
-    size = "check the size of the test signal, such as a gain"  # no unit is 7 or 1.04 of another
-    others = [(size, replace(right, injected=times * right.injected)) for times in (7, 1.04)]
-    for words, record in (*said.items(), *others):
-        law = law_agreement(stage, record)
+    there = law_agreement(stage, replace(right, injected_at="reference"))
+    assert repair_of_law(there, OtherTestSignal).change == "added to the control"
+    opposite = law_agreement(stage, replace(right, injected=-right.injected))
+    assert repair_of_law(opposite, OtherTestSignal).change == "opposite sign"
+    for times in (7, 1.04):  # no unit is that of another
+        law = law_agreement(stage, replace(right, injected=times * right.injected))
         assert not law.passed
-        assert words in law.sentence
+        found = law_finding_of(law, Finding)
+        is_told = isinstance(found, OtherGains) and found.injected_differs
+        assert is_told or isinstance(found, OtherInjectedSize)
 
 
 @pytest.mark.slow

@@ -18,7 +18,6 @@ from axisid import (
     Record,
     __version__,
     build,
-    identify,
     load_axis,
 )
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
@@ -26,8 +25,10 @@ from axisid.estimation import Sweep
 from axisid.estimation.verdict_checks import conclusion
 from axisid.presentation.documents import readable_text
 from axisid.presentation.page import report_html, report_sweep, script_json, thinned
+from axisid.presentation.sentences import conclusion_text
 from tests.command_line import Refused, Run
 from tests.pages import Page
+from tests.unjudged import identify
 
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"'&<!--"
 FIGURES = (
@@ -98,11 +99,12 @@ def test_the_page_says_everything(page: Page, result: Identification) -> None:
         assert check.name.lower() in text.lower()
         if check.status == "fail":
             assert squeezed(readable_text(check.meaning)) in squeezed(text)
-    assert conclusion(result.verdict) in text
+    headline = conclusion_text(conclusion(result.verdict))
+    assert headline in text
     judged, interval = result.diagnosis.preferred.upper(), result.preferred["M"].interval
     assert judged == "DIDIM"
     begins = text.index(f"{interval[0]:.3f} to {interval[1]:.3f}")
-    assert text.index(conclusion(result.verdict)) < begins < text.index("equation error")
+    assert text.index(headline) < begins < text.index("equation error")
     for part in (
         f"axisid {__version__}",
         f"numpy {np.__version__}",
@@ -244,11 +246,11 @@ def test_places_are_checked_before_anything_is_computed(refused: Refused, tmp_pa
     file = tmp_path / "log.csv"
     file.write_text("time,position\n")
     for option, place, message in (
-        ("--report", tmp_path, "it is no file"),
-        ("--report", "-", "it is no file"),
+        ("--report", tmp_path, "not a file"),
+        ("--report", "-", "not a file"),
         ("--report", tmp_path / "no" / "r.html", "the folder does not exist"),
         ("--report", file, "it is an input of this run"),
-        ("--figures", file, "it is no folder"),
+        ("--figures", file, "folder"),
     ):
         assert option in refused("identify", "emps2015", file, option, place, says=message)
     assert list(tmp_path.iterdir()) == [file]

@@ -7,11 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from axisid import Identification, identify, twin_record
+from axisid import (
+    Identification,
+    twin_record,
+)
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.presentation.page import report_html, report_sweep
 from tests.axisid.chromium import Browser, browser, find_chromium
 from tests.files import text_file
+from tests.unjudged import identify
 
 FIGURES = 9
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from axisid.estimation.findings import Said
 from axisid.estimation.verdict_checks import Check, status_of
 
 from .diagnostic_inputs import DiagnosticInputs
@@ -19,7 +20,9 @@ def turns_check(case: DiagnosticInputs) -> Check:
         figure=float(turns),
         threshold=float(_MIN_TURNS),
         source="changes of the sign of the filtered velocity",
-        meaning=f"the axis turns {turns} times"
-        if good
-        else f"the axis turns {turns} times only: record more strokes",
+        finding=Said(
+            text=f"the axis turns {turns} times"
+            if good
+            else f"the axis turns {turns} times only: record more strokes"
+        ),
     )

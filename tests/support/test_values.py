@@ -66,7 +66,7 @@ def test_a_result_is_written_on_several_lines_and_read_back_as_it_was() -> None:
 
 def test_a_number_that_json_does_not_know_is_refused_by_its_place() -> None:
     for value in (math.inf, math.nan):
-        with refuses("result-file", says=rf"since a\.1\.b is {value}\."):
+        with refuses("result-file", says=rf"because a\.1\.b is {value}\."):
             json_text({"a": ({"b": 1.0}, {"b": value})})
 
 

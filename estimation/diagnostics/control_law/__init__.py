@@ -1,4 +1,4 @@
-"""The declared control law held against what the drive did.
+"""The declared control law compared with what the drive did.
 
 In: an axis and a record. Out: `LawAgreement`, with what would mend it.
 Knows nothing of estimates, and of what the loop makes of the law.
@@ -23,5 +23,35 @@ from .law_agreement import (
     law_agreement as law_agreement,
     law_check as law_check,
 )
-from .noise_gain import NOISE_GAIN as NOISE_GAIN, noise_gain_check as noise_gain_check
+from .law_findings import (
+    ConstantOrDrift as ConstantOrDrift,
+    ControlDiffers as ControlDiffers,
+    ControlScale as ControlScale,
+    ExchangedColumns as ExchangedColumns,
+    FoundByReading as FoundByReading,
+    FoundGainsAgree as FoundGainsAgree,
+    FoundGainsDiffer as FoundGainsDiffer,
+    LateControl as LateControl,
+    LawOfSecondRecord as LawOfSecondRecord,
+    LawRepair as LawRepair,
+    LawReproduced as LawReproduced,
+    MovedColumn as MovedColumn,
+    MovedZero as MovedZero,
+    OtherGain as OtherGain,
+    OtherGains as OtherGains,
+    OtherInjectedSize as OtherInjectedSize,
+    OtherScale as OtherScale,
+    OtherTestSignal as OtherTestSignal,
+    OtherVelocity as OtherVelocity,
+    ReferenceClock as ReferenceClock,
+    RepairedLaw as RepairedLaw,
+    ScaledColumn as ScaledColumn,
+    UndeclaredLimit as UndeclaredLimit,
+    UnexplainedControl as UnexplainedControl,
+)
+from .noise_gain import (
+    NOISE_GAIN as NOISE_GAIN,
+    NoiseGain as NoiseGain,
+    noise_gain_check as noise_gain_check,
+)
 from .record_laws import RecordLaws as RecordLaws

@@ -43,6 +43,8 @@ from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
 from axisid.support.caching import cached_while_alive
 
+from .law_findings import Reading
+
 # of a factor of a law that does not fit from a round one; beyond, it is off
 MAX_FACTOR_ERROR = 0.05
 # residual with a shift, by that without, up to which it is told
@@ -177,23 +179,16 @@ def best_shift(predicted: Array, control: Array, used: NDArray[np.bool_]) -> int
     return best if errors[best] < _MAX_EXPLAINED_RESIDUAL * errors[0] else 0
 
 
-def other_readings(record: Record) -> Iterator[tuple[str, Record, str]]:
-    """What else a law may have read of a record than its samples, where their times are uneven.
-
-    In words, the record, and what is to be done if it fits.
-    """
+def other_readings(record: Record) -> Iterator[tuple[Reading, Record]]:
+    """Return the other samples that a law may have read of a record whose times are uneven."""
     raw = (record.sampled or record).longest()
     if record.sampled is not None:
-        yield (
-            "in the rows as they were sampled",
-            raw,
-            ": where its stamps jitter and not the sampling, leave resample out",
-        )
+        yield "sampled rows", raw
     elif np.max(np.abs(raw.time - _even_times(raw))) <= _MIN_UNEVEN * record.period:
         return
     roles = [each for each in ("position", "reference", "injected") if each in raw.channels()]
     for count in range(1, len(roles) + 1):
-        yield "at even times by the stamps", _evenly(raw, *roles[:count]), ""
+        yield "even times", _evenly(raw, *roles[:count])
 
 
 def open_for_jitter(

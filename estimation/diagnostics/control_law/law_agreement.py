@@ -16,11 +16,13 @@ then be those, as surely as both are known.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 from scipy.special import ndtri
 
 from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.findings import Finding
 from axisid.estimation.law_replay import LIMIT
 from axisid.estimation.records import Record, law_clock
 from axisid.estimation.regression import hotelling_p_value, lacking_law, lacking_loop, wald
@@ -48,20 +50,25 @@ from .control_residuals import (
 )
 from .gain_regression import GAINS, Explanation, GainRegression, plausible
 from .law_faults import (
+    constant_or_drift,
     explained_by_gains,
     is_near,
-    late_note,
-    lean_text,
-    off_text,
+    late_control,
     repair_of,
+)
+from .law_findings import (
+    FoundByReading,
+    FoundGainsAgree,
+    FoundGainsDiffer,
+    LawReproduced,
+    OtherInjectedSize,
+    Reading,
+    RepairedLaw,
+    UnexplainedControl,
 )
 
 # of the declared law's residual, less of which speaks against no explanation
 _NEGLIGIBLE_PART = 0.01
-_SIZE_OF_INJECTED = (
-    "check the size of the test signal, such as a gain or a filter between where it is logged and "
-    "where it is added"
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,10 +91,10 @@ class LawAgreement:
         Samples by which the recorded control follows the declared law best.
     passed : bool
         Whether instruments simulated with this law can be believed.
-    meaning : str
-        One sentence for the user.
-    advice : str
-        How it goes on, where something can be done about it.
+    finding : Finding
+        The difference between control and law, and what explains it.
+    reading : {"", "sampled rows", "even times"}
+        Samples that the law read, where they are not those of the record.
     deviations : mapping of str to float
         Of the factors, beside an autoregression; empty where they are not known.
     found_apart : bool
@@ -103,17 +110,22 @@ class LawAgreement:
     fitted_residual_percent: float | None
     delay: int
     passed: bool
-    meaning: str
-    advice: str = ""
+    finding: Finding
+    reading: Reading | Literal[""] = ""
     deviations: Mapping[str, float] = field(default_factory=dict)
     found_apart: bool = False
     explanations: tuple[Explanation, ...] = ()
     repaired_percent: float = math.inf
 
     @property
+    def meaning(self) -> str:
+        """Return the sentence for the user: what was found, and what can be done about it."""
+        return self.finding.sentence
+
+    @property
     def sentence(self) -> str:
-        """The whole of it."""
-        return f"{self.meaning}{self.advice}"
+        """Return the same as `meaning`."""
+        return self.meaning
 
     @property
     def plausible(self) -> tuple[Explanation, ...]:
@@ -148,19 +160,16 @@ def law_agreement(axis: GeneratedAxis, record: Record) -> LawAgreement | Missing
     first = _compared(axis, law, record, advises=not others)
     if not others or isinstance(first, Missing) or first.passed:
         return first
-    checks = [(first, "", record)]
-    for said, read, advice in others:
+    checks: list[tuple[LawAgreement, Reading | None, Record]] = [(first, None, record)]
+    for reading, read in others:
         if isinstance(found := _compared(axis, law, read, advises=False), Missing):
             continue
         if found.passed:
-            return replace(
-                found,
-                meaning=f"{found.meaning}, {said}; it is {first.residual_percent:.2g} % off as the "
-                "record has them",
-                advice=advice,
-            )
-        checks.append((found, said, read))
-    best, said, nearest = min(checks, key=lambda each: each[0].fitted_residual_percent or 0.0)
+            return _by_reading(found, reading, first.residual_percent)
+        checks.append((found, reading, read))
+    best, reading_of_best, nearest = min(
+        checks, key=lambda each: each[0].fitted_residual_percent or 0.0
+    )
     off, least = best.residual_percent or 0.0, best.fitted_residual_percent or 0.0
     open_percent = open_for_jitter(axis, law, record, off)
     if open_percent is not None and least >= MAX_LAW_RESIDUAL.value:
@@ -169,9 +178,19 @@ def law_agreement(axis: GeneratedAxis, record: Record) -> LawAgreement | Missing
             f"above all, leaves {open_percent:.2g} % of its control open ({off:.2g} % off)"
         )
     there = _compared(axis, law, nearest)
-    if isinstance(there, Missing) or not said:
+    if isinstance(there, Missing) or reading_of_best is None:
         return there
-    return replace(there, meaning=f"{said}, {there.meaning}")
+    return _by_reading(there, reading_of_best)
+
+
+def _by_reading(
+    found: LawAgreement, reading: Reading, recorded_percent: float | None = None
+) -> LawAgreement:
+    """Return a comparison that says which samples the law read."""
+    finding = FoundByReading(
+        reading=reading, finding=found.finding, recorded_percent=recorded_percent
+    )
+    return replace(found, reading=reading, finding=finding)
 
 
 def _compared(
@@ -216,23 +235,23 @@ def _compared(
         delay=shift,
         explanations=by_gains.explanations,
         passed=not (by_gains.off or by_gains.lean or declared >= MAX_LAW_RESIDUAL.value or shift),
-        meaning=f"the declared law reproduces the recorded control to {declared:.2g} % of its norm"
-        + f"; what it reads between the samples leaves {left_open:.2g} % open" * by_gains.between,
+        finding=LawReproduced(
+            residual_percent=declared, open_percent=left_open if by_gains.between else None
+        ),
     )
     if check.passed or not advises:
         return check
     explained, fault = _fault(axis, record, check, by_gains)
     if explained and (repair := repair_of(axis, law, record, explained, shift)):
-        percent, said = repair
+        percent, change = repair
         return replace(
             check,
             repaired_percent=percent,
-            meaning=f"the recorded control is not the declared law's ({off_text(declared)}), but "
-            f"{said}",
+            finding=RepairedLaw(residual_percent=declared, repaired_percent=percent, repair=change),
         )
     if shift:
-        late, advice = late_note(shift, None if law.continuous else law.delay)
-        return replace(check, meaning=late, advice=advice)
+        late = late_control(declared, shift, None if law.continuous else law.delay)
+        return replace(check, finding=late)
     return _with_gains_of_runs(fault)
 
 
@@ -262,33 +281,22 @@ def _fault(
     besides = relative_error_percent(about_mean, by_gains.control)
     by_constant = CONSTANT in by_gains.lean and besides < MAX_LAW_RESIDUAL.value
     if by_constant if large else not by_gains.off:
-        return declared, replace(check, meaning=lean_text(axis.drive.unit, by_gains.lean))
-    start = (
-        f"the recorded control is not the declared law's ({off_text(declared)}): "
-        if large
-        else "the recorded control is the declared law's but for its factors: "
-    )
+        leaning = constant_or_drift(declared, by_gains.lean, axis.drive.unit)
+        return declared, replace(check, finding=leaning)
     far = [n for n, value in check.factors.items() if n != LIMIT and not is_near(value, 1.0)]
     only_size = (far or by_gains.off) == [INJECTED]
     # A gain may be a little off beside it.
     is_of_gains = by_gains.gains_off or not only_size
-    said, change = explained_by_gains(by_gains) if is_of_gains else ("", None)
+    explained, change = explained_by_gains(by_gains) if is_of_gains else (None, None)
     if only_size and change is None:
-        return declared, replace(check, meaning=f"{start}{_SIZE_OF_INJECTED}")
-    unexplained = (
-        "no change of its gains explains it; check how it forms the velocity, its feed-forward, "
-        "filters, limits and anti-windup, the period and the noise; axisid law "
-        "(estimation.find_law) finds which ready law it is of, if of another kind"
+        size = OtherInjectedSize(residual_percent=declared, is_large=large)
+        return declared, replace(check, finding=size)
+    unexplained = UnexplainedControl(
+        residual_percent=declared,
+        is_large=large,
+        may_be_injected=large and record.injected is None,
     )
-    check = replace(
-        check,
-        meaning=start + (said or unexplained),
-        advice=(
-            "; or name a test signal that was added to the control or to the reference, with "
-            "columns injected=NAME and injected_at in run.toml"
-        )
-        * (not said and large and record.injected is None),
-    )
+    check = replace(check, finding=explained or unexplained)
     if change is None:
         scaled = by_gains.scale
         # Far from 1, those by runs are not right to first order.
@@ -309,24 +317,27 @@ def _fault(
         factors=factors,
         deviations={name: sd for name, (_, sd) in change.factors.items() if name in factors},
         fitted_residual_percent=change.percent,
-        meaning=check.meaning + f"; {_SIZE_OF_INJECTED}" * (INJECTED in change.off),
     )
     return declared if len(change.free) > 1 else change.percent, check
 
 
 @unless_missing
 def law_check(law: LawAgreement) -> Check:
-    """The declared law against the recorded control."""
+    """Return the check of the declared law against the recorded control.
+
+    It is a note where the record was resampled, and its rows before are what the law read.
+    """
+    needs_no_resampling = law.passed and law.reading == "sampled rows"
     return Check(
         name="control law",
-        status="note" if law.passed and law.advice else status_of(law.passed),
+        status="note" if needs_no_resampling else status_of(law.passed),
         figure=law.residual_percent,
         threshold=MAX_LAW_RESIDUAL.value,
         source="residual in percent of the recorded control, 0.24 on the EMPS record; fails too "
-        "where a factor is off 1, or a constant or a drift beside the law there, by more than 1 % "
-        "and three deviations, for a delay, and for a "
-        "sampling period that is more than 0.05 % from the law's",
-        meaning=law.sentence,
+        "where a factor of the law differs from 1, or a constant or a drift is found next to the "
+        "law, by more than 1 % and three standard errors, for a delay, and for a sampling period "
+        "that differs from the law's by more than 0.05 %",
+        finding=law.finding,
     )
 
 
@@ -336,7 +347,7 @@ def _incomparable(
     """Why a record is not compared with a law, or is of another one by its period alone."""
     # The period is the only thing of a law that can be checked without a reference.
     clock = law_clock(law, record)
-    if clock.doubt:
+    if clock.other is not None:
         # A law of differences has other gains at another period, and its record another time.
         return LawAgreement(
             factors={},
@@ -344,7 +355,7 @@ def _incomparable(
             fitted_residual_percent=None,
             delay=0,
             passed=False,
-            meaning=clock.doubt,
+            finding=clock.other,
         )
     clocks = f"{clock.confirmed}; " * bool(clock.confirmed)
     lacking = lacking_loop(axis, record)
@@ -419,35 +430,25 @@ def found_law_agreement(
     return first
 
 
-def _listed(gains: Mapping[str, float], names: Sequence[str]) -> str:
-    return " and ".join(f"{name} {gains[name]:.5g}" for name in names)
-
-
 def _beside_found(
     there: LawAgreement, best: GainRegression, law: ControlLaw, found: EstimatedGains
 ) -> LawAgreement:
-    """The check of the law with the gains that the control asks for, held against those found."""
+    """Return the check of the law with the gains of the control, compared with those found."""
     asked, was = (np.array([of[name] for name in found.names]) for of in (best.gains, law.gains))
     covariance = found.covariance + best.covariance(found.names) * np.outer(was, was)
     apart = apart_in_deviations(asked - was, covariance, found.freedom)
     large = bool(np.any(np.abs(asked - was) > MAX_SCALE_ERROR.value * np.abs(was)))
-    listed = _listed(best.gains, found.names)
+    gains = {name: best.gains[name] for name in found.names}
     if not (large and apart > MIN_DISTANCE_FROM_NOISE.value):
-        return replace(
-            there,
-            meaning=f"{there.meaning} by {listed}, {apart:.2g} joint deviations from what the fit "
-            "finds",
-        )
-    return replace(
-        there,
-        passed=False,
-        found_apart=True,
-        meaning=f"the recorded control is the law's by {listed}, and the fit finds "
-        f"{_listed(law.gains, found.names)}, "
-        f"{apart:.2g} joint deviations away: what the model lacks moves them, or a delay that the "
-        "law does not declare; check those, or declare "
-        f"{'that' if len(found.names) == 1 else 'these'} and leave them held",
+        agree = FoundGainsAgree(finding=there.finding, gains=gains, standard_errors=apart)
+        return replace(there, finding=agree)
+    differ = FoundGainsDiffer(
+        residual_percent=there.residual_percent,
+        gains=gains,
+        found={name: float(law.gains[name]) for name in found.names},
+        standard_errors=apart,
     )
+    return replace(there, passed=False, found_apart=True, finding=differ)
 
 
 def apart_in_deviations(off: Array, covariance: Array, freedom: float) -> float:

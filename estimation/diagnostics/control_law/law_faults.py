@@ -9,121 +9,114 @@ told.
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import Any
+from operator import itemgetter
 
 import numpy as np
 
 from axisid.codegen.generated_axes import GeneratedAxis, build
 from axisid.estimation.law_replay import with_limit
 from axisid.estimation.records import Record, at_times
-from axisid.estimation.records.columns import expected_units, scale_remedy
+from axisid.estimation.records.columns import expected_units, likely_unit
 from axisid.estimation.thresholds import MAX_LAW_RESIDUAL, MAX_SCALE_ERROR, MIN_SAMPLES_PER_FACTOR
 from axisid.modeling.declaration import ControlLaw, velocity_variants
 from axisid.support.arrays import Array
-from axisid.support.errors import ModelError, first_case
+from axisid.support.errors import ModelError
 
 from .control_residuals import (
+    CONSTANT,
     DRIFT,
+    INJECTED,
     MAX_FACTOR_ERROR,
     MOST_SHIFT,
     compared_with_law,
     law_error_percent,
 )
 from .gain_regression import GainRegression
+from .law_findings import (
+    ConstantOrDrift,
+    ControlScale,
+    ExchangedColumns,
+    LateControl,
+    LawRepair,
+    MovedColumn,
+    MovedZero,
+    OtherGain,
+    OtherGains,
+    OtherScale,
+    OtherTestSignal,
+    OtherVelocity,
+    ReferenceClock,
+    ScaledColumn,
+    UndeclaredLimit,
+)
 
 # of the declared law's residual, below which a change of columns is told
 _MAX_REPAIRED_RESIDUAL = 0.5
-
-
+# factor of a control -> unit that stands for another one, and that other one
 _UNITS = {
-    1e3: "metres for millimetres",
-    1e-3: "millimetres for metres",
-    math.pi / 180: "degrees for radians",
-    180 / math.pi: "radians for degrees",
+    1e3: ("m", "mm"),
+    1e-3: ("mm", "m"),
+    math.pi / 180: ("deg", "rad"),
+    180 / math.pi: ("rad", "deg"),
 }
+_UNKNOWN = "NAME"  # of a column of arrays
 _STEP = 1e-3  # of the reference's range
 _CLOCK_STEP = 0.01  # samples at the end of a record, by another clock
 _CLOCK_STEPS = 15  # of Gauss and Newton
 _MOST_CLOCK = 0.02  # beyond, a clock is of another unit
 
 
-def off_text(percent: float) -> str:
-    """How far a control is from the law's, and of what that is a share."""
-    return (
-        f"off by {percent:.3g} % of the control"
-        if percent < 100
-        else "off by more than the whole control"
-    )
-
-
-def lean_text(unit: str, lean: Mapping[str, float]) -> str:
-    """What a control that leans looks like, in the drive's unit.
+def constant_or_drift(percent: float, lean: Mapping[str, float], unit: str) -> ConstantOrDrift:
+    """Return the finding of a control with a constant or a drift, by its name, in the drive's unit.
 
     A position from another zero makes as much of a constant, where the law does not integrate.
     """
-    leaning = " and ".join(f"a {name} of {value:.3g} {unit}" for name, value in lean.items())
-    return (
-        "the recorded control is the declared law's but for "
-        f"{leaning}{' over the record' * (DRIFT in lean)}: check the offset of the control, the "
-        "zero of the position beside the reference, or an integral of the drive that the law does "
-        "not declare; it moves friction and offsets"
-    )
-
-
-def scale_text(times: float, left: str = "") -> str:
-    """What a control is that is so many times the law's, what is left then, and what to check."""
-    if times < 0:
-        return (
-            f"its sign is opposite to the law's{left}; check the sign of the control, of the "
-            "positions or of the gains, and which column is the position and which the reference"
-        )
-    units = (
-        f" (one unit stands for another, such as {unit})"
-        for scale, unit in _UNITS.items()
-        if is_near(times, scale)
-    )
-    return (
-        f"the control is recorded {times:.4g} times as large as it is{next(units, '')}, which "
-        f"scales every estimate{left}; check its unit and scaling, or those that position and "
-        "reference share"
+    return ConstantOrDrift(
+        residual_percent=percent, constant=lean.get(CONSTANT), drift=lean.get(DRIFT), unit=unit
     )
 
 
 def is_near(factor: float, scale: float) -> bool:
-    """Whether a factor is one that would be exact, but for what else is wrong."""
+    """Return whether a factor is a usual one, as closely as a law with other errors shows it."""
     return abs(factor / scale - 1) < MAX_FACTOR_ERROR
 
 
-def late_note(shift: int, delay: int | None) -> tuple[str, str]:
-    """By how much a control is not in time, and what puts it there.
+def late_control(percent: float, shift: int, delay: int | None) -> LateControl:
+    """Return the finding of a control that is some samples off the law's, whichever is wrong.
 
-    Which of law and log is to blame, the law alone does not tell.
+    The law alone does not tell whether law or log is wrong.
+
+    Parameters
+    ----------
+    percent : float
+        Residual without the shift, percent of the control.
+    shift : int
+        Samples by which the control comes later.
+    delay : int or None
+        Of the law; None for a continuous one.
     """
-    start = "the recorded control is not in time with the declared law: it"
-    samples = f"{abs(shift)} sample{'s' * (abs(shift) > 1)}"
-    if abs(shift) == MOST_SHIFT:
-        return f"{start} is shifted by {samples} or more; check the clocks and the columns", ""
-    possible = delay is not None and delay + shift >= 0
-    early = "earlier" if possible or delay is None else "before the law could give it"
-    declared = f"declare delay={(delay or 0) + shift}, or, " * possible
-    advice = (
-        f"{declared}where the log writes the control "
-        f"{'before the drive applies' if shift < 0 else 'after the drive applied'} it, move it "
-        f"(add {-shift} to shift.control in run.toml)"
+    is_possible = delay is not None and delay + shift >= 0
+    return LateControl(
+        residual_percent=percent,
+        samples=shift,
+        is_at_least=abs(shift) == MOST_SHIFT,
+        is_before_law=delay is not None and not is_possible,
+        blame="law or log",
+        delay=(delay or 0) + shift if is_possible else None,
+        shift=-shift,
     )
-    return f"{start} comes {samples} {'later' if shift > 0 else early}; ", advice
 
 
-#: What may mend a law: what is then said, and axis, law and record of it.
-_Repair = tuple[str, GeneratedAxis, ControlLaw, Record]
+#: What may mend a law: its finding, and axis, law and record of it.
+_Change = tuple[LawRepair, GeneratedAxis, ControlLaw, Record]
 
 
 def repair_of(
     axis: GeneratedAxis, law: ControlLaw, record: Record, declared: float, shift: int
-) -> tuple[float, str] | None:
-    """What would make the law fit: columns changed, or its velocity formed otherwise; or None.
+) -> tuple[float, LawRepair] | None:
+    """Return what makes the law fit: columns changed, or its velocity formed otherwise; or None.
 
-    The residual of the law then, in percent of the control, and the words.
+    With the residual of the law then, in percent of the control.
 
     It leaves half of what is `declared` at the most: of what the declared law leaves, or gains
     that explain the control. Where that is only some samples early or late, there is nothing else
@@ -137,61 +130,41 @@ def repair_of(
             return None
         kinds = [_mistimed_columns]
     for kind in kinds:
-        tried = [
-            (law_error_percent(of, by, other), said)
-            for said, of, by, other in kind(axis, law, record)
-        ]
-        least, note = min(tried, key=lambda each: each[0], default=(np.inf, None))
-        if note is not None and least < good:
-            return least, note
+        tried = list[tuple[float, LawRepair]]()
+        for repair, of, by, other in kind(axis, law, record):
+            tried.append((law_error_percent(of, by, other), repair))
+        least, best = min(tried, key=itemgetter(0), default=(np.inf, None))
+        if best is not None and least < good:
+            return least, best
     return None
 
 
-def _other_laws(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
+def _other_laws(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Change]:
     for name, variant in velocity_variants(law).items():
         yield (
-            f"it is that of the law {name} with the same gains, which forms the velocity in "
-            "another way: declare that",
+            OtherVelocity(law=name),
             build(replace(axis.axis, control=variant), native=False),
             variant,
             record,
         )
 
 
-def _moved_zero(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
+def _moved_zero(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Change]:
     if (zero := position_zero(axis, law, record)) is None:
         return
     away, control = zero
-    unit, drive = axis.coordinate.unit, axis.drive
-    name = record.provenance.columns.get("position", "NAME")
-    back = f"columns position={name}:UNIT{-away:+.3g}{unit}"
-    constant = f"{control or 0.0:.3g} {drive.unit}"
-    said = first_case(
-        (control is None, f": take that off ({back})"),
-        (
-            abs(control or 0.0) > drive.limit,
-            f", which the law makes {constant} of, more than the drive gives: take "
-            f"that off the position ({back})",
-        ),
-        (
-            True,
-            f", or with a constant of {constant} off the control, which the law "
-            "makes of it: a constant force that the model does not explain, or an offset that "
-            "should be nothing, would say that it is the control's; take the one off the position "
-            f"({back}), or check the control's offset, or an integral of the drive that the "
-            "law does not declare",
-        ),
+    repair = MovedZero(
+        position=away,
+        unit=axis.coordinate.unit,
+        column=record.provenance.columns.get("position", _UNKNOWN),
+        control=control,
+        control_unit=axis.drive.unit,
+        exceeds_limit=abs(control or 0.0) > axis.drive.limit,
     )
-    yield (
-        f"it is with the position {away:+.3g} {unit} away from its zero beside the "
-        f"reference (a constant tracking error of as much){said}",
-        axis,
-        law,
-        replace(record, position=record.position - away),
-    )
+    yield repair, axis, law, replace(record, position=record.position - away)
 
 
-def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
+def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Change]:
     drive, control = axis.drive, np.asarray(record.control)
     largest = float(np.abs(control).max())
     if drive.logs_what_acts or largest >= drive.limit:
@@ -206,30 +179,17 @@ def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_
         limited = with_limit(axis, limit, native=False)
     except ModelError:  # no dead band and no step is as large as the limit
         return
-    yield (
-        f"it is with a drive that is at its limit of {limit:.6g} {drive.unit} in "
-        f"{(made * np.sign(control) > limit).sum()} samples: declare that limit",
-        limited,
-        law,
-        record,
-    )
+    samples = int((made * np.sign(control) > limit).sum())
+    yield UndeclaredLimit(limit=limit, unit=drive.unit, samples=samples), limited, law, record
 
 
-def _mistimed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
+def _mistimed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Change]:
     """The record with a column some samples earlier or later, or the reference on another clock."""
     yield from _moved_columns(axis, law, record)
     rate = reference_clock(axis, law, record)
     if rate is None:
         return
-    fast = "fast" if rate > 0 else "slow"
-    yield (
-        f"it is with the times of the reference {1e6 * abs(rate):.4g} ppm "
-        f"{'shorter' if rate > 0 else 'longer'}: the clock that stamps the reference is "
-        f"{fast} by as much compared with that of the position. Record both with one clock",
-        axis,
-        law,
-        _with_clock(record, rate),
-    )
+    yield ReferenceClock(rate=rate), axis, law, _with_clock(record, rate)
 
 
 def _with_clock(record: Record, rate: float) -> Record:
@@ -270,49 +230,35 @@ def reference_clock(axis: GeneratedAxis, law: ControlLaw, record: Record) -> flo
     return None
 
 
-def _moved_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
+def _moved_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Change]:
     for samples in (1, -1, 2, -2):
         for role in ("reference", "position", *sorted(map(str, law.signals))):
-            way = "later" if samples > 0 else "earlier"
-            yield (
-                f"it is with the {role} {abs(samples)} sample{'s' * (abs(samples) > 1)} {way}: "
-                f"where the log wrote it at another time, move it (add {samples} to shift.{role} "
-                "in run.toml)",
-                axis,
-                law,
-                record.shifted(**{role: samples}),
-            )
+            moved = record.shifted(**{role: samples})
+            yield MovedColumn(role=role, samples=samples), axis, law, moved
 
 
-def _changed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
+def _changed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Change]:
     """The record as it would be without a common mistake in its columns."""
     reference, injected = np.asarray(record.reference), record.injected
-    moves, is_added = bool(np.ptp(reference)), injected is not None
-    there = "reference" if record.injected_at == "control" else "control"
-    columns: tuple[tuple[bool, str, dict[str, Any]], ...] = (
-        (
-            moves,
-            "position and reference exchanged: check which column is which",
-            {"position": reference, "reference": record.position},
-        ),
-        (is_added, f"the test signal added to the {there}", {"injected_at": there}),
-        (
-            is_added,
-            "the test signal times -1: check its sign",
-            {"injected": None if injected is None else -injected},
-        ),
-        (
-            is_added and moves,
-            "no test signal: check which column it is",
-            {"injected": None},
-        ),
-    )
-    for may_be, said, changed in columns:
-        if may_be:
-            yield f"it is with {said}", axis, law, replace(record, **changed)
+    moves = bool(np.ptp(reference))
+    if moves:
+        exchanged = replace(record, position=reference, reference=record.position)
+        yield ExchangedColumns(), axis, law, exchanged
+    if injected is None:
+        return
+    if record.injected_at == "control":
+        there = replace(record, injected_at="reference")
+        yield OtherTestSignal(change="added to the reference"), axis, law, there
+    else:
+        there = replace(record, injected_at="control")
+        yield OtherTestSignal(change="added to the control"), axis, law, there
+    opposite = replace(record, injected=-injected)
+    yield OtherTestSignal(change="opposite sign"), axis, law, opposite
+    if moves:
+        yield OtherTestSignal(change="none"), axis, law, replace(record, injected=None)
 
 
-def _scaled_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Repair]:
+def _scaled_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Change]:
     """The record with one column times what the law asks for.
 
     Position and reference follow each other, so that the law is asked where they are about alike:
@@ -333,18 +279,15 @@ def _scaled_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Ite
         times = start * (1 + _STEP * steps)
         if not np.isfinite(times):
             continue
-        name, (unit,) = record.provenance.columns.get(role, "NAME"), expected_units(role, axis.axis)
-        remedy = scale_remedy(role, name, unit, 1 / times, MAX_SCALE_ERROR.value) or (
-            f"columns {role}={name}:UNIT*{times:.4g}"
-        )
+        (unit,) = expected_units(role, axis.axis)
         # What the column was scaled by already is not in the record.
-        yield (
-            f"it is with the {role} times {times:.4g}: correct its unit, scaling or sign (where "
-            f"none is said of it, {remedy})",
-            axis,
-            law,
-            scaled(times),
+        repair = ScaledColumn(
+            role=role,
+            times=float(times),
+            column=record.provenance.columns.get(role, _UNKNOWN),
+            unit=likely_unit(unit, 1 / times, MAX_SCALE_ERROR.value),
         )
+        yield repair, axis, law, scaled(times)
 
 
 def _asked_for(
@@ -385,38 +328,50 @@ def position_zero(
     return -step * steps, mean * steps if is_constant else None
 
 
-def explained_by_gains(by_gains: GainRegression) -> tuple[str, GainRegression | None]:
-    """The least change of gains that explains the control, in words, and the law with it.
+def explained_by_gains(
+    by_gains: GainRegression,
+) -> tuple[OtherGains | OtherScale | None, GainRegression | None]:
+    """Return the least change of gains or the scale that explains the control, and the law with it.
 
-    A control that is recorded with another scale is what such a gain may make of it too.
+    A control that is recorded with another scale is what such a gain may make of it too. The
+    finding is None where nothing explains the control, the law where no gains do.
     """
-    declared, said = by_gains.along.law.gains, ""
+    percent, declared = by_gains.percent, by_gains.along.law.gains
     changes = by_gains.least_change() if declared else ()
     right = (e for e in changes if e.percent < MAX_LAW_RESIDUAL.value and not e.gains_off)
-    if (best := next(right, None)) is not None:
-        ways = "; or ".join(
-            " and ".join(
-                f"{name} is {times:.4g} times the declared one, {change.gains[name]:.5g} for "
-                f"{declared[name]:.5g}"
-                for name, times in change.times.items()
-            )
-            for change in changes
-        )
-        these = "that" if len(best.free) == 1 else "these"
-        rest = first_case(
-            (len(changes) > 1, "the record does not tell which"),
-            (
-                len(declared) > len(best.free),
-                f"and every other gain is right; declare {these}",
-            ),
-            (True, f"declare {these}"),
-        )
-        said = f"{ways}, {rest}"
-    if by_gains.scale is not None:
-        times, scaled = by_gains.scale
-        said = (
-            f"{said}; or {scale_text(times)}: the law alone does not tell which"
-            if said
-            else scale_text(times, f", with which it would be {off_text(scaled.percent)}")
-        )
-    return said, best
+    best, is_large = next(right, None), percent >= MAX_LAW_RESIDUAL.value
+    scale = None if by_gains.scale is None else _control_scale(by_gains.scale[0])
+    if best is not None:
+        return OtherGains(
+            residual_percent=percent,
+            is_large=is_large,
+            alternatives=tuple(_other_gains(change) for change in changes),
+            has_right_gains=len(declared) > len(best.free),
+            scale=scale,
+            injected_differs=INJECTED in best.off,
+        ), best
+    if by_gains.scale is None or scale is None:
+        return None, None
+    return OtherScale(
+        residual_percent=percent,
+        is_large=is_large,
+        scale=scale,
+        scaled_percent=by_gains.scale[1].percent,
+    ), None
+
+
+def _control_scale(times: float) -> ControlScale:
+    """Return the scale of a control, with the units that such a factor is of."""
+    for factor, units in _UNITS.items():
+        if is_near(times, factor):
+            return ControlScale(times=float(times), units=units)
+    return ControlScale(times=float(times), units=None)
+
+
+def _other_gains(change: GainRegression) -> tuple[OtherGain, ...]:
+    """Return the gains of a regression that have other values than declared."""
+    declared, gains = change.along.law.gains, change.gains
+    return tuple(
+        OtherGain(name=name, value=gains[name], declared=float(declared[name]), times=float(times))
+        for name, times in change.times.items()
+    )

@@ -6,10 +6,13 @@ dominate, the recorded control has them times the law's gain, whatever the refer
 ratio shows that the position or the control is in another unit, or that the law is another one.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.findings import Finding
 from axisid.estimation.records import Record, law_clock
 from axisid.estimation.verdict_checks import Check
 from axisid.support.arrays import Array
@@ -25,8 +28,24 @@ _FEWEST_SAMPLES = 100
 _LARGEST_RATIO = 1.25  # either way; units are apart by 6.28 and more, the gains of a law by less
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NoiseGain(Finding):
+    """The noise of the position as it returns in the control.
+
+    Attributes
+    ----------
+    ratio : float
+        Noise in the recorded control by that which the declared law makes of the position.
+    agrees : bool
+        Whether the ratio is within its limits.
+    """
+
+    ratio: float
+    agrees: bool
+
+
 def noise_gain_check(axis: GeneratedAxis, record: Record) -> Check | None:
-    """Whether the position's noise returns in the control as the law makes it.
+    """Compare the noise of the position in the control with what the law makes of it.
 
     None with a reference, by which the law itself is compared, and where the noise of the position
     does not dominate the control at high frequencies.
@@ -49,11 +68,7 @@ def noise_gain_check(axis: GeneratedAxis, record: Record) -> Check | None:
         figure=found,
         threshold=_LARGEST_RATIO,
         source="measured: 0.95 to 1.01 on correct machines",
-        meaning="the noise of the position returns in the control as the declared law makes it"
-        if within
-        else f"the noise of the position returns in the control {found:.3g} times as large as the "
-        "declared law makes it. Check the units of the position and of the control, and the gains "
-        "and the period of the law",
+        finding=NoiseGain(ratio=found, agrees=within),
     )
 
 

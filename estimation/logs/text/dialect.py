@@ -36,7 +36,7 @@ Line = tuple[int, str]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Dialect:
-    """How the table is written.
+    """Format of the table in a text.
 
     Attributes
     ----------
@@ -89,12 +89,12 @@ def split_cells(line: str, separator: str | None, width: int | None = None) -> l
 
 
 def is_comment(line: str) -> bool:
-    """Whether a line is one for the reader's eye."""
+    """Return whether a line is one for the reader's eye."""
     return line.lstrip().startswith(("#", "%", "//")) and not _SHEET_ERROR.match(line)
 
 
 def is_number(cell: str, *, comma: bool = False) -> bool:
-    """Whether a cell is a number with a decimal point, or with a decimal comma."""
+    """Return whether a cell is a number with a decimal point, or with a decimal comma."""
     return bool(_NUMBERS[comma].fullmatch(cell))
 
 
@@ -120,12 +120,13 @@ def sniff(source: str, lines: list[Line]) -> Dialect:
         DataError,
         (
             len(sample) < 2,
-            f"{source}: a header row and samples are expected; it has {len(sample)} filled lines",
+            f"{source}: the text has {len(sample)} filled lines, but a header row and samples are "
+            "expected",
         ),
         (
             width > _MOST_COLUMNS,  # which takes minutes to look at, and is no sample
-            f"{source}: a line has {width} cells; a log has at most {_MOST_COLUMNS} columns, one "
-            "sample in a row. Transpose it if it has one column for each sample",
+            f"{source}: a line has {width} cells. A log has at most {_MOST_COLUMNS} columns and "
+            "one sample per row. Transpose the table if it has one column per sample",
         ),
         code="log-text",
     )
@@ -145,20 +146,20 @@ def sniff(source: str, lines: list[Line]) -> Dialect:
         DataError,
         (
             stamp,
-            f"{source}, line {lines[max(first - 1, 0)][0]}: the time stamp {stamp!r} stands where "
-            "the names of the columns are expected, right above the first row of numbers; fill the "
-            "row in, or remove it",
+            f"{source}, line {lines[max(first - 1, 0)][0]}: the time stamp {stamp!r} is in the "
+            "row directly above the first numbers, where the names of the columns are expected. "
+            "Complete the row, or remove it",
             "log-text",
         ),
         (
             all(is_number(name) for name in names),
-            f"{source}: the first row holds numbers ({', '.join(names[:4])}); write the names of "
-            "the columns above it",
+            f"{source}: the first row has numbers ({', '.join(names[:4])}) instead of names. Write "
+            "the names of the columns above it",
         ),
         (
             marked and all(_THOUSANDS.fullmatch(cell) for cell in marked),
-            f"{source}: {next(iter(marked), '')!r} may be read with a decimal comma or with a "
-            "comma between thousands; export the log with a decimal point",
+            f"{source}: {next(iter(marked), '')!r} is ambiguous: the comma can be a decimal comma "
+            "or separate thousands. Export the log with a decimal point",
             "log-text",
         ),
     )
@@ -198,8 +199,8 @@ def _best(source: str, sample: list[tuple[int, str]]) -> _Reading:
     readings = [reading for reading in tried if reading is not None]
     if not readings:
         raise DataError(
-            f"{source}: no table of numbers is found in its first {len(sample)} filled lines; a "
-            "header row and rows of numbers below it are expected, separated by comma, semicolon, "
+            f"{source}: no table of numbers was found in the first {len(sample)} filled lines. A "
+            "header row with rows of numbers below it is expected, separated by comma, semicolon, "
             "tab, bar or blanks.",
             code="log-text",
         )
@@ -273,7 +274,7 @@ def _header(
         return (
             [f"#{k}" for k in range(1, width + 1)],
             [""] * width,
-            "no header row, so columns are called by their numbers",
+            "no header row, so columns are named by their numbers",
         )
     header, units, used = cells(rows[-1]), [""] * width, [rows[-1]]
     if len(rows) > 1 and _is_unit_row(header) and {len(header), len(cells(rows[-2]))} == {width}:
@@ -281,11 +282,11 @@ def _header(
     if len(header) != width:
         raise DataError(
             f"{source}, line {lines[used[0]][0]}: the header names {len(header)} columns "
-            f"({', '.join(header[:6])}), the rows have {width}. Correct the header row; where "
-            "numbers have a decimal comma, separate columns by semicolon or tab.",
+            f"({', '.join(header[:6])}), but the rows have {width}. Correct the header row. If "
+            "numbers have a decimal comma, separate the columns by semicolon or tab.",
             code="log-text",
         )
-    note = f"header in line {lines[used[0]][0]}, what is above it passed over"
+    note = f"header in line {lines[used[0]][0]}, lines above it ignored"
     skipped = used[0] > (0 if above else len(commented) - 1)
     return header, units, note if skipped else ""
 

@@ -18,7 +18,7 @@ from .time_stamps import TimeStampError, is_stamp, stamp_seconds
 from .twincat import is_twincat, read_twincat
 
 #: Leaves out what is no row at the end.
-_DROP_TAIL = ', or leave the end of the log out with tail = "drop" in run.toml'
+_DROP_TAIL = ', or leave out the end of the log with tail = "drop" in run.toml'
 _NEIGHBOURS = 20  # lines above the last whose last numbers tell how long it should be
 
 _LABVIEW_END = "***End_of_Header***"
@@ -89,7 +89,7 @@ def _decoded(source: str, content: bytes, endings: str) -> tuple[str, str]:
             if "\0" not in text:
                 return text, encoding
     raise DataError(
-        f"{source} is no text in UTF-8, UTF-16 or Windows-1252; save it as CSV in UTF-8, or give "
+        f"{source} is not text in UTF-8, UTF-16 or Windows-1252. Save it as CSV in UTF-8, or give "
         f"the file the ending of its format ({endings}).",
         code="no-text",
     )
@@ -122,8 +122,8 @@ def text_columns(source: str, lines: list[Line], dialect: Dialect) -> dict[str, 
     for (number, _), cells in zip(lines, rows, strict=False):
         if len(cells) != len(dialect.names):
             raise DataError(
-                f"{source}, line {number}: {len(cells)} cells where the header names "
-                f"{len(dialect.names)} columns ({', '.join(dialect.names)}). Remove or mend the "
+                f"{source}, line {number}: the line has {len(cells)} cells, but the header names "
+                f"{len(dialect.names)} columns ({', '.join(dialect.names)}). Remove or correct the "
                 f"line{_DROP_TAIL}.",
                 code="log-text",
             )
@@ -188,12 +188,12 @@ def _of_cells(
         except TimeStampError as error:
             row, why = error.row or row, error.why
     reason = (
-        f"is no time stamp that can be read: {why}. Export the log with stamps such as 2026-02-01 "
+        f"is not a readable time stamp: {why}. Export the log with time stamps such as 2026-02-01 "
         "12:00:00.250."
         if why
-        else f"is not a number (decimal {'comma' if comma else 'point'}), nor a time stamp such as "
-        "2026-02-01 12:00:00.250, 1.2.2026 12:00:00 or 12:00:00.250. Mend the cell, remove the "
-        f"line, or choose another column{_DROP_TAIL}."
+        else f"is not a number (decimal {'comma' if comma else 'point'}) or a time stamp such as "
+        "2026-02-01 12:00:00.250, 1.2.2026 12:00:00 or 12:00:00.250. Correct the cell, remove "
+        f"the line, or choose another column{_DROP_TAIL}."
     )
     where = f"{source}, line {lines[row][0]}: {cells[row]!r} in column {dialect.names[k]!r}"
     return RawColumn(samples=DataError(f"{where} {reason}", code="log-text"))
@@ -210,8 +210,8 @@ def _plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[
     ends = [k for k, (_, line) in enumerate(lines[:200]) if line.startswith(_LABVIEW_END)]
     if not ends or ends[-1] + 1 >= len(lines):
         raise DataError(
-            f"{source}: the LabVIEW measurement file has no samples below its heads, which "
-            f"{_LABVIEW_END} closes.",
+            f"{source}: the LabVIEW measurement file has no samples below its headers, which end "
+            f"with {_LABVIEW_END}.",
             code="log-text",
         )
     head = [line for _, line in lines[: ends[-1]]]
@@ -227,12 +227,12 @@ def _plain_lines(source: str, lines: Sequence[Line]) -> tuple[list[Line], tuple[
         body = [(k, separator.join(row.split(separator)[: len(names)])) for k, row in body]
     heads = [f"{n} [{u}]" if u else n for n, u in zip(names, units, strict=False)]
     return [(number, separator.join(heads)), *body], (
-        "LabVIEW measurement file, its heads and comments passed over",
+        "LabVIEW measurement file, headers and comments ignored",
     )
 
 
 def complete_lines(lines: list[Line], dialect: Dialect) -> int:
-    """How many lines are rows before those at the end that are none; all if these are many.
+    """Return the number of complete lines before incomplete ones at the end; all if many are.
 
     A row has the kinds of cells that the first has, and those that its neighbour has.
     """
@@ -250,7 +250,7 @@ def complete_lines(lines: list[Line], dialect: Dialect) -> int:
 
 
 def is_cut(lines: list[Line], dialect: Dialect) -> bool:
-    """Whether the last number of a text without a last line end is shorter than all above it."""
+    """Return whether the last number is shorter than all above it and has no line end."""
     rows = [dialect.cells(line) for _, line in lines[-_NEIGHBOURS - 1 :]]
     if len(rows) <= _NEIGHBOURS or any(len(row) != len(dialect.names) for row in rows):
         return False  # cut off in another cell, which shows, or too few to tell
@@ -259,7 +259,7 @@ def is_cut(lines: list[Line], dialect: Dialect) -> bool:
 
 
 def left_out(lines: list[Line]) -> Repair:
-    """What is said of lines at the end that are left out."""
+    """Return the repair for lines at the end that are left out."""
     if not lines:
         return Repair(kind="tail", count=0, text="no incomplete lines at the end")
     number, line = lines[0]

@@ -39,7 +39,7 @@ class TimeStampError(ValueError):
 
 
 def is_stamp(cell: str) -> bool:
-    """Whether a cell is a time stamp; hours and minutes alone need a date or a half of the day."""
+    """Return whether a cell is a time stamp; hours and minutes need a date, or am or pm."""
     return _groups(cell) is not None
 
 
@@ -78,7 +78,7 @@ def stamp_seconds(cells: Sequence[str]) -> tuple[Array, str]:
     )
     for part in (dates, halves, zones):
         if ("" in part and any(part)) or (part is zones and named and len({*zones}) > 1):
-            raise TimeStampError(0, "its stamps are of several kinds")
+            raise TimeStampError(0, "the column mixes several formats of time stamps")
     order, note = _order(dict.fromkeys(dates))
     numbers = {}
     for text in dict.fromkeys(dates):
@@ -91,10 +91,10 @@ def stamp_seconds(cells: Sequence[str]) -> tuple[Array, str]:
     if not any(dates):
         days = np.cumsum(np.diff(within, prepend=within[0]) < -_DAY * _SECOND // 2)
         if days[-1]:
-            note = ", over midnight where they start again"
+            note = ", continued over midnight when they restart"
     seconds = np.full(len(cells), np.nan)
     seconds[filled] = (days - days[0]) * _DAY + (within - within[0]) / _SECOND
-    return seconds, f"time stamps counted from the first{note}"
+    return seconds, f"time stamps, relative to the first{note}"
 
 
 def _since_midnight(
@@ -119,7 +119,7 @@ def _order(dates: Iterable[str]) -> tuple[str, str]:
     if day_first or month_first:
         order = "day" if day_first else "month"
         return order, f", dates with the {order} first"
-    raise TimeStampError(0, "its dates may have the day or the month first")
+    raise TimeStampError(0, "the order of day and month in its dates is ambiguous")
 
 
 def _day(text: str, order: str) -> int:

@@ -39,7 +39,7 @@ class _Channel(NamedTuple):
 
 
 def is_twincat(lines: Sequence[Line]) -> bool:
-    """Whether filled lines begin as an export of TwinCAT Scope does."""
+    """Return whether filled lines begin as an export of TwinCAT Scope does."""
     if not lines or not lines[0][1].startswith((_NAME, "File")):
         return False
     separator = lines[0][1][len(_NAME) : len(_NAME) + 1]
@@ -80,7 +80,8 @@ def read_twincat(source: str, lines: Sequence[Line]) -> Table:
     heads = _heads([line for _, line in lines], separator)
     if len(heads) == len(lines):
         raise DataError(
-            f"{source}: the export of TwinCAT Scope has no samples below its heads.",
+            f"{source}: the export of TwinCAT Scope has no samples below its headers. Export it "
+            "again.",
             code="log-text",
         )
     body = [line for line in lines[len(heads) :] if line[1].strip() != "EOF"]
@@ -133,9 +134,9 @@ def _values(
         cells = (line.replace(",", ".") if comma else line).rstrip("\r\n").split(separator)
         if len(cells) > width + 1 or any(cell.strip() for cell in cells[width:]):
             raise DataError(
-                f"{source}, line {number}: more than the {width} cells that the channels need. "
-                "Export with Timelines 'All' or 'For each sampletime', separated by tab or "
-                "semicolon.",
+                f"{source}, line {number}: the line has more than the {width} cells of the "
+                "channels. Export with Timelines 'All' or 'For each sampletime', separated by tab "
+                "or semicolon.",
                 code="log-text",
             )
         cells = [*(cell.strip() or "nan" for cell in cells[:width]), *["nan"] * width][:width]
@@ -165,7 +166,7 @@ def _column(name: str, channel: _Channel, samples: Array, clock: Array) -> RawCo
     if dropped.any():  # columns of one clock share its array
         samples, clock = samples[~dropped], clock[~dropped]
     count = np.count_nonzero(repeated)
-    note = f"{name}: {count} rows that repeat its last time and value left out" if count else ""
+    note = f"{name}: {count} repetitions of its last time and value left out" if count else ""
     return RawColumn(
         samples=Samples(values=samples, clock=clock),
         unit=channel.unit,

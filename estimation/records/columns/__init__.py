@@ -1,4 +1,4 @@
-"""Which column is which role of a record, and its values in SI.
+"""Assignment of columns to the roles of a record, in SI.
 
 In: the columns of a `Table`, what a user and an axis say of them. Out: columns by role, in SI.
 Knows nothing of clocks and of what may be wrong with values.
@@ -14,6 +14,6 @@ from .roles import (
 from .units import (
     Scale as Scale,
     expected_units as expected_units,
-    scale_remedy as scale_remedy,
+    likely_unit as likely_unit,
     to_si as to_si,
 )

@@ -48,7 +48,7 @@ def log_content(
     """
     if file.suffix not in LOG_ENDINGS:
         raise UsageError(
-            f"{file}: a log is written to {', '.join(LOG_ENDINGS)}; give a name with one of these "
+            f"{file}: a log is written to {', '.join(LOG_ENDINGS)}. Give a name with one of these "
             "endings.",
             code="twin",
         )
@@ -84,7 +84,7 @@ def _head(role: str, axis: Axis) -> str:
 
 
 def _scales(heads: Mapping[str, str], axis: Axis) -> dict[str, tuple[float, float]]:
-    """What the numbers of each role are times and plus, to be SI."""
+    """Return factor and offset of the numbers of each role, to SI."""
     builder = TableBuilder()
     for (name, unit), head in zip(split_labels([*heads.values()]), heads.values(), strict=True):
         builder.add(name, _PROBED, unit=unit, label=head)
@@ -97,8 +97,8 @@ def _scales(heads: Mapping[str, str], axis: Axis) -> dict[str, tuple[float, floa
     if lost:
         declared = ", ".join(f"{axis.columns[role]!r} of its {role}" for role in lost)
         raise ModelError(
-            f"axis {axis.name!r} declares the columns {declared}, which a log with heads cannot "
-            "have; declare them by their names and units.",
+            f"axis {axis.name!r} declares the columns {declared}, which cannot be names in a "
+            "header. Declare columns by their names and units.",
             code="twin",
         )
     scales = {}
@@ -124,8 +124,8 @@ def _csv(columns: Mapping[str, Array], about: str, file: Path) -> str:
         is_number(name) for name, _ in split_labels([*columns])
     ):
         raise ModelError(
-            f"{file}: a text with commas cannot have the heads {', '.join(map(repr, columns))}; "
-            "write .parquet or .npz, or declare other names.",
+            f"{file}: the column names {', '.join(map(repr, columns))} cannot be written as "
+            "comma-separated text. Write .parquet or .npz, or declare other names.",
             code="twin",
         )
     rows = zip(*(values.tolist() for values in columns.values()), strict=True)

@@ -1,4 +1,4 @@
-"""Which column of a table is which role, in SI: names from the user, the axis, or the role."""
+"""Assign columns of a table to roles, in SI: names from the user, the axis, or the role."""
 
 from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from axisid.estimation.raw_tables import PeriodSource, Repair, Samples, Table
 from axisid.modeling.declaration import ROLES, Axis
 from axisid.support.errors import DataError, UsageError, quoted, refuse
+from axisid.support.settings import setting
 
 from .units import Scale, assumed_units_text, check_no_counts, to_si
 
-_CLOCKS = "the file's own clocks are taken"
+_CLOCKS = "the clocks in the file are used"
 
 Mask = NDArray[np.bool_]
 
@@ -62,7 +63,7 @@ class RoleColumns:
 
     @property
     def motion(self) -> Samples:
-        """Those of the position, or of the velocity of a log without one."""
+        """Return the samples of the position, or of the velocity of a log without a position."""
         return self.samples[motion_role(self.samples)]
 
     def repaired(self, samples: Mapping[str, Samples], *repairs: Repair) -> "RoleColumns":
@@ -125,7 +126,7 @@ def role_columns(
         if _has_clocks(others.values()) and time_rows != len(others[moving].values):
             notes.append(
                 f"the column {names.pop('time')!r} has {time_rows} rows, the {moving} "
-                f"{len(others[moving].values)}: {_CLOCKS} in its place"
+                f"{len(others[moving].values)}: {_CLOCKS} instead"
             )
             samples = others
             without_unit.pop("time", None)
@@ -161,8 +162,8 @@ def _placed(
     if "injected" not in chosen:
         if has_place:
             raise UsageError(
-                f"{source}: no column is the test signal that is added to the {place}; name it "
-                f"with {_to_name(['injected'])}.",
+                f"{source}: no column has the test signal that is added to the {place}. Name the "
+                f"column with {_to_name(['injected'])}.",
                 code="test-signal",
             )
         return []
@@ -171,12 +172,12 @@ def _placed(
         return [f"{name!r} was added to the {place}"]
     if "injected" in requested or (axis is not None and "injected" in axis.columns):
         raise UsageError(
-            f"{source}: {name!r} is a test signal, but nothing says what it was added to; add "
+            f"{source}: {name!r} is a test signal, but it is not known where it was added. Add "
             'injected_at = "control" or injected_at = "reference" in run.toml.',
             code="test-signal",
         )
     del chosen["injected"]
-    return [f"{name!r} is left out, since nothing says whether it was added to the control"]
+    return [f"{name!r} is left out, because it is not known whether it was added to the control"]
 
 
 def _has_clocks(columns: Iterable[Samples]) -> bool:
@@ -193,11 +194,11 @@ def _choose(
             UsageError,
             (
                 role not in roles,
-                f"{role!r} is no role of a column; the roles are {', '.join(roles)}",
+                f"{role!r} is not a role of a column. The roles are {', '.join(roles)}",
             ),
             (
                 not isinstance(wanted, str),
-                f"the column for the {role} is {quoted(wanted)}; give its name, or a Column",
+                f"the column for the {role} is {quoted(wanted)}. Give its name, or a Column",
             ),
             code="columns",
         )
@@ -215,9 +216,9 @@ def _choose(
             chosen[role] = name, unit.strip()
         elif role in asked or role == "position" or role not in ROLES:
             missing[role] = wanted
-    # What only bears the name of a measured derivative is none.
+    # A column that only has the name of a derivative need not be measured.
     unasked = [
-        f"the column {chosen.pop(role)[0]!r} is left out, as nobody named it as the measured {role}"
+        f"the column {chosen.pop(role)[0]!r} is left out: nobody named it as the measured {role}"
         for role in ("velocity", "acceleration")
         if role in chosen and role not in asked
     ]
@@ -237,13 +238,13 @@ def _check_chosen(table: Table, chosen: Mapping[str, _Chosen]) -> None:
             DataError,
             (
                 holds,
-                f"{table.source}: the column {name!r} for the {role} holds {holds}; give one of "
-                f"real numbers, or of time stamps, with {_to_name([role])}",
+                f"{table.source}: the column {name!r} for the {role} contains {holds}. Name a "
+                f"column of real numbers or time stamps with {_to_name([role])}",
             ),
             (
                 roles.setdefault(name, role) != role,
-                f"{table.source}: the column {name!r} is taken for the {roles[name]} and for the "
-                f"{role}; name another for one of them, with {_to_name([role])}",
+                f"{table.source}: the column {name!r} is used for both the {roles[name]} and the "
+                f"{role}. Name another column for one of them with {_to_name([role])}",
             ),
             code="columns",
         )
@@ -264,14 +265,14 @@ def _without(
         table.columns[name].read() for name, _ in chosen.values()
     )
     spared = (
-        ("time", has_period, "counted by the sampling period"),
+        ("time", has_period, "so it is counted by the sampling period"),
         ("time", timed, _CLOCKS),
         ("control", "force" in chosen, "so the control law is not compared with the record"),
         ("position", "velocity" in chosen, "so it is the velocity's integral"),
         ("velocity", True, "so it is the position's derivative"),
         ("acceleration", True, "so it is the velocity's derivative"),
-        ("reference", True, "so least squares only, no instruments"),
-        ("injected", True, "so no test signal is reckoned with"),
+        ("reference", True, "so only least squares is available, no instruments"),
+        ("injected", True, "so no test signal is considered"),
     )
     return {
         role: f"no column {missing[role]!r} for the {role}, {what}"
@@ -292,18 +293,18 @@ def _lacking(table: Table, chosen: Mapping[str, object], missing: dict[str, str]
     meant = " or ".join(repr(names[near]) for near in close)
     hint = f" Did you mean {meant}?" if meant else ""
     if several:
-        hint = " One name has several columns: " + "; ".join(map(", ".join, several)) + "."
+        hint = " Several columns have the same name: " + "; ".join(map(", ".join, several)) + "."
     usual = ("time", "reference", "control") if "position" in missing else ()
     named = [*missing, *(role for role in usual if role not in chosen and role not in missing)]
     advice = table.missing or f"Name the columns with {_to_name(named)}."
     return DataError(
-        f"{table.source}: there is no column {wanted}; found {table.listed()}.{hint} {advice}",
+        f"{table.source}: there is no column {wanted}. Found: {table.listed()}.{hint} {advice}",
         code="columns",
     )
 
 
 def _to_name(roles: Iterable[str]) -> str:
-    return f"columns {','.join(f'{role}=NAME' for role in roles)}"
+    return setting("columns", dict.fromkeys(roles, "NAME"))
 
 
 def motion_role(roles: Container[str]) -> str:

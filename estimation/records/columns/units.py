@@ -27,6 +27,7 @@ from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import angle_power, parse_unit
 from axisid.support.arrays import Array
 from axisid.support.errors import DataError, UsageError
+from axisid.support.settings import setting
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?0*\d{1,2}(?!\d))?")
 #: What scales or moves, before a number; ``**2`` and ``^-2`` are of a unit.
@@ -42,7 +43,7 @@ class ScalingError(ValueError):
 
 
 def is_scaling(text: str) -> bool:
-    """Whether a text says more than a unit."""
+    """Return whether a text says more than a unit."""
     begun = _LAST.search(text) or _NO_NUMBER.search(text)
     return bool(
         begun or (exact_unit(text) is None and (_OPERATOR.search(text) or _NUMBER.match(text)))
@@ -72,29 +73,29 @@ def read_scaling(text: str, own: str = "") -> tuple[UnitQuantity, UnitQuantity |
     base = of = _quantity(Fraction(1), name)
     for sign, number, unit in _FACTOR.findall(text[len(head) :]):
         if offset is not None:
-            raise ScalingError("the offset comes last, and once")
+            raise ScalingError("it can have one offset only, at its end")
         quantity = _quantity(Fraction(number) * (-1 if sign == "-" else 1), unit)
         if sign in "+-":
             offset = _offset(quantity, of, base)
         elif quantity.is_count and sign == "*":
-            raise ScalingError("one count is a length or an angle, not counts")
+            raise ScalingError("one count must be a length or an angle, not counts")
         elif not quantity.value:
-            raise ScalingError(f"{sign}0 leaves nothing to compute with")
+            raise ScalingError(f"{sign}0 makes every value 0 or infinite")
         else:
             of = of * quantity if sign == "*" else of / quantity
     if not 1 / _LARGEST < abs(of.value) < _LARGEST:
-        raise ScalingError("the product of the factors is no number that can be computed with")
+        raise ScalingError("the product of the factors exceeds floating point, or is 0")
     return of, offset
 
 
 def _check_numbers(text: str) -> None:
     """Refuse what stands for a number and is none, or a text of absurd size."""
     if wrong := _NO_NUMBER.search(text):
-        raise ScalingError(f"{wrong[1]!r} is no number to scale by")
+        raise ScalingError(f"{wrong[1]!r} is not a number")
     if wrong := _LAST.search(text):
         raise ScalingError(f"a number is missing after {wrong[0].strip()!r}")
     if len(text) > 200:
-        raise ScalingError("it has more than 200 letters")
+        raise ScalingError("it has more than 200 characters")
 
 
 def _quantity(value: Fraction, unit: str) -> UnitQuantity:
@@ -103,7 +104,7 @@ def _quantity(value: Fraction, unit: str) -> UnitQuantity:
         return UnitQuantity(value, is_count=bool(name))
     unit_of = _known(name)
     if unit_of is None:
-        raise ScalingError(f"{name!r} is no unit that is known")
+        raise ScalingError(f"{name!r} is not a known unit")
     return replace(unit_of, value=value * unit_of.value)
 
 
@@ -234,15 +235,16 @@ def to_si(
             of = plain or UnitQuantity(Fraction(1), is_count=True)
         else:
             # Nor one over another, as in mm/rev: nothing says what that is a motion of.
-            raise ScalingError(f"{text!r} is no unit that is known")
+            raise ScalingError(f"{text!r} is not a known unit")
         if of.unit is None and (of.is_count or not scaled):
-            raise ScalingError("it does not say what one count is")
+            raise ScalingError("the size of one count is missing")
     except ScalingError as error:
         example = _EXAMPLES.get(next(iter(wanted), ""), _EXAMPLES["rad"])
         raise wrong(
-            f"{source}: the {role} is given as {text!r}: {error}; say what one is, as in columns "
-            f"{role}=NAME:{example}, or the unit that it is in ({role}=NAME:UNIT; mm, "
-            f"deg, rev, ms, mA, Ncm, ...), which is {(wanted or ('V',))[0]} where it is SI.",
+            f"{source}: the {role} is given as {text!r}: {error}. Give the size of one count, as "
+            f"in {setting('columns', {role: f'NAME:{example}'})}, or the unit of the numbers with "
+            f"{setting('columns', {role: 'NAME:UNIT'})} (mm, deg, rev, ms, mA, Ncm, ...). The SI "
+            f"unit is {(wanted or ('V',))[0]}.",
             code="units",
         ) from error
     same = [
@@ -253,7 +255,7 @@ def to_si(
         raise wrong(
             f"{source}: the {role} is given as {text!r}, which is {of.unit}, but the "
             f"{role}{of_axis} is measured in {' or '.join(wanted)}. Check the column, or give its "
-            f"unit with columns {role}=NAME:UNIT.",
+            f"unit with {setting('columns', {role: 'NAME:UNIT'})}.",
             code="units",
         )
     factor = float(of)
@@ -262,9 +264,9 @@ def to_si(
     elif same and not any(_has_angle_of(of, unit) for unit in same):
         named = " or ".join(name for name in _ANGLES if _is_of(name, same[0])) or same[0]
         raise wrong(
-            f"{source}: the {role} is given as {text!r}, which is no unit of an angle, but the "
-            f"{role} is measured in {same[0]}. By the angle that is counted the numbers differ by "
-            f"factors such as 2 pi: give the unit with its angle, {named}, as in columns "
+            f"{source}: the {role} is given as {text!r}, which does not name an angle, but the "
+            f"{role} is measured in {same[0]}. Numbers per radian, degree or turn differ by "
+            f"factors such as 2 pi. Give the unit with its angle, {named}, as in columns "
             f"{role}=NAME:{same[0]}.",
             code="units",
         )
@@ -290,15 +292,15 @@ def _check_angle(role: str, text: str, of: UnitQuantity, same: Sequence[str], so
     unit, power = next(iter(motions.items()))
     times = "times" if of.angle > power else "over"
     raise UsageError(
-        f"{source}: the {role} is given as {text!r}, which is {unit} {times} an angle; say "
-        "what length belongs to what angle, as in rpm*5mm/rev or counts*1rev/4096*5mm/rev for a "
-        "screw, *5mm/rad for a radius, mm/5mm*1rev for an angle.",
+        f"{source}: the {role} is given as {text!r}, which is {unit} {times} an angle. Give the "
+        "length per angle, as in rpm*5mm/rev or counts*1rev/4096*5mm/rev for a screw, *5mm/rad for "
+        "a radius, mm/5mm*1rev for an angle.",
         code="units",
     )
 
 
 def _has_angle_of(of: UnitQuantity, unit: str) -> bool:
-    """Whether a quantity has the power of an angle of a unit, where that has one."""
+    """Return whether a quantity has the power of an angle of a unit, where that has one."""
     power = angle_power(parse_unit(unit))
     return not power or of.angle == power
 
@@ -314,12 +316,11 @@ def _is_of(name: str, unit: str) -> bool:
     )
 
 
-def scale_remedy(role: str, column: str, declared: str, times: float, vague: float) -> str | None:
-    """The usual unit of a column whose numbers are so many times those in the declared one.
+def likely_unit(declared: str, times: float, vague: float) -> str | None:
+    """Return the usual unit of a column whose numbers are so many times those in the declared one.
 
     Parameters
     ----------
-    role, column : str
     declared : str
     times : float
     vague : float
@@ -331,12 +332,15 @@ def scale_remedy(role: str, column: str, declared: str, times: float, vague: flo
         None for no usual unit.
     """
     own = exact_unit(declared)
-    if own is None:
+    if own is None or not vague < np.inf:
         return None
-    known = ((name, exact_unit(name)) for name in _LIKELY_UNITS)
-    sizes = {name: float(unit / own) for name, unit in known if unit and unit.unit == own.unit}
-    found = (name for name, size in sizes.items() if abs(times * size - 1) <= vague < np.inf)
-    return next((f"it is in columns {role}={column}:{name}" for name in found), None)
+    for name in _LIKELY_UNITS:
+        unit = exact_unit(name)
+        if unit is None or unit.unit != own.unit:
+            continue
+        if abs(times * float(unit / own) - 1) <= vague:
+            return name
+    return None
 
 
 def check_no_counts(role: str, name: str, values: Array, axis: Axis | None, *, source: str) -> None:
@@ -355,10 +359,10 @@ def check_no_counts(role: str, name: str, values: Array, axis: Axis | None, *, s
     unit = (axis.coordinate.unit if axis is not None else "") or "rad"
     example = _EXAMPLES.get(unit, _EXAMPLES["rad"])
     raise DataError(
-        f"{source}: the {role} {name!r} has no unit, and is whole numbers alone, from "
-        f"{finite.min():.9g} to {finite.max():.9g}: those are counts of an encoder; say "
-        f"what one of them is, as in columns {role}={name}:{example}; where they "
-        f"are {unit} indeed, say so ({name}:{unit}).",
+        f"{source}: the {role} {name!r} has no unit and only whole numbers, from "
+        f"{finite.min():.9g} to {finite.max():.9g}. They look like counts of an encoder. Give the "
+        f"size of one count, as in {setting('columns', {role: f'{name}:{example}'})}. If the "
+        f"numbers are in {unit}, give that unit ({name}:{unit}).",
         code="units",
     )
 
@@ -366,12 +370,12 @@ def check_no_counts(role: str, name: str, values: Array, axis: Axis | None, *, s
 def assumed_units_text(
     roles: Mapping[str, str], axis: Axis | None, *, injected_at: str | None
 ) -> str:
-    """What is said of columns, by role, whose unit nobody gave."""
+    """Return a text on columns, by role, without a given unit."""
     named = []
     for role, name in roles.items():
-        unit = " or ".join(expected_units(role, axis, injected_at)) or "as the drive has it"
+        unit = " or ".join(expected_units(role, axis, injected_at)) or "unit of the drive"
         label = LABEL_WITH_UNIT.fullmatch(name)
         if label and label[4] and not label[4].isdecimal():
-            unit += f" ({label[4]!r} is no unit known)"
+            unit += f" ({label[4]!r} is not a known unit)"
         named.append(f"{role} {unit}")
     return f"no unit given, so SI: {', '.join(named)}"

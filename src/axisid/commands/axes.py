@@ -1,4 +1,4 @@
-"""``axisid new``, ``show``, ``generate`` and ``export``: an axis that is declared, and as text."""
+"""``axisid new``, ``show``, ``generate`` and ``export``: declarations of axes, and code."""
 
 import os
 import sys
@@ -34,44 +34,52 @@ _LANGUAGES = [target.language for target in TARGETS if target.language]
 
 @click.command(
     cls=Command,
-    short_help="Start a declaration, or a run.toml of a log.",
+    short_help="Write a first declaration, or a run.toml of a log.",
     epilog="Examples: axisid new my_axis && axisid identify my_axis.toml, or "
     "axisid new --record log.csv && axisid identify my_axis.toml run.toml",
 )
 @click.argument("name", required=False)
-@click.option("--newton/--lagrange", default=True, help="By forces or by energies.  [newton]")
-@click.option("--toml/--python", default=True, help="As data, or as a program.  [toml]")
+@click.option(
+    "--newton/--lagrange", default=True, help="Declare forces, or energies.  [default: newton]"
+)
+@click.option(
+    "--toml/--python", default=True, help="Write a TOML file, or a Python file.  [default: toml]"
+)
 @click.option(
     "--record",
     metavar="LOG",
     shell_complete=complete_file,
-    help="In place of a declaration start a run.toml (or NAME.toml) beside a log: what is said of "
-    "it, with what was found in it. It stands in the place of the log in every command.",
+    help="Write a run.toml (or NAME.toml) next to this log instead of a declaration. It describes "
+    "the log, with the columns and units found in it. Every command takes it instead of the log.",
 )
 def new(name: str | None, newton: bool, toml: bool, record: str | None) -> None:
-    """Start a declaration, NAME.toml or NAME.py in this folder, with comments.
+    """Write a first declaration with comments, NAME.toml or NAME.py in this folder.
 
-    It is complete: a linear stage (a pendulum with --lagrange) with its control law, and an
-    experiment whose twin can be identified at once.
+    The declaration is complete: a linear stage (a pendulum with --lagrange) with its control law,
+    and an experiment whose twin can be identified at once.
     """
     if record is not None:
         for option in ("--newton", "--toml"):
             check_idle(
-                option, "or its opposite is of a declaration, and --record starts a run.toml"
+                option, "or its opposite describes a declaration, but --record writes a run.toml"
             )
         log, name = Path(record), name or "run"
         if Path(name).name != name:
             raise UsageError(
-                f"{name!r} is no name of a file beside {log}; give one without a folder."
+                f"{name!r} is not a file name. The file is written next to {log}. Give a name "
+                "without a folder."
             )
         file = log.parent / f"{name.removesuffix('.toml')}.toml"
         _check_free(file)
         write_output(str(file), stages.started_run(log))
-        click.echo(f"wrote {file}; take the # away from what is wanted in it, then:")
+        click.echo(f"wrote {file}. Remove the # from the lines that you need, then run:")
         click.echo(f"  axisid identify AXIS {file}")
         return
     if name is None:
-        raise click.UsageError("name the axis, or a log by --record LOG.")
+        raise click.UsageError(
+            "neither an axis nor a log is named. Give the NAME of an axis, or a log with --record "
+            "LOG."
+        )
     file = Path(f"{name}.toml" if toml else f"{name}.py")
     try:
         stages.check_name(name, "the axis")
@@ -80,14 +88,14 @@ def new(name: str | None, newton: bool, toml: bool, record: str | None) -> None:
     _check_free(file)
     refuse(
         UsageError,
-        (name in stages.LIBRARY, f"{name!r} is an axis of the library; choose another name"),
+        (name in stages.LIBRARY, f"{name!r} is an axis of the library. Choose another name"),
         (
             not toml and find_spec(name),
-            f"{name}.py would hide the Python module {name}; choose another name",
+            f"{name}.py would hide the Python module {name}. Choose another name",
         ),
     )
     write_output(str(file), scaffold(name, newton=newton, toml=toml))
-    click.echo(f"wrote {file}; edit it, then (the last line is of its twin; add your log to it):")
+    click.echo(f"wrote {file}. Edit it, then run (identify uses its twin; add your log after it):")
     click.echo(f"  axisid show {file}")
     click.echo(f"  axisid identify {file}")
 
@@ -100,13 +108,14 @@ def new(name: str | None, newton: bool, toml: bool, record: str | None) -> None:
     type=click.Choice(["text", "latex", "markdown"]),
     default="text",
     show_default=True,
-    help="A page for the terminal, a LaTeX document, or Markdown with formulas.",
+    help="Plain text for the terminal, a LaTeX document, or Markdown with formulas.",
 )
 def show(axis: str, form: str) -> None:
-    """Print what AXIS declares and what follows from it.
+    """Print the declaration of AXIS and the models derived from it.
 
-    The equation of motion, the inverse and the direct model with their regressors, the map between
-    their parameters, what is identifiable, and the drive, control law and columns.
+    The page has the equation of motion, the inverse and the direct model with their regressors, the
+    map between their parameters, the identifiable parameters, and the drive, control law and
+    columns.
     """
     with progress_line(f"deriving {axis}"):
         model = stages.derive(stages.load_axis(axis))
@@ -118,7 +127,7 @@ def show(axis: str, form: str) -> None:
 
 
 def scaffold(name: str, *, newton: bool, toml: bool) -> str:
-    """The text of a declaration: one of `scaffolds`, in which the axis is called NAME."""
+    """Return the text of a first declaration: a file of `scaffolds` with its NAME replaced."""
     file = f"{'newton' if newton else 'lagrange'}.{'toml' if toml else 'py.txt'}"
     template = resources.files("axisid.commands") / "scaffolds" / file
     return template.read_text(encoding="utf-8").replace("NAME", name)
@@ -126,38 +135,40 @@ def scaffold(name: str, *, newton: bool, toml: bool) -> str:
 
 def _check_free(file: Path) -> None:
     if os.path.lexists(file):
-        raise UsageError(f"{file} is there already; choose another name or move it.")
+        raise UsageError(f"{file} exists already. Choose another name, or move the file.")
 
 
 @click.command(
     cls=Command,
-    short_help="Rewrite the generated code of axes.",
+    short_help="Write the generated code of axes.",
     epilog="Example: axisid generate --check",
 )
 @click.argument("axes", nargs=-1, shell_complete=complete_axis)
 @click.option(
-    "--check", is_flag=True, help="Write nothing; exit 1 if anything is stale, or of no axis."
+    "--check",
+    is_flag=True,
+    help="Write nothing. Exit with 1 if a file is stale or belongs to no axis.",
 )
 @click.option(
     "--output",
     type=click.Path(file_okay=False),
     default="generated",
     show_default=True,
-    help="Folder of the generated code.",
+    help="Folder for the generated code.",
 )
 @force_option
 def generate(axes: tuple[str, ...], check: bool, output: str, force: bool) -> None:
-    """Rewrite the generated code of AXES, by default of the whole library.
+    """Write the generated code of AXES, by default of the whole library.
 
-    Each axis gets a folder with its CasADi functions, its equations and a manifest. AXES are names
-    of the library or TOML or Python files that declare an axis.
+    Each axis gets a folder with its CasADi functions, its equations and a manifest. AXES are axes
+    of the library, or TOML or Python files that declare an axis.
     """
     declared = [stages.load_axis(name) for name in axes or stages.LIBRARY]
     for name, axis in zip(axes, declared, strict=False):
         if axis.name in stages.LIBRARY and name not in stages.LIBRARY:
             raise UsageError(
-                f"{name} declares an axis named {axis.name!r}, whose folder belongs to the "
-                "library; rename the axis."
+                f"{name} declares an axis named {axis.name!r}, but the folder of that name belongs "
+                "to the library. Rename the axis."
             )
     with progress_line("generating") as line:
         files = stages.expected_files(declared, line)
@@ -173,7 +184,7 @@ def generate(axes: tuple[str, ...], check: bool, output: str, force: bool) -> No
         written = stages.write_files(Path(output), files)
         for path in written:
             click.echo(f"wrote {Path(output, path)}")
-        click.echo(f"{len(written)} files written, {len(files) - len(written)} were current.")
+        click.echo(f"{len(written)} files written, {len(files) - len(written)} up to date.")
         return
     findings = stages.check_files(Path(output), files, others=stages.LIBRARY if axes else None)
     for finding in findings:
@@ -184,13 +195,13 @@ def generate(axes: tuple[str, ...], check: bool, output: str, force: bool) -> No
         place = [] if output == "generated" else [f"--output {output}"]
         orphans = any(finding.state == "orphan" for finding in findings)
         click.echo(
-            f"not as generated: {len(findings)} of {len(files)}; run: "
+            f"not as generated: {len(findings)} of {len(files)} files. Run: "
             + " ".join(["axisid generate", *axes, *place])
-            + "; remove the orphans, or name the axes that are meant" * orphans,
+            + ". Remove the orphans, or name their axes." * orphans,
             err=True,
         )
         sys.exit(1)
-    click.echo(f"{len(files)} files are current.")
+    click.echo(f"{len(files)} files are up to date.")
 
 
 @click.command(
@@ -202,40 +213,40 @@ def generate(axes: tuple[str, ...], check: bool, output: str, force: bool) -> No
 @click.option(
     "--axis",
     required=True,
-    help="The axis that was identified: of the library, or its file.",
+    help="The identified axis: its name in the library, or its file.",
     shell_complete=complete_axis,
 )
 @click.option(
     "--to",
     type=click.Choice(_NAMES),
     required=True,
-    help=f"Feed-forward functions in {', '.join(_LANGUAGES[:-1])} or {_LANGUAGES[-1]}; "
-    "or the parameters.",
+    help=f"Feed-forward functions in {', '.join(_LANGUAGES[:-1])} or {_LANGUAGES[-1]}, "
+    "or the parameters in another format.",
 )
 @click.option(
     "--method",
     type=click.Choice(method_names()),
-    help="Estimator.  [default: the judged one]",
+    help="Method whose estimate is exported.  [default: the method that the verdict judges]",
 )
 @click.option(
     "--record",
     "number",
     type=click.IntRange(min=1),
     metavar="N",
-    help="One of several records, whose parameters (by --local and --known) are wanted.",
+    help="Export the --local parameters and --known values of the Nth of several records.",
 )
 @click.option(
     "--dead-zone",
     type=float,
     default=0.0,
     metavar="SPEED",
-    help="Speed up to which the friction direction is 0, in m/s or rad/s.  [default: 0]",
+    help="The direction of friction is 0 up to this speed, m/s or rad/s.  [default: 0]",
 )
 @click.option(
     "-o",
     "--output",
     metavar="FILE",
-    help="In place of standard output.",
+    help="Write to this file instead of standard output.",
     shell_complete=complete_file,
 )
 @force_option
@@ -249,11 +260,12 @@ def export(
     output: str | None,
     force: bool,
 ) -> None:
-    """Write an identified axis for use elsewhere.
+    """Export an identified axis as code or as a table of parameters.
 
-    RESULT is what `axisid identify --json` wrote. The functions NAME_feedforward and NAME_control
-    take position, velocity and acceleration of the reference and give force and control; they need
-    nothing but the language. JSON, CSV and LaTeX hold all methods unless one is named.
+    RESULT is a file that `axisid identify --json` wrote. The functions NAME_feedforward and
+    NAME_control compute force and control from position, velocity and acceleration of the
+    reference. They need no libraries beyond the language itself. JSON, CSV and LaTeX contain all
+    methods unless --method names one.
     """
     check_targets([Target("--output", output, "export")], (result, axis), force=force)
 

@@ -39,7 +39,9 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
     listing = False
     for before, arg in zip(["", *args], args, strict=False):
         if before == option and arg.startswith("-"):
-            raise click.BadOptionUsage(option, f"{option} names no axis before {arg}.")
+            raise click.BadOptionUsage(
+                option, f"{option} needs an axis, but {arg} follows. Name an axis after {option}."
+            )
         if arg.startswith("-"):
             listing = arg == option
         elif listing and before != option:
@@ -50,7 +52,7 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
 
 @click.command(
     cls=_ListedAxes,
-    short_help="Fit several models; recommend one.",
+    short_help="Compare several models of an axis.",
     epilog="Examples: axisid compare --ladder emps2015, or "
     "axisid compare log.csv --axes a.py b.py c.py",
 )
@@ -60,20 +62,22 @@ def _repeated(args: list[str], option: str) -> Iterator[str]:
     multiple=True,
     metavar="AXIS...",
     shell_complete=complete_axis,
-    help="The candidates, two or more.",
+    help="The candidates: two or more axes.",
 )
 @click.option(
     "--ladder",
     metavar="AXIS",
     shell_complete=complete_axis,
-    help="One axis under each friction law as candidates.",
+    help="The candidates are this axis with increasingly rich friction laws.",
 )
-@click.option("--quadratic", is_flag=True, help="One more rung of the ladder: Fq dq |dq|.")
+@click.option(
+    "--quadratic", is_flag=True, help="Add a candidate to the ladder: friction Fq dq |dq|."
+)
 @click.option(
     "--stribeck",
     type=float,
     metavar="V",
-    help="One more rung: Fs exp(-(dq/V)^2) sign(dq), V in m/s or rad/s.",
+    help="Add a candidate to the ladder: friction Fs exp(-(dq/V)^2) sign(dq), V in m/s or rad/s.",
 )
 @click.option(
     "--method",
@@ -102,20 +106,26 @@ def compare(
     json_file: str | None,
     force: bool,
 ) -> None:
-    """Fit several models of one axis to one RECORD or several, and recommend one.
+    """Fit several models of one axis to one or several RECORDs, and recommend a model.
 
-    The candidates are the --axes, or one axis under a --ladder of friction laws: viscous; with
-    Coulomb; with an offset; and directional, both differing by direction. All are fitted to the
-    same rows and judged by the error on rows that are held out. Without RECORD it is the twin of
-    the first axis. What --leave-out names is left out of every candidate that has it.
+    The candidates are the axes of --axes, or one axis with a --ladder of friction laws: viscous;
+    viscous and Coulomb; these with an offset; and directional, where viscous and Coulomb friction
+    differ between directions. All candidates are fitted to the same rows and compared by their
+    error on held-out rows. Without RECORD the record is the twin of the first axis. --leave-out
+    removes a parameter from every candidate that has it.
     """
     filtering.prefilter()  # refused before anything is read
     named = [*([] if ladder is None else [ladder]), *axes]
     check_targets([Target("--json", json_file, "compare")], (*record, *named), force=force)
     if not named:
-        raise click.UsageError("name the candidates: --axes AXIS AXIS..., or --ladder AXIS.")
+        raise click.UsageError(
+            "no candidates are named. Add --axes AXIS AXIS..., or --ladder AXIS."
+        )
     if ladder is None and (quadratic or stribeck is not None):
-        raise click.UsageError("--quadratic and --stribeck are rungs of a ladder; add --ladder.")
+        raise click.UsageError(
+            "--quadratic and --stribeck add candidates to a ladder. Add --ladder AXIS, or omit "
+            "both options."
+        )
     inputs = axis_and_records(named[0], record, reading, sharing)
     inputs.say_set_aside()
 
@@ -128,20 +138,21 @@ def compare(
         axis = _without(stages.load_axis(name), left_out)
         label = name if axis.name in candidates else axis.name
         if label in candidates:
-            raise UsageError(f"the axis {name} is given twice; give each one once.")
+            raise UsageError(f"the axis {name} is given twice. Name each axis once.")
         candidates[label] = axis
     for name in left_out:
         refuse(
             UsageError,
             (
                 not any(name in {p.name for p in axis.left_out} for axis in candidates.values()),
-                "none of the candidates has such a parameter; see axisid show",
+                "no candidate has this parameter. axisid show AXIS lists the parameters",
             ),
             *(
                 (
                     name in {p.name for p in axis.parameters},  # which a rung brings back
-                    f"the ladder's rung {label!r} is with {name}, which is friction; leave out "
-                    "what all rungs share, or give the candidates by --axes",
+                    f"the candidate {label!r} of the ladder contains {name}, a parameter of its "
+                    "friction law. Leave out only parameters that all candidates have, or name the "
+                    "candidates with --axes",
                 )
                 for label, axis in candidates.items()
             ),
@@ -164,7 +175,7 @@ def compare(
 @click.command(
     "compare-results",
     cls=Command,
-    short_help="Set two results side by side.",
+    short_help="Compare two results.",
     epilog="Example: axisid identify emps2015 --json a.json && "
     "axisid identify emps2015 --cutoff 40 --json b.json && axisid compare-results a.json b.json",
 )
@@ -173,15 +184,15 @@ def compare(
 @json_option
 @force_option
 def compare_results(first: str, second: str, json_file: str | None, force: bool) -> None:
-    """Set the results FIRST and SECOND side by side, as identify --json wrote them.
+    """Compare the results FIRST and SECOND, two files that identify --json wrote.
 
-    Parameters with their difference in combined deviations, and the settings and checks that
-    differ.
+    The table has the difference of each parameter in combined standard errors, and the settings and
+    checks that differ.
     """
     check_targets([Target("--json", json_file, "compare-results")], (first, second), force=force)
     put_result(stages.compare_results(first, second), json_file)
 
 
 def _without(axis: "stages.Axis", names: tuple[str, ...]) -> "stages.Axis":
-    """The axis without those of the parameters that it has."""
+    """Return the axis without the named parameters; names that it lacks are ignored."""
     return stages.leave_out(axis, *({p.name for p in axis.parameters} & {*names}))

@@ -29,7 +29,7 @@ from axisid.support.errors import UsageError
 
 @click.command(
     cls=Command,
-    short_help="Fit a simulated output to the recorded one.",
+    short_help="Fit the simulated loop to a record.",
     epilog="Examples: axisid fit emps2015, or "
     "axisid fit emps DATA_EMPS.mat --prior M=95+-2 --json fit.json, or "
     "axisid fit stage.py empty.csv loaded.csv --local tau0 --bound Fv=0..",
@@ -42,7 +42,7 @@ from axisid.support.errors import UsageError
     type=click.IntRange(min=0),
     default=0,
     show_default=True,
-    help="Of further starts.",
+    help="Seed of the random further starts.",
 )
 @takes("reading", Reading)
 @takes("sharing", Sharing)
@@ -50,12 +50,14 @@ from axisid.support.errors import UsageError
     "--fix",
     multiple=True,
     metavar="NAME=VALUE[+-SD]",
-    help="A parameter that is held, SI, or weighed where it has a standard deviation; again for "
-    "each.",
+    help="Fix a parameter at this value, SI. With +-SD the value is a prior and the parameter is "
+    "fitted. Can be repeated.",
 )
 @leave_out_option
 @json_option
-@click.option("--report", metavar="FILE", help="Write a page of HTML: verdict, table, figures.")
+@click.option(
+    "--report", metavar="FILE", help="Write an HTML page with verdict, table and figures."
+)
 @force_option
 def fit(
     axis: str,
@@ -70,12 +72,13 @@ def fit(
     report: str | None,
     force: bool,
 ) -> None:
-    """Fit AXIS to one RECORD or several (or to its twin) by output error, without a filter.
+    """Fit AXIS to one or several RECORDs (or to its twin) by output error, without a filter.
 
-    The closed loop is simulated from the reference, as the record starts, until its control (or
-    its position) is the recorded one as nearly as the model allows. Noise of the encoder biases
-    nothing; the control law must be the drive's, which is checked. Ctrl-C ends the search: the best
-    values so far are printed and written, and the exit code is 130.
+    The closed loop is simulated from the recorded reference and initial state. The parameters are
+    searched until the simulated control (or position) is as close to the record as possible.
+    Encoder noise causes no bias. The declared control law must be exact; a check compares it with
+    the record. Ctrl-C ends the search: the best values so far are printed and written, and the exit
+    code is 130.
     """
     check_targets(
         [Target("--json", json_file, "fit"), Target("--report", report, "report")],
@@ -105,7 +108,7 @@ def fit(
 
 @click.command(
     cls=Command,
-    short_help="Identify at many cut-offs; recommend one.",
+    short_help="Identify with many cut-offs.",
     epilog="Examples: axisid sweep emps2015 --points 3, or "
     "axisid sweep emps DATA_EMPS.mat --figure sweep.png",
 )
@@ -113,13 +116,13 @@ def fit(
 @click.argument("record", nargs=-1, shell_complete=complete_file)
 @click.option("--from", "lowest", type=float, metavar="HZ", help="Lowest cut-off.")
 @click.option("--to", "highest", type=float, metavar="HZ", help="Highest cut-off.")
-@click.option("--points", type=int, default=12, show_default=True, help="How many cut-offs.")
+@click.option("--points", type=int, default=12, show_default=True, help="Number of cut-offs.")
 @takes("filtering", Filtering, without=("cutoff", "decimate"))
 @takes("reading", Reading)
 @takes("sharing", Sharing)
 @leave_out_option
 @json_option
-@click.option("--figure", metavar="FILE", help="Draw the sweep: .png, .svg or .pdf.")
+@click.option("--figure", metavar="FILE", help="Draw the sweep into a .png, .svg or .pdf.")
 @force_option
 def sweep(
     axis: str,
@@ -135,10 +138,10 @@ def sweep(
     figure: str | None,
     force: bool,
 ) -> None:
-    """Identify AXIS from one RECORD or several (or its twin) at many cut-offs, and recommend one.
+    """Identify AXIS from one or several RECORDs (or its twin) with many cut-offs of the filter.
 
-    Least squares drifts where noise begins to bias it; instruments stay. The decimation follows the
-    cut-off.
+    LS drifts when noise begins to bias it, and IV stays. One cut-off is recommended. The decimation
+    follows the cut-off.
     """
     check_targets(
         [
@@ -193,10 +196,10 @@ def law(
     json_file: str | None,
     force: bool,
 ) -> None:
-    """Find which of the ready laws explains the control of a RECORD of AXIS, or of its twin.
+    """Find the ready control law that explains a RECORD of AXIS, or of its twin.
 
-    Of each the gains and the delay are found from half of the rows, and it is judged by what it
-    leaves of the others. The law that AXIS declares, if it does, plays no part.
+    The gains and the delay of each ready law are estimated from half of the rows. The laws are
+    compared by their residual on the other half. A control law that AXIS declares is ignored.
     """
     logs = () if record is None else (record,)
     check_targets([Target("--json", json_file, "law")], (*logs, axis), force=force)

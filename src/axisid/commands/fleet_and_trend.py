@@ -32,7 +32,7 @@ from axisid.support.errors import EstimationError
 
 @click.command(
     cls=Command,
-    short_help="Identify many logs, one by one.",
+    short_help="Identify many logs separately.",
     epilog="Example: axisid fleet logs/*.csv --axis stage.toml --jobs 8 --resume, or "
     "axisid fleet manifest.csv --output results --time-limit 60",
 )
@@ -40,38 +40,40 @@ from axisid.support.errors import EstimationError
 @click.option(
     "--axis",
     shell_complete=complete_axis,
-    help="Of the logs of which no manifest says it: a name of the library or a file.",
+    metavar="AXIS",
+    help="Axis of the logs for which no manifest names one: a name in the library, or a file.",
 )
 @click.option(
     "--output",
     metavar="DIR",
     default="results",
     show_default=True,
-    help="Folder of the results.",
+    help="Folder for the results.",
 )
 @click.option(
     "--jobs",
     type=click.IntRange(min=1),
     metavar="N",
-    help="Processes.  [default: one for each core]",
+    help="Number of processes.  [default: one for each core]",
 )
 @click.option(
     "--time-limit",
     type=click.FloatRange(0.0, min_open=True),
     metavar="S",
-    help="Seconds after which a log is given up; the others go on.  [default: none]",
+    help="Longest time for one log, s. After that the log fails and the others continue.  "
+    "[default: none]",
 )
 @click.option(
     "--resume",
     is_flag=True,
-    help="Leave alone what was done with the same log, axis and options.",
+    help="Keep results that exist already for the same log, axis and options.",
 )
 @takes("filtering", Filtering)
 @takes("reading", Reading)
 @method_option
 @loss_option
 @bounded_option
-@fix_option("As in identify, of all logs.")
+@fix_option("Known value of a parameter, as in identify, for all logs.")
 @leave_out_option
 @force_option
 def fleet(
@@ -90,16 +92,16 @@ def fleet(
     left_out: tuple[str, ...],
     force: bool,
 ) -> None:
-    """Identify an axis from each of many LOGS by itself, and tell which stand out.
+    """Identify an axis from each of many LOGS separately, and report the logs that stand out.
 
-    LOGS are files (a log, or a run.toml that says what one is), folders, patterns in quotes (all
-    with the folders in them), and manifests, in folders too: a CSV or Parquet table with a column
-    log, and where they are wanted axis, serial, columns; its other columns are conditions, which go
-    on into the table of the fleet.
+    LOGS are files (a log, or a run.toml that describes a log), folders, quoted patterns, and
+    manifests. Folders and patterns include subfolders. A manifest is a CSV or Parquet table with a
+    column log and optional columns axis, serial and columns; it can also lie in a folder. Its
+    other columns are conditions, which are copied into the table of the fleet.
 
-    Each log has a result NAME.json, the same as of identify --json, and a line in fleet.jsonl; all
-    together have fleet.parquet (fleet.csv without pyarrow). A log that is bad, hangs or ends its
-    process is told with the reason, and the others go on.
+    Each log gets a result NAME.json, in the format of identify --json, and a line in fleet.jsonl.
+    The table of all logs is fleet.parquet (fleet.csv without pyarrow). If a log is bad, takes too
+    long or crashes its process, it is reported with the reason, and the others continue.
     """
     prefilter = filtering.prefilter()  # refused before anything is read
 
@@ -127,14 +129,14 @@ def fleet(
             )
     except KeyboardInterrupt:
         if Path(output).exists():
-            click.echo(f"axisid: --resume goes on from what is done in {output}", err=True)
+            click.echo(f"axisid: finished logs are in {output}; continue with --resume", err=True)
         raise
     print_result(result)
     click.echo(f"wrote {result.write()}")
     if result.failed:
         count = len(result.failed)
         raise EstimationError(
-            f"{count} of {len(result)} logs {'has' if count == 1 else 'have'} no result; the "
+            f"{count} of {len(result)} logs {'has' if count == 1 else 'have'} no result. The "
             "reasons are above and in fleet.jsonl.",
             code="fleet",
         )
@@ -142,7 +144,7 @@ def fleet(
 
 @click.command(
     cls=Command,
-    short_help="Follow parameters over results.",
+    short_help="Show the trend of parameters over results.",
     epilog="Example: axisid identify emps2015 --json a.json && axisid trend a.json, or "
     "axisid trend results --by date --report trend.html --csv trend.csv",
 )
@@ -150,19 +152,23 @@ def fleet(
 @click.option(
     "--by",
     metavar="CONDITION",
-    help="What orders the results: a column of a fleet's manifest with numbers or dates.  "
+    help="Order the results by this column of the fleet's manifest, with numbers or dates.  "
     "[default: the order in which they are named]",
 )
 @click.option(
-    "--method", metavar="METHOD", help="Whose estimates are taken.  [default: the judged one]"
+    "--method",
+    metavar="METHOD",
+    help="Method whose estimates are used.  [default: the method that the verdict judges]",
 )
 @click.option(
     "--count-failing",
     is_flag=True,
-    help="Let results whose verdict fails set limits and tell changes like the others.",
+    help="Use results with a failed verdict, like the others, for limits and changes.",
 )
-@click.option("--csv", "table", metavar="FILE", help="Write a row for each value of each result.")
-@click.option("--report", metavar="FILE", help="Write a page of HTML with a figure of each series.")
+@click.option(
+    "--csv", "table", metavar="FILE", help="Write a table with a row for each value of each result."
+)
+@click.option("--report", metavar="FILE", help="Write an HTML page with a figure of each series.")
 @json_option
 @force_option
 def trend(
@@ -175,12 +181,13 @@ def trend(
     json_file: str | None,
     force: bool,
 ) -> None:
-    """Follow the parameters of axes over RESULTS, and tell what changed.
+    """Show the trend of the parameters of axes over RESULTS, and report changes.
 
-    RESULTS are files that identify --json or fit --json wrote, and folders of them, such as those
-    of a fleet.
-    Results of one axis and serial number are a series: control limits are from the results'
-    deviations and the scatter between them; results beyond the limits and steps are told.
+    RESULTS are files that identify --json or fit --json wrote, and folders of such files, for
+    instance of a fleet.
+    Results of one axis and serial number form a series. Its control limits come from the standard
+    errors of the results and the scatter between them. Results outside the limits, and steps, are
+    reported.
     """
     check_targets(
         [

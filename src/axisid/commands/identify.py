@@ -43,18 +43,17 @@ from axisid.support.errors import AxisidError, EstimationError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Validating(Options):
-    """Other records that the estimates are held against."""
+    """Settings of the validation on other records."""
 
     further: tuple[str, ...] = option(
-        "Hold the estimates, frozen, against another record; again for each.",
+        "Validate the frozen estimates on another record. Can be repeated.",
         name="validate",
         metavar="RECORD",
         multiple=True,
         shell_complete=complete_file,
     )
     like: int | None = option(
-        "The record, of those that are identified from, whose --local parameters and --known "
-        "values the record of --validate has.",
+        "The record of --validate has the --local parameters and --known values of the Nth RECORD.",
         name="validate-like",
         type=click.IntRange(min=1),
         metavar="N",
@@ -63,7 +62,7 @@ class Validating(Options):
 
 @click.command(
     cls=Command,
-    short_help="Identify an axis from a record, or from several.",
+    short_help="Identify an axis from one or several records.",
     epilog="Example: axisid identify emps2015, or "
     "axisid identify emps DATA_EMPS.mat --cutoff 60 --json result.json --report report.html, or "
     "axisid identify pendulum.py log.csv --fix m=1.2+-0.01, or "
@@ -76,25 +75,25 @@ class Validating(Options):
 @takes("reading", Reading)
 @takes("sharing", Sharing)
 @fix_option(
-    "A parameter that is known apart from the record, SI, with its standard deviation; again "
-    "for each."
+    "Known value of a parameter, SI, with its standard deviation if it is uncertain. Can be "
+    "repeated."
 )
 @leave_out_option
 @takes("validating", Validating)
 @loss_option
 @bounded_option
 @bootstrap_option
-@click.option("--all", "every", is_flag=True, help="Print every method, side by side, with notes.")
+@click.option("--all", "every", is_flag=True, help="Print all methods side by side, with notes.")
 @click.option(
     "--full",
     is_flag=True,
-    help="Print that, with intervals, correlations and every check's figures.",
+    help="Print the same as --all, with intervals, correlations and the figures of every check.",
 )
 @json_option
 @click.option(
-    "--report", metavar="FILE", help="Write a page of HTML to show: verdict, tables, figures."
+    "--report", metavar="FILE", help="Write an HTML page with verdict, tables and figures."
 )
-@click.option("--figures", metavar="DIR", help="Write the figures into a folder.")
+@click.option("--figures", metavar="DIR", help="Write the figures into a folder, as PDF.")
 @force_option
 def identify(
     axis: str,
@@ -116,15 +115,15 @@ def identify(
     figures: str | None,
     force: bool,
 ) -> None:
-    """Identify AXIS from one RECORD or several, or from its built-in twin if none is given.
+    """Identify AXIS from one or several RECORDs, or from its built-in twin if no RECORD is given.
 
-    AXIS is a name of the library (emps2015, emps, pendulum, vertical_screw, belt_axis,
-    rotary_table, valve, crank, linear_motor, balanced_slide, servo_joint) or a TOML or Python file
-    that declares one.
-    RECORD is a log: delimited text of any dialect, MATLAB, Parquet, NumPy .npz, MDF4, TDMS, JSON or
-    a ROS bag; or a run.toml, which says what a log is. Values are SI unless that, the log or
-    --columns says otherwise. Several records are one regression with one set of parameters, each
-    filtered, weighted and checked by itself.
+    AXIS is an axis of the library (emps2015, emps, pendulum, vertical_screw, belt_axis,
+    rotary_table, valve, crank, linear_motor, balanced_slide, servo_joint), or a TOML or Python file
+    that declares an axis.
+    RECORD is a log (delimited text, MATLAB, Parquet, NumPy .npz, MDF4, TDMS, JSON or a ROS bag), or
+    a run.toml that describes a log. Values are in SI units unless the run.toml, the log or
+    --columns states a unit. Several records are combined into one regression with one set of
+    parameters. Each record is filtered, weighted and checked separately.
     """
     filtering.prefilter()  # refused before anything is read
     check_targets(
@@ -134,7 +133,7 @@ def identify(
     )
     check_needed((("--validate-like",), ("--validate",)))
     if json_file == "-":
-        check_idle("--full", "is of what is printed, and --json - has all of it in place of that")
+        check_idle("--full", "has no effect, because --json - prints JSON, which is complete")
     if figures is not None:
         numbers = ["", *(f"-{i + 1}" for i in range(len(record)) if len(record) > 1)]
         drawn = {f"{name}{i}.pdf": "figure" for name in stages.NAMES for i in numbers}
@@ -143,8 +142,8 @@ def identify(
     inputs = axis_and_records(axis, record, reading, sharing, further, fixed=fix, left_out=left_out)
     if further and (sharing.local or sharing.known) and validating.like is None:
         raise click.UsageError(
-            "--validate holds parameters against another record, of which nothing says what "
-            "--local and --known say of each; name the record that it is like: --validate-like 1."
+            "the --local parameters and --known values of the record of --validate are not given. "
+            "Name a RECORD that has the same values by its number: --validate-like 1."
         )
     prefilter = filtering.prefilter(inputs.records[0].period)
     others = _held_out(inputs.axis, further, reading, prefilter)
@@ -158,11 +157,12 @@ def identify(
             bounded=bounded,
             bootstrap=bootstrap,
             loss=loss,
+            judge=False,  # once, with the further records
             **inputs.shared,
         ).with_set_aside(inputs.set_aside)
 
     like = None if validating.like is None else _place(inputs, result.records, validating.like)
-    with progress_line("judging the estimates"):
+    with progress_line("checking the estimates"):
         validations = [stages.validate(result, other, like=like) for other in others]
         check = stages.joined(
             [each.check for each in validations],
@@ -171,7 +171,7 @@ def identify(
         result = replace(result, further=() if check is None else (check,))
 
     def show() -> None:
-        with progress_line("judging the estimates"):
+        with progress_line("checking the estimates"):
             document = stages.as_blocks(result, every=every, full=full)
         print_document(document)
         for validation in validations:
@@ -180,7 +180,7 @@ def identify(
 
     if json_file == "-":
         for method, reason in result.skipped.items():
-            _say(f"without {method}: {reason}")
+            _say(f"{method} was not run: {reason}")
     put_out(
         json_file,
         lambda: _document(result, validations),
@@ -197,12 +197,12 @@ def identify(
 
 
 def _place(inputs: Inputs, used: "Sequence[stages.Record]", number: int) -> int:
-    """Number among the records that were used of one of the command line's."""
+    """Return the number, among the used records, of a record of the command line."""
     read = dict(zip(inputs.used, inputs.records, strict=True)).get(number - 1)
     places = [i for i, record in enumerate(used, 1) if record is read]
     if not places:
         raise click.BadParameter(
-            f"record {number} is none of the {len(used)} that were used",
+            f"record {number} is not among the {len(used)} records that were used",
             param_hint="--validate-like",
         )
     return places[0]
@@ -214,21 +214,23 @@ def _held_out(
     reading: Reading,
     prefilter: "stages.Prefilter",
 ) -> list["stages.Record"]:
-    """Records for --validate; refused before the long part where the filter does not suit one."""
+    """Return the records of --validate; one that the filter does not suit is refused early."""
     records = [replace(reading, windows=()).record(log, axis) for log in logs]
     for log, record in zip(logs, records, strict=True):
         try:
             _ = stages.FilteredRecord.bind(axis, record, prefilter).signals
         except AxisidError as error:
-            raise type(error)(f"{log}, to validate on: {error}", code=error.code) from error
+            raise type(error)(
+                f"{log}, the record of --validate: {error}", code=error.code
+            ) from error
     return records
 
 
 def _document(
     result: "stages.Identification", validations: "Sequence[stages.Validation]"
 ) -> dict[str, Any]:
-    """What is written of a result and of how it holds on other records."""
-    with progress_line("judging the estimates"):
+    """Return the JSON document of a result and of its validations."""
+    with progress_line("checking the estimates"):
         written = result.to_dict()
     checked = [validation.to_dict() for validation in validations]
     several = {"validations": checked} if len(checked) > 1 else {}

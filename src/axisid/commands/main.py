@@ -1,6 +1,6 @@
-"""The command line: the commands together, and what becomes of their failures.
+"""The command line: all commands, and the message and exit code of a failure.
 
-Stages are imported by the commands that need them, when they run, so that help is instant.
+Commands import the stages that they need when they run, so that help is instant.
 
 Exit codes: 0 done, 1 generated code is stale or an internal fault, 2 usage, 3 data, 4 model,
 6 estimation.
@@ -32,9 +32,9 @@ _USAGE, _DATA, _INTERRUPTED = 2, 3, 130
 
 
 _NO_MEMORY = (
-    "there is not enough memory for this record and these options. Cut windows out of the log, "
-    "which are parts of one regression with a verdict (--window FROM..TO --window FROM..TO), "
-    "decimate more, or ask for fewer draws."
+    "there is not enough memory for this record and these options. Take only windows of the log, "
+    "which form one regression with one verdict (--window FROM..TO --window FROM..TO), increase "
+    "the decimation, or reduce the number of draws."
 )
 
 
@@ -57,16 +57,16 @@ _NO_MEMORY = (
         paper,
     ],
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
-    epilog="Example: axisid identify emps2015. Exit codes: 0 done, 1 stale code or internal fault, "
-    "2 usage, 3 data, 4 model, 6 estimation.",
+    epilog="Example: axisid identify emps2015. Exit codes: 0 done, 1 stale generated code or "
+    "internal fault, 2 usage, 3 data, 4 model, 6 estimation, 130 interrupted.",
 )
 @click.version_option(__version__, prog_name="axisid", message="%(prog)s %(version)s")
 def cli() -> None:
-    """Identify one-degree-of-freedom electromechanical axes, from Newton to trustworthy numbers."""
+    """Identify the parameters of one-degree-of-freedom electromechanical axes."""
 
 
 def main() -> NoReturn:
-    """Run the command line: every failure is one sentence on stderr and an exit code."""
+    """Run the command line: every failure is one message on stderr and an exit code."""
     one_thread()
     _fill_closed()
     for stream in (sys.stdout, sys.stderr):
@@ -94,7 +94,7 @@ def _run() -> Any:
 
 
 def _exit_code() -> Any:
-    """That of the command that runs, whose failure is told unless nobody is left to be told."""
+    """Run the command and return its exit code; a failure is printed on stderr."""
     try:
         return _run()
     except click.exceptions.NoArgsIsHelpError as error:  # the help, whole
@@ -105,11 +105,11 @@ def _exit_code() -> Any:
     except (click.Abort, KeyboardInterrupt):
         return _fail("interrupted", _INTERRUPTED)
     except BrokenPipeError:
-        return 1  # whoever read the output has left
+        return 1  # the reader has closed the pipe
     except MemoryError:
         return _fail(_NO_MEMORY, _DATA)
     except OSError as error:
-        place = error.filename or "standard output, or a file that is written to,"
+        place = error.filename or "standard output or an output file"
         return _fail(f"{place} cannot be used: {error.strerror or error}.", _USAGE)
     except AxisidError as error:
         headline = getattr(error, "headline", str(error))
@@ -118,17 +118,17 @@ def _exit_code() -> Any:
         if asks_for_tracebacks():
             raise
         return _fail(
-            f"internal fault: {type(error).__name__}: {error}. Set AXISID_DEBUG=1 for the "
-            "traceback and report it.",
+            f"internal fault: {type(error).__name__}: {error}. Set AXISID_DEBUG=1 to see the "
+            "traceback, and report it.",
             1,
         )
 
 
 def _fill_closed() -> None:
-    """Open what was closed of the three standard streams on nothing.
+    """Open each closed standard stream on the null device.
 
-    The next file that is opened, a result for instance, would take its number, and what a library
-    prints would go into it.
+    Otherwise the next file that is opened, for instance a result, takes its number, and a library
+    prints into it.
     """
     for number in range(3):
         try:
@@ -138,8 +138,8 @@ def _fill_closed() -> None:
 
 
 def _fail(message: str, code: int, listed: Iterable[str] = ()) -> int:
-    """One sentence on stderr; the mistakes of a declaration, one under the other."""
-    with contextlib.suppress(OSError):  # the exit code is left to say it
+    """Print a message on stderr, with the mistakes of a file below it, and return the code."""
+    with contextlib.suppress(OSError):  # the exit code alone reports it
         click.echo(f"axisid: {' '.join(message.split())}", err=True)
         for mistake in listed:
             click.echo(indent(mistake, "  "), err=True)

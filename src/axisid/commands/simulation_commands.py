@@ -1,4 +1,4 @@
-"""``axisid twin``, ``axisid study`` and ``axisid paper``: logs of twins, and what comes of many."""
+"""``axisid twin``, ``axisid study`` and ``axisid paper``: logs of twins, and studies of many."""
 
 import shlex
 from collections.abc import Callable, Mapping
@@ -35,27 +35,51 @@ from axisid.commands.options import (
 )
 from axisid.estimation.choices import fit_names, fitted_output, method_names
 
-#: The noise of the twins, by option: what it is called in Python, its unit, and its help.
+#: The noise of the twins, by option: its name in Python and its help.
 NOISE = {
-    "--position-noise": ("position", "Deviation of the measured position's noise, in the loop."),
-    "--resolution": ("resolution", "Of the encoder, in the loop and in the record; 0 for none."),
-    "--velocity-noise": ("velocity", "Of a velocity that is measured beside the loop."),
-    "--acceleration-noise": ("acceleration", "Of an acceleration that is measured likewise."),
-    "--control-noise": ("control", "Of what the record adds to the control, in the drive's unit."),
-    "--disturbance": ("disturbance", "Of what acts beside the control and is not recorded."),
-    "--correlation-time": ("correlation_time", "Of the last two, s; 0 for white noise."),
+    "--position-noise": (
+        "position",
+        "Standard deviation of the noise of the measured position, which the loop feeds back, SI.",
+    ),
+    "--resolution": (
+        "resolution",
+        "Resolution of the encoder, in the loop and in the record, SI; 0 for no quantisation.",
+    ),
+    "--velocity-noise": (
+        "velocity",
+        "Record a measured velocity with noise of this standard deviation, SI. The loop does not "
+        "use it.",
+    ),
+    "--acceleration-noise": (
+        "acceleration",
+        "Record a measured acceleration with noise of this standard deviation, SI. The loop does "
+        "not use it.",
+    ),
+    "--control-noise": (
+        "control",
+        "Standard deviation of the noise of the recorded control, in the drive's unit.",
+    ),
+    "--disturbance": (
+        "disturbance",
+        "Standard deviation of a disturbance that acts in addition to the control and is not "
+        "recorded, in the drive's unit.",
+    ),
+    "--correlation-time": (
+        "correlation_time",
+        "Correlation time of --control-noise and --disturbance, s; 0 for white noise.",
+    ),
 }
 anywhere_option = click.option(
     "--anywhere",
     "noise_anywhere",
     is_flag=True,
-    help="Begin each motion elsewhere in a count of the encoder, as on a machine.",
+    help="Begin each motion at a random position within an encoder count, as on a real machine.",
 )
 _MOTION = ("--acceleration", "--seconds", "--repeat", "--dwell")
 
 
 def noise_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add the options of the noise; the command takes each as ``noise_`` and its name."""
+    """Add the options of the noise; the command takes each as ``noise_`` plus its name."""
     for name, (parameter, said) in reversed(NOISE.items()):
         default = "  [default: the experiment's]" * (parameter in ("position", "resolution"))
         own = f"noise_{parameter}"
@@ -64,15 +88,15 @@ def noise_options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def given_noise(axis: "stages.GeneratedAxis", noise: Mapping[str, float | None]) -> "stages.Chain":
-    """The noise of an axis's twins, the experiment's where it is not given."""
+    """Return the noise of an axis's twins, by default the noise of its experiment."""
     given: dict[str, Any] = {name.removeprefix("noise_"): each for name, each in noise.items()}
     return stages.declared_chain(stages.Chain.of_experiment(axis.axis), **given)
 
 
-#: Reads shares of true values by name; that of all others has the name ``""``.
+#: Reads shares of true values by name; the share of all others has the name ``""``.
 _shares = by_names(
     VALUE,
-    "is no share; write NAME=SHARE, as in Fc=5% or Fc=0.05",
+    "is not a share. Write NAME=SHARE, as in Fc=5% or Fc=0.05.",
     lambda share, percent: float(share) / (100 if percent else 1),
 )
 truth_option = click.option(
@@ -82,17 +106,18 @@ truth_option = click.option(
     callback=reading(
         by_names(
             VALUE,
-            "is no true value; write NAME=VALUE, SI, as in M=110",
+            "is not a true value. Write NAME=VALUE in SI units, as in M=110.",
             lambda value, _: float(value),
         )
     ),
-    help="A true value of the twins, SI, in place of the experiment's; again for each.",
+    help="True value of a parameter of the twins, SI, instead of the experiment's value. Can be "
+    "repeated.",
 )
 
 
 @click.command(
     cls=Command,
-    short_help="Write logs of twins, to try things on.",
+    short_help="Write simulated logs of an axis.",
     epilog="Examples: axisid twin emps2015 --output twin.csv, or "
     "axisid twin emps2015 --count 3 --scatter 2% --output twins",
 )
@@ -101,29 +126,34 @@ truth_option = click.option(
     "--output",
     required=True,
     metavar="PLACE",
-    help="A file for one log, .csv or .parquet; a folder for those of --count and --days.",
+    help="File of one log, .csv or .parquet; with --count or --days a folder for all logs.",
 )
-@click.option("--count", type=click.IntRange(min=1), metavar="N", help="Machines, each a twin.")
+@click.option(
+    "--count",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Number of machines, each simulated as a twin.",
+)
 @click.option(
     "--days",
     type=click.IntRange(min=1),
     metavar="N",
-    help="Logs of each machine, one a day from 2026-01-01 on.",
+    help="Number of logs of each machine, one per day from 2026-01-01.",
 )
 @click.option(
     "--scatter",
     multiple=True,
     metavar="[NAME=]SHARE",
     callback=reading(_shares),
-    help="Relative deviation of a true value between machines, or of all: 2% or Fc=0.05; again for "
-    "each.",
+    help="Relative standard deviation of a true value between machines; without NAME of all true "
+    "values. Write 2% or Fc=0.05. Can be repeated.",
 )
 @click.option(
     "--drift",
     multiple=True,
     metavar="NAME=SHARE",
     callback=reading(_shares),
-    help="What a true value changes by a day, as a share of it; again for each.",
+    help="Relative change of a true value per day. Can be repeated.",
 )
 @truth_option
 @noise_options
@@ -134,32 +164,59 @@ truth_option = click.option(
     type=float,
     multiple=True,
     metavar="V",
-    help="A motion to and fro at this speed, coordinate unit per second, in place of the "
-    "experiment's; again for each.",
+    help="Move back and forth at this speed, in coordinate units per second, instead of the "
+    "experiment's motion. Can be repeated.",
 )
-@click.option("--acceleration", type=float, metavar="A", help="Of that motion, per second squared.")
+@click.option(
+    "--acceleration",
+    type=float,
+    metavar="A",
+    help="Acceleration of the --speed motion, in coordinate units per second squared.",
+)
 @click.option(
     "--seconds",
     type=float,
     default=1.0,
     show_default="1",
     metavar="S",
-    help="Of each of its moves.",
+    help="Duration of each move of the --speed motion, s.",
 )
 @click.option(
-    "--repeat", type=int, default=1, show_default=True, metavar="N", help="How often it is made."
+    "--repeat",
+    type=int,
+    default=1,
+    show_default=True,
+    metavar="N",
+    help="Number of repetitions of the --speed motion.",
 )
-@click.option("--dwell", type=float, default=0.0, metavar="S", help="Rest after each of its moves.")
-@click.option("--sample-period", type=float, metavar="S", help="Of the logs.  [default: the law's]")
+@click.option(
+    "--dwell",
+    type=float,
+    default=0.0,
+    metavar="S",
+    help="Standstill after each move of the --speed motion, s.",
+)
+@click.option(
+    "--sample-period",
+    type=float,
+    metavar="S",
+    help="Sampling period of the logs, s.  [default: the period of the control law]",
+)
 @click.option(
     "--format",
     "form",
     type=click.Choice(["csv", "parquet"]),
     default="csv",
     show_default=True,
-    help="Of the logs in a folder.",
+    help="File format of the logs in a folder.",
 )
-@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Of all.")
+@click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=1,
+    show_default=True,
+    help="Seed of all random numbers.",
+)
 @force_option
 def twin(
     axis: str,
@@ -180,12 +237,12 @@ def twin(
     force: bool,
     **noise: float | None,
 ) -> None:
-    """Write the log of a twin of AXIS, or logs of many.
+    """Write the log of a twin of AXIS, or the logs of many twins.
 
-    A twin is simulated with true values that are known: by the axis's own experiment, or another
-    motion. identify reads its log without further options. Noise is drawn as in study: the twin
-    that identify makes where no log is given has other noise, whatever the seed. Of a folder the
-    manifest, which fleet takes, has the true values of every machine.
+    A twin is simulated with known true values, and with the axis's own experiment or another
+    motion. identify reads its log without further options. Noise is drawn as in study. The twin
+    that identify simulates if no log is given has other noise, whatever the seed. With --count or
+    --days the folder also gets a manifest for fleet, with the true values of every machine.
     """
     folder = count is not None or days is not None
     check_needed(
@@ -198,12 +255,13 @@ def twin(
     if not folder:
         check_targets([Target("--output", output, "twin")], [axis], force=force)
     if folder == output.endswith((".csv", ".parquet")):
-        raise click.BadParameter(
-            f"{output!r}: one log is a file whose name ends in .csv or .parquet, and those of "
-            "--count and --days are in a folder, whose name does not; name the other, or "
-            f"{'leave these out' if folder else 'add one of these'}",
-            param_hint="--output",
-        )
+        expected = "--count and --days write a folder. Name a folder, or omit these options."
+        if not folder:
+            expected = (
+                "one log is written to a file that ends in .csv or .parquet. Name such a file, or "
+                "add --count or --days to write a folder."
+            )
+        raise click.BadParameter(f"{output!r}: {expected}", param_hint="--output")
     moves = (
         None
         if acceleration is None
@@ -229,7 +287,9 @@ def twin(
         click.echo(f"wrote {file}")
         units = {p.name: p.unit for p in machines.axis.declared.parameters}
         true = machines.truth(0, 0).items()
-        click.echo("true: " + ", ".join(f"{name} = {v:.6g} {units[name]}" for name, v in true))
+        click.echo(
+            "true values: " + ", ".join(f"{name} = {v:.6g} {units[name]}" for name, v in true)
+        )
         measured = [
             f"{role}={role}"
             for role in ("velocity", "acceleration")
@@ -248,12 +308,14 @@ def twin(
 
 @click.command(
     cls=Command,
-    short_help="Identify many twins: bias, intervals, checks.",
+    short_help="Test the identification on many twins.",
     epilog="Examples: axisid study emps2015 --runs 20 --method idm-ls --method idm-iv, or "
     "axisid study emps2015 --truth Fc=30 --runs 20 --report study.html",
 )
 @click.argument("axis", shell_complete=complete_axis)
-@click.option("--runs", type=click.IntRange(min=1), default=200, show_default=True, help="Twins.")
+@click.option(
+    "--runs", type=click.IntRange(min=1), default=200, show_default=True, help="Number of twins."
+)
 @click.option(
     "--method",
     "methods",
@@ -262,13 +324,13 @@ def twin(
     default=("idm-iv",),
     callback=reading(one_or_all),
     show_default="idm-iv",
-    help="As in identify, or fit:OUTPUT as in fit; again for each.",
+    help="Method of identify, or fit:OUTPUT for a fit. Can be repeated.",
 )
 @click.option(
     "--twin",
     metavar="AXIS",
     shell_complete=complete_axis,
-    help="The axis that is simulated, where the model is to be wrong.  [default: AXIS]",
+    help="Simulate this axis instead, to test a wrong model.  [default: AXIS]",
 )
 @truth_option
 @noise_options
@@ -279,26 +341,34 @@ def twin(
     default=0,
     show_default=True,
     metavar="N",
-    help="Judge the first N runs too: how often each check fails. A verdict costs several times an "
-    "estimate.",
+    help="Also run all checks for the first N twins and report how often each check fails. Checks "
+    "take several times as long as an estimate.",
 )
 @takes("filtering", Filtering)
 @leave_out_option
 @loss_option
 @bootstrap_option
-@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Of all.")
+@click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=1,
+    show_default=True,
+    help="Seed of all random numbers.",
+)
 @click.option(
     "--jobs",
     type=click.IntRange(min=1),
     default=1,
     show_default=True,
     metavar="N",
-    help="Processes; the numbers are the same for any.",
+    help="Number of processes. The results do not depend on it.",
 )
-@click.option("--output", metavar="FILE", help="Write the numbers of every run: .npz or .parquet.")
+@click.option(
+    "--output", metavar="FILE", help="Write the figures of every run into a .npz or .parquet file."
+)
 @json_option
-@click.option("--report", metavar="FILE", help="Write a page of HTML: tables and figures.")
-@click.option("--figures", metavar="DIR", help="Write the figures into a folder.")
+@click.option("--report", metavar="FILE", help="Write an HTML page with tables and figures.")
+@click.option("--figures", metavar="DIR", help="Write the figures into a folder, as PDF.")
 @force_option
 def study(
     axis: str,
@@ -320,14 +390,15 @@ def study(
     force: bool,
     **noise: float | None,
 ) -> None:
-    """Identify many twins of AXIS, each with noise of its own, and tell how far to believe it.
+    """Identify many twins of AXIS, each with its own noise, and compare with their true values.
 
-    Bias and scatter of every estimate, how often its intervals hold the truth, and how often each
-    check fails: on twins of the axis itself, or of another one (--twin).
+    The study reports the bias and scatter of every estimate, how often its intervals contain the
+    true value, and how often each check fails. The twins are of the axis itself, or of another axis
+    (--twin).
     """
     regressions = tuple(method for method in methods if not fitted_output(method))
     for option in () if regressions else ("--loss", "--bootstrap", *Filtering.names().values()):
-        check_idle(option, f"is of identify, which --method {' and '.join(methods)} does without")
+        check_idle(option, f"has no effect on --method {' and '.join(methods)}")
     check_needed((("--correlation-time",), ("--control-noise", "--disturbance")))
     check_targets(
         [
@@ -345,18 +416,20 @@ def study(
     with progress_line(f"deriving {axis}"):
         whole = stages.load_axis(axis)
         identified = stages.build(stages.leave_out(whole, *left_out))
-        # What is simulated has every term, as an axis has.
+        # The simulated axis has every term.
         simulated = identified
         if twin is not None or left_out:
             simulated = stages.build(whole if twin is None else stages.load_axis(twin))
 
     def keep(partial: stages.MonteCarlo) -> None:
-        """Keep what is done of a study that ends early, and say so."""
-        done = f"{len(partial)} of {partial.plan.runs} runs are done"
+        """Keep the finished runs of a study that ends early, and print their number."""
+        done = f"{len(partial)} of {partial.plan.runs} runs were finished"
         if output is not None:
             stages.write_runs(partial, output)
         kept = (
-            "; --output FILE would have kept them" if output is None else f" and kept in {output}"
+            " and are lost; --output FILE keeps them"
+            if output is None
+            else f" and are kept in {output}"
         )
         click.echo(f"axisid: {done}{kept}", err=True)
 
@@ -405,7 +478,8 @@ def study(
 @click.option(
     "--runs",
     type=click.IntRange(min=2),
-    help="Add how the estimates of so many twins are distributed under both filters.",
+    metavar="N",
+    help="Also show the distribution of the estimates of N twins with both filters.",
 )
 @click.option(
     "--jobs",
@@ -413,13 +487,13 @@ def study(
     default=1,
     show_default=True,
     metavar="N",
-    help="Processes for those twins; the numbers are the same for any.",
+    help="Number of processes for these twins. The results do not depend on it.",
 )
 @force_option
 def paper(output: str | None, runs: int | None, jobs: int, force: bool) -> None:
-    """Identify the twin of the paper's axis by all four methods under both filters.
+    """Identify the twin of the paper's axis with all four methods and both filters.
 
-    Prints the tables of Brunot et al. (SYSID 2015) beside the twin's, and draws figures 3 and 4.
+    Prints the tables of Brunot et al. (SYSID 2015) next to the twin's, and draws figures 3 and 4.
     """
     check_needed((("--jobs",), ("--runs",)))
     if output is not None:

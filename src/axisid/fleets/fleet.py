@@ -120,21 +120,21 @@ def fleet(
         UsageError,
         (
             not (is_whole(jobs) and jobs >= 0),
-            f"the jobs are {quoted(jobs)}; give a whole number, 0 for none besides",
+            f"jobs is {quoted(jobs)}. Give a whole number of processes; 0 uses this process alone",
         ),
         (
             not is_time,
-            f"the time limit is {quoted(time_limit)}; give a positive number of seconds",
+            f"the time limit is {quoted(time_limit)}. Give a positive number of seconds",
         ),
         (
             time_limit is not None and executor is not None,
-            "a time limit ends processes, and an executor is in place of them; leave one of the "
-            "two out",
+            "a time limit and an executor cannot be combined, because the limit ends axisid's own "
+            "processes. Omit one of the two",
         ),
         (
             several,
-            f"{several} is of several records together, and a fleet identifies each log by "
-            "itself; leave it out",
+            f"{several} applies to several records together, but a fleet identifies each log "
+            "separately. Omit it",
         ),
         code="fleet",
     )
@@ -159,7 +159,8 @@ def fleet(
         takes = [name for name in signature(function).parameters if name not in own]
         if unknown := [name for name in given if name not in takes]:
             raise UsageError(
-                f"{function.__name__} takes no {quoted(unknown[0])}; it takes {', '.join(takes)}.",
+                f"{function.__name__} has no argument {quoted(unknown[0])}. Its arguments are "
+                f"{', '.join(takes)}.",
                 code="fleet",
             )
     requested_methods(settings.identifying.get("methods"))
@@ -186,8 +187,8 @@ def fleet(
     notes = []
     if resume and ledger.broken:
         notes.append(
-            f"{ledger.broken}, as a run leaves that is cut off; logs that no other line has were "
-            "identified again."
+            f"{ledger.broken}, probably because an earlier run was interrupted. Logs without "
+            "another line were identified again."
         )
     failed = [name for name, row in rows.items() if not row.has_result and name in ledger.results]
     if kept := [name for name in failed if result_file(out, name).exists()]:
@@ -213,7 +214,7 @@ def _keep_logs(items: Sequence[FleetItem], out: str | Path) -> None:
 
 
 def written_files(items: Sequence[FleetItem]) -> dict[str, str]:
-    """What a fleet of items writes into its folder, and which kind of file each is."""
+    """Return the files that a fleet writes into its folder, with the kind of each."""
     return {
         LEDGER: "fleet",
         **dict.fromkeys(TABLES, "fleet-table"),
@@ -286,7 +287,7 @@ def _finished(
 
 
 def _is_whole(result: Path) -> bool:
-    """Whether a result is there as it was written, so that it need not be made again."""
+    """Return whether a result is there as it was written, so that it need not be made again."""
     try:
         members = msgspec.json.decode(result.read_bytes())
         return isinstance(members, dict) and is_unchanged(members)
@@ -340,7 +341,7 @@ def checked(
                     continue  # logs that follow may have the column: only all of them tell
                 if kind or of_columns:
                     of = f"all {total} logs" if every else f"the first {len(held)} of {total} logs"
-                    told = f"{of} fail alike: {error}" if total > 1 else str(error)
+                    told = f"{of} fail for the same reason: {error}" if total > 1 else str(error)
                     raise (kind or DataError)(told, code=error.code) from error
             break
     yield from (row for _, row in held)

@@ -103,11 +103,11 @@ def _manifest_items(file: Path) -> Iterator[tuple[FleetItem, str]]:
         unread = any(not (role.strip() and name.strip()) for role, _, name in pairs)
         refuse(
             DataError,
-            (not told.get(_LOG), f"names no log; give its path in the column {_LOG!r}"),
-            (unread, f"has the columns {columns!r}; write ROLE=NAME[:UNIT],..."),
+            (not told.get(_LOG), f"does not name a log. Give its path in the column {_LOG!r}"),
+            (unread, f"has {columns!r} as columns. Write ROLE=NAME[:UNIT],..."),
             (
                 any(row.get(None) or ()),
-                "has more cells than the header has names; mend one of the two",
+                "has more cells than the header has names. Correct the row or the header",
             ),
             before=f"{file}: row {number} ",
             code="manifest",
@@ -133,7 +133,7 @@ def _rows(file: Path) -> Iterator[Mapping[str | None, Any]]:
     first = text.split("\n", 1)[0]
     if twice := [head for head, times in Counter(_heads(first)).items() if head and times > 1]:
         raise DataError(
-            f"{file} has {_heads(first).count(twice[0])} columns {twice[0]!r}; leave one.",
+            f"{file} has {_heads(first).count(twice[0])} columns named {twice[0]!r}. Keep one.",
             code="manifest",
         )
     yield from csv.DictReader(io.StringIO(text), delimiter=_delimiter(first), skipinitialspace=True)
@@ -203,14 +203,15 @@ def gather_items(
             first, second = getattr(before, what), getattr(item, what)
             if first != second:
                 raise DataError(
-                    f"{by_before} and {by} tell other {what} of {item.log}: {_said(first)} and "
-                    f"{_said(second)}. Leave one out, or give each its own columns where the log "
-                    "is of several machines.",
+                    f"{by_before} and {by} give different {what} of {item.log}: {_said(first)} and "
+                    f"{_said(second)}. Remove one of the two. If the log contains several "
+                    "machines, give each row its own columns.",
                     code="manifest",
                 )
     if not found:
         raise UsageError(
-            f"there is no log in {' and '.join(map(str, places)) or 'nothing'}; name some.",
+            f"no log was found in {' and '.join(map(str, places)) or 'an empty list'}. Name logs, "
+            "folders of logs, or manifests.",
             code="fleet",
         )
     return with_names([item for item, _ in found.values()])
@@ -229,7 +230,7 @@ def _items(given: object, out: Path, place: int) -> Iterator[tuple[FleetItem, st
         return
     if not isinstance(given, (str, Path)):
         raise UsageError(
-            f"a log is {quoted(given)}; give a path, a pattern, a folder or a FleetItem.",
+            f"a log is {quoted(given)}. Give a path, a pattern, a folder or a FleetItem.",
             code="fleet",
         )
     path, files = Path(given), [Path(given)]
@@ -249,7 +250,7 @@ def _items(given: object, out: Path, place: int) -> Iterator[tuple[FleetItem, st
 
 
 def _may_be_log(file: Path, out: Path) -> bool:
-    """Whether it is no hidden file, and no result or table; a link to nothing may be."""
+    """Return whether it is no hidden file, and no result or table; a link to nothing may be."""
     own = out.resolve() == file.parent.resolve() and (
         file.suffix == ".json" or file.stem == "fleet"
     )

@@ -1,4 +1,4 @@
-"""What a fleet has done, as it is done: a file of one line for each log."""
+"""Ledger of a fleet: a file with one line per log, written during the run."""
 
 import os
 from collections.abc import Iterable, Iterator, Mapping
@@ -92,17 +92,17 @@ class FleetRow(
 
     @property
     def has_result(self) -> bool:
-        """Whether there is a result, from this run or an earlier one."""
+        """Return whether there is a result, from this run or an earlier one."""
         return self.status != "failed"
 
     @property
     def checks(self) -> tuple[Check, ...]:
-        """Those that fail, the gravest first, and those that could not be made.
+        """Return the failed checks, most severe first, and the checks not evaluated.
 
         The first alone says what it found; the result has all.
         """
         if not self.has_result:
-            return (Check.unless("result", self.reason or "it came to no result"),)
+            return (Check.unless("result", self.reason or "it has no result"),)
         said = (self.doubt or _IN_RESULT, *[_IN_RESULT] * len(self.failing))
         unmade = Missing(_IN_RESULT if self.failing else said[0])
         return (
@@ -117,7 +117,7 @@ class FleetRow(
 
     @property
     def is_comparable(self) -> bool:
-        """Whether values, deviations and covariance are numbers whose squares are ones too."""
+        """Return whether the squares of values, standard errors and covariance are finite."""
         own = ((each.value, each.sd) for each in self.parameters.values())
         return all(abs(each) < LARGEST for each in chain(*own, *self.covariance))
 
@@ -193,8 +193,8 @@ def read_ledger(folder: Path) -> Ledger:
             row = msgspec.convert(msgspec.json.decode(line), FleetRow, dec_hook=from_json)
         except msgspec.ValidationError as error:
             raise DataError(
-                f"{file}: line {number} is no row of a fleet ({error}). Delete the line, or choose "
-                "another folder for the results.",
+                f"{file}: line {number} is not a row of a fleet ({error}). Delete the line, or "
+                "choose another folder for the results.",
                 code="fleet",
             ) from error
         except (msgspec.DecodeError, UnicodeDecodeError):

@@ -1,4 +1,4 @@
-"""How every log of a fleet is read and identified, one by one, by whichever process works on it."""
+"""Read and identify one log of a fleet, in any process."""
 
 import hashlib
 from collections.abc import Mapping
@@ -24,7 +24,7 @@ from .ledger import FleetRow, fleet_value
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """What is the same for all logs; small, since every job has it.
+    """Settings that all logs share; small, because every job carries them.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Settings:
     draws: int = 0
 
     def key(self, item: FleetItem, log: str) -> str:
-        """What the result of an item depends on, as a text of one length.
+        """Return a hash of everything that the result of an item depends on.
 
         Parameters
         ----------
@@ -95,14 +95,14 @@ class Settings:
         axis = item.axis or self.axis
         if not axis and not Path(item.log).exists():  # a mistyped name of a manifest, most often
             raise DataError(
-                f"{item.log} cannot be read: there is no such file. Check the path; an axis is "
-                "named by --axis, axis=.",
+                f"{item.log} cannot be read: there is no such file. Check the path. Name an axis "
+                "with --axis (axis=).",
                 code="log-file",
             )
         if not axis:
             raise UsageError(
-                f"{item.log} has no axis; name one for all (--axis, axis=), or one for it in a "
-                "manifest.",
+                f"no axis is named for {item.log}. Name one axis for all logs with --axis (axis=), "
+                "or one for each log in a manifest.",
                 code="fleet",
             )
         mark = _canonical(axis) if isinstance(axis, Axis) else _mark(axis)
@@ -125,7 +125,7 @@ _MOST_BUILT = 32
 
 
 def _mark(name: str) -> str:
-    """What names an axis, with the bytes of its file, which may change while a process lives."""
+    """Return the name of an axis with the bytes of its file, which may change meanwhile."""
     file, _ = axis_file(name)
     if file.suffix not in (".py", ".toml"):
         return name  # of the library
@@ -164,7 +164,7 @@ def row_for(item: FleetItem, **what: Any) -> FleetRow:
 
 
 def result_file(folder: str | Path, name: str) -> Path:
-    """Where the result of a log is."""
+    """Return the path of the result of a log."""
     return Path(folder, f"{name}.json")
 
 
@@ -218,7 +218,7 @@ def identify_log(settings: Settings, item: FleetItem) -> FleetRow:
 
 
 def result_of(settings: Settings, item: FleetItem) -> Identification:
-    """What is identified from a log.
+    """Return the result identified from a log.
 
     Raises
     ------
@@ -231,4 +231,5 @@ def result_of(settings: Settings, item: FleetItem) -> Identification:
         read_record(item.log, generated, **settings.reading_of(item)),
         settings.prefilter,
         **settings.identifying,
+        judge=False,  # once, when the document is written
     )

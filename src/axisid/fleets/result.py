@@ -144,9 +144,11 @@ def _judged(
         if logs > len(machines):
             count, enough = f"{logs} logs of {len(machines)} machines are", f"{least} machines"
         each = f"{_MIN_LOGS_PER_PARAMETER} for each parameter"
-        return Missing(f"{count} too few to tell which stand out; {enough} do, {each}"), ()
+        return Missing(
+            f"{count} too few to find outliers; at least {enough} are needed, {each}"
+        ), ()
     if not _is_spread(values):
-        return Missing("the values of the logs lie in fewer dimensions than parameters"), ()
+        return Missing("the values of the logs span fewer dimensions than there are parameters"), ()
     covariances = np.array(
         [np.mean([row.covariance for row in each], axis=0) / len(each) for each in machines]
     )
@@ -170,7 +172,7 @@ def _judged(
 
 
 def _is_spread(values: Array) -> bool:
-    """Whether the values scatter in as many dimensions as there are parameters."""
+    """Return whether the values scatter in as many dimensions as there are parameters."""
     spread = spread_of(values)
     if not spread.size or not spread.all():
         return False
@@ -201,7 +203,7 @@ def _listed(lines: Sequence[str], title: str, most: int) -> Block:
 
 
 def _counted(found: Iterable[str], kinds: Iterable[str]) -> str:
-    """How many there are of each kind, those of which there is any."""
+    """Return the number of each kind, without kinds that do not occur."""
     count = Counter(found)
     return ", ".join(f"{count[kind]} {kind}" for kind in kinds if count[kind])
 
@@ -229,16 +231,16 @@ def _group_blocks(group: AxisGroup) -> tuple[Block, ...]:
         rows,
         title=f"{group.axis}, {_logs(len(group.rows))}"
         + f" of {group.machines} machines" * (of == "machines")
-        + f", {group.untold} without a serial number and so not compared" * bool(group.untold),
+        + f", {group.untold} not compared for lack of a serial number" * bool(group.untold),
     )
     if isinstance(group.usual, Missing):
-        said = f"{group.axis}: {group.usual.reason}; so the sd between {of} is not told."
+        said = f"{group.axis}: {group.usual.reason}. No sd between {of} is estimated."
         return table, paragraph(said)
     if not group.outliers:
         return table, paragraph(f"No log of {group.axis} stands out.")
     serials, count = {row.name: row.serial for row in group.rows}, len(group.outliers)
     return table, text_table(
-        ("log", "serial", "distance", "p", "furthest, in deviations"),
+        ("log", "serial", "distance", "p", "furthest parameter, in sd"),
         (
             (
                 each.name,
@@ -256,12 +258,12 @@ def _group_blocks(group: AxisGroup) -> tuple[Block, ...]:
 
 def _more(count: int, shown: int = _MOST_SHOWN) -> tuple[str, ...]:
     left = count - shown
-    return (f"and {left} more, which the table of the fleet has.",) if left > 0 else ()
+    return (f"and {left} more, listed in the table of the fleet.",) if left > 0 else ()
 
 
 @dataclass(frozen=True, kw_only=True)
 class Fleet(Checked, Shown):
-    """What became of the logs of a fleet.
+    """Results of the logs of a fleet.
 
     Attributes
     ----------
@@ -288,15 +290,15 @@ class Fleet(Checked, Shown):
         found = {row.name: row for row in self.rows}
         if not is_among(name, found):
             raise UsageError(
-                f"the fleet has no log {quoted(name)}; name one of {first_of(list(found))}, or "
-                "take one of fleet.rows by its place.",
+                f"the fleet has no log {quoted(name)}. Name one of {first_of(list(found))}, or "
+                "select a row of fleet.rows by its index.",
                 code="fleet",
             )
         return found[name]
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many logs there are of each status."""
+        """Return the number of logs of each status."""
         found = Counter(row.status for row in self.rows)
         return {status: found[status] for status in ("ok", "skipped", "failed")}
 
@@ -318,7 +320,7 @@ class Fleet(Checked, Shown):
 
     @property
     def checks(self) -> tuple[Check, ...]:
-        """What fails in any log, of how many, and whether any stands out; a row has its own."""
+        """Return the checks that fail, with their number of logs, and the outlying logs."""
         found = grouped(
             (check.name, row.name)
             for row in self.rows
@@ -336,9 +338,9 @@ class Fleet(Checked, Shown):
         )
 
     def document(self) -> Document:
-        """What is believed, for each axis what is usual and what stands out, doubts, failures."""
+        """Return the document: verdicts, usual values and outlying logs, doubts, failures."""
         # "ok" says nothing yet of what a result is worth.
-        told = {"ok": "identified", "skipped": "done before", "failed": "without a result"}
+        told = {"ok": "identified", "skipped": "kept from before", "failed": "without a result"}
         spent = [row.seconds for row in self if row.status == "ok"]
         heading = Heading(
             title=f"Fleet of {_logs(len(self))}",
@@ -351,17 +353,16 @@ class Fleet(Checked, Shown):
         )
         blocks: list[Block] = [heading, *(b for group in self.groups for b in _group_blocks(group))]
         if odd := [row.name for row in self if row.has_result and not row.is_comparable]:
-            logs = "1 log has" if len(odd) == 1 else f"{len(odd)} logs have"
             said = (
-                f"{logs} values or deviations that are not finite, or too large to compare, and no "
-                f"part in what is usual: {first_of(odd)}."
+                f"{_logs(len(odd))} excluded from the statistics, because values or standard "
+                f"errors are not finite or too large to compare: {first_of(odd)}."
             )
             blocks.append(paragraph(said))
         if failing := grouped((name, row.name) for row in self for name in row.failing):
             most = sorted(failing.items(), key=lambda each: -len(each[1]))
             blocks.append(
                 text_table(
-                    ("check that fails", "logs", "which"),
+                    ("failed check", "number of logs", "logs"),
                     ((name, str(len(logs)), first_of(logs)) for name, logs in most),
                 )
             )

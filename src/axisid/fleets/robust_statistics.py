@@ -1,4 +1,4 @@
-"""Which of several points are like one another, what is usual among those, what a series does.
+"""Robust statistics: outliers among points, their usual values, steps and drifts of a series.
 
 A series does nothing over time, steps, or drifts. Centre and scatter of points are robust, by the
 minimum covariance determinant: the half of the points that lies closest together [1]_, found by
@@ -61,7 +61,7 @@ def _largest_step(values: Array, variances: Array) -> tuple[int, float] | None:
 def _places(
     values: Array, variances: Array, level: float, first: int, largest: tuple[int, float]
 ) -> list[tuple[int, float]]:
-    """Where the level changes, on either side of the largest step too, and the probability."""
+    """Return the places where the level changes, searched again beside the largest step, and p."""
     place, p_value = largest
     changes = [(first + place, p_value)]
     for begin, side in ((first, slice(None, place)), (first + place, slice(place, None))):
@@ -84,7 +84,7 @@ def _total_variances(values: Array, variances: Array) -> Array:
 
 
 def _largest(values: Array, weights: Array) -> tuple[Array, NDArray[np.intp]]:
-    """Of each of several series, (s, n), the largest squared step in deviations, and its place.
+    """Return the largest squared step of each series, (s, n), in deviations, and its place.
 
     It is looked for in stretches of many lengths, so that a step back does not hide it [1]_.
 
@@ -327,7 +327,7 @@ def robust_scatter(points: Array) -> tuple[Array, Array]:
 
 
 def spread_of(points: Array) -> Array:
-    """Of each dimension of points, (n, p): its median deviation, so that units do not matter."""
+    """Return the median deviation of each dimension of points, (n, p), to remove units."""
     deviation = np.median(np.abs(points - np.median(points, axis=0)), axis=0)
     return np.asarray(np.where(deviation > 0, deviation, np.std(points, axis=0)))
 
@@ -427,7 +427,7 @@ def detect_outliers(values: Array, covariances: Array, level: float) -> Detected
 
 
 def _outlying(values: Array, covariances: Array, most: int, level: float) -> int:
-    """How many of the first points, the furthest first and `most` of them, are not as the others.
+    """Return the number of outliers among the first points, furthest first, at most `most`.
 
     Each is held against all that follow it. The last that is too far for the furthest of as many
     is an outlier with all before it, so that several that lie together do not hide one another

@@ -71,7 +71,7 @@ class Chart(Exact):
 
     @property
     def has_changed(self) -> bool:
-        """Whether a step or a drift is told; a result beyond its limits is none by itself."""
+        """Return whether a step or a drift is reported; a result beyond limits is neither."""
         return bool(self.steps) or self.drift is not None
 
 
@@ -130,11 +130,11 @@ def _limits(
 ) -> tuple[Limits | Missing, tuple[int, ...]]:
     """Limits for all about a line, from the results that count before the first step."""
     if len(before) < _MIN_SERIES:
-        few = "1 result tells" if len(before) == 1 else f"{len(before)} results tell"
-        return Missing(f"{few} no limits; {_MIN_SERIES} or more do"), ()
+        few = "1 result is" if len(before) == 1 else f"{len(before)} results are"
+        return Missing(f"{few} too few for limits; at least {_MIN_SERIES} are needed"), ()
     variances, residuals = deviations**2, (values - line)[before]
     if np.ptp(residuals) <= _ROUNDING * np.max(np.abs(values[before])):
-        return Missing("the values do not scatter"), ()
+        return Missing("all values are equal"), ()
     alike = detect_outliers(residuals[:, None], variances[before, None, None], level)
     usual = alike.usual
     each = prediction_limit(level / len(values), usual.count, 1)
@@ -191,7 +191,7 @@ class Series(Checked):
 
     @property
     def checks(self) -> tuple[Check, ...]:
-        """Whether a parameter changes or is beyond its limits, and whether results are believed."""
+        """Return the checks of changes, of limits and of the verdicts of the results."""
         changed = ", ".join(chart.parameter for chart in self.charts if chart.has_changed)
         beyond = ", ".join(chart.parameter for chart in self.charts if chart.beyond)
         found = grouped((name, point.name) for point in self.points for name in point.failing)
@@ -211,12 +211,12 @@ class Series(Checked):
 
     @property
     def has_changed(self) -> bool:
-        """Whether a step or a drift is told."""
+        """Return whether a step or a drift is told."""
         return any(chart.has_changed for chart in self.charts)
 
     @property
     def has_beyond(self) -> bool:
-        """Whether a result is beyond its limits."""
+        """Return whether a result is beyond its limits."""
         return any(chart.beyond for chart in self.charts)
 
 

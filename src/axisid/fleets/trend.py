@@ -48,7 +48,8 @@ def _point_of(saved: Saved, row: FleetRow | None, method: str | None) -> FleetRo
         own = f"{FIT}{saved.output.replace(' and ', ',')}"
         if method not in (None, own):
             raise UsageError(
-                f"{saved.file} is of a fit, which has no {quoted(method)} but {own}; leave it out.",
+                f"{saved.file} is the result of a fit. It has no method {quoted(method)}, only "
+                f"{own}. Omit this file.",
                 code="trend",
             )
         parameters = {}
@@ -79,7 +80,7 @@ def _point_of(saved: Saved, row: FleetRow | None, method: str | None) -> FleetRo
 
 
 def place_of(point: FleetRow, by: str) -> float:
-    """Where a point stands by a condition: a number, or the days of a date since 1970.
+    """Return the condition of a point as a number, or as days since 1970 for a date.
 
     Raises
     ------
@@ -89,9 +90,9 @@ def place_of(point: FleetRow, by: str) -> float:
     if by not in point.conditions:
         known = ", ".join(point.conditions) or "none"
         raise UsageError(
-            f"nothing says of {point.name} what its {quoted(by)} is; it has {known}. A fleet's "
-            "manifest says it, in a column of that name, and fleet.jsonl beside its results: copy "
-            "that with them.",
+            f"the condition {quoted(by)} of {point.name} is not known; it has {known}. Conditions "
+            "are columns of a fleet's manifest and are stored in fleet.jsonl next to the results. "
+            "Copy fleet.jsonl together with the results.",
             code="trend",
         )
     told = point.conditions[by]
@@ -104,7 +105,7 @@ def place_of(point: FleetRow, by: str) -> float:
             told = None
     if told is None or not abs(told) < LARGEST:
         raise UsageError(
-            f"the {by} of {point.name} is {quoted(point.conditions[by])}; give numbers below "
+            f"the {by} of {point.name} is {quoted(point.conditions[by])}. Give numbers below "
             f"{LARGEST:g}, or dates such as 2026-03-01.",
             code="trend",
         )
@@ -123,14 +124,14 @@ def points_of(results: object, method: str | None) -> tuple[list[FleetRow], list
     """
     listed = [results] if isinstance(results, (str, Path, Saved)) else results
     if not isinstance(listed, Iterable):
-        raise UsageError(f"the results are {quoted(results)}; give files, or folders of them.")
+        raise UsageError(f"the results are {quoted(results)}. Give files, or folders of them.")
     given = list(listed)
     ledgers: Ledgers = cache(read_ledger)  # each folder's once
     every = [saved for each in given for saved in _saved(each, ledgers)]
     files = Counter(Path(saved.file).resolve() for saved in every)
     if twice := [file for file, times in files.items() if times > 1]:
         raise UsageError(  # it would move limits and hide steps
-            f"{quoted(str(twice[0]))} is given {files[twice[0]]} times; give each result once.",
+            f"{quoted(str(twice[0]))} is given {files[twice[0]]} times. Give each result once.",
             code="trend",
         )
     found = [
@@ -146,7 +147,7 @@ def points_of(results: object, method: str | None) -> tuple[list[FleetRow], list
         raise UsageError(
             " ".join(
                 (
-                    f"there is no result in {quoted(results)}; give files that identify --json, "
+                    f"no result was found in {quoted(results)}. Give files that identify --json, "
                     "fit --json or a fleet wrote.",
                     *notes,
                 )
@@ -161,7 +162,7 @@ def _saved(given: object, ledgers: Ledgers) -> Iterator[Saved]:
         yield given
         return
     if not isinstance(given, (str, Path)):
-        raise UsageError(f"a result is {quoted(given)}; give a file, a folder or load_result(...).")
+        raise UsageError(f"a result is {quoted(given)}. Give a file, a folder or load_result(...).")
     files = [given]
     if os.path.isdir(given):
         ledger = ledgers(Path(given))
@@ -172,8 +173,8 @@ def _saved(given: object, ledgers: Ledgers) -> Iterator[Saved]:
         found = load_result(file)
         if not isinstance(found, Saved):
             raise DataError(
-                f"{file} is of a study, and a trend is of results of identify and of fit; leave it "
-                "out.",
+                f"{file} is the result of a study, but a trend needs results of identify or fit. "
+                "Omit this file.",
                 code="trend",
             )
         yield found
@@ -188,8 +189,8 @@ def _told_of(folder: Path, ledger: Ledger, named: set[Path]) -> Iterator[str]:
     if earlier := [name for name in failed if name in kept]:
         of = "1 log" if len(earlier) == 1 else f"{len(earlier)} logs"
         yield (
-            f"The last try of {of} failed: {first_of(earlier)}. The trend shows their earlier "
-            "results."
+            f"The last identification of {of} failed: {first_of(earlier)}. The trend shows their "
+            "earlier results."
         )
     left = []
     for file in sorted(folder.glob("*.json")) if ledger.last else ():
@@ -200,8 +201,8 @@ def _told_of(folder: Path, ledger: Ledger, named: set[Path]) -> Iterator[str]:
         of = "1 result is" if len(left) == 1 else f"{len(left)} results are"
         why = f" {ledger.broken}." if ledger.broken else ""
         yield (
-            f"{of} left out that {folder / LEDGER} has no line of: {first_of(left)}.{why} Give the "
-            "files by name, or identify the logs again with axisid fleet --resume."
+            f"{of} left out, because {folder / LEDGER} has no line for them: {first_of(left)}."
+            f"{why} Give the files by name, or identify the logs again with axisid fleet --resume."
         )
 
 
@@ -292,7 +293,7 @@ class Trend(Checked, Shown):
 
     @property
     def checks(self) -> tuple[Check, ...]:
-        """Of all series, each of which has its own."""
+        """Return the checks of all series."""
         return tuple(check for each in self.series for check in each.checks)
 
     @property
@@ -306,7 +307,7 @@ class Trend(Checked, Shown):
         return tuple(each for each in self.series if each.has_beyond)
 
     def document(self) -> Document:
-        """What there is to say, in blocks."""
+        """Return the document of the trend, in blocks."""
         return trend_document(self.series, self.by, self.notes)
 
     def to_dict(self) -> dict[str, object]:
@@ -408,9 +409,9 @@ def _series(points: list[FleetRow], by: str | None, *, count_failing: bool) -> S
         for name, value in point.parameters.items():
             if value.unit != first.parameters[name].unit:
                 raise DataError(
-                    f"{name} of {first.axis} is in {quoted(first.parameters[name].unit)} in "
-                    f"{first.name} and in {quoted(value.unit)} in {point.name}; give results in "
-                    "one unit, or follow each by itself.",
+                    f"{name} of {first.axis} has the unit {quoted(first.parameters[name].unit)} in "
+                    f"{first.name} and {quoted(value.unit)} in {point.name}. Give results with the "
+                    "same unit, or make one trend for each unit.",
                     code="trend",
                 )
     places = [float(i) for i in range(1, len(points) + 1)]

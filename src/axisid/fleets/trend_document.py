@@ -1,4 +1,4 @@
-"""What a trend looks like: text, and a page with a figure of each series."""
+"""Document of a trend: text, and a page with a figure of each series."""
 
 import base64
 from collections.abc import Sequence
@@ -70,7 +70,7 @@ def trend_document(series: Sequence[Series], by: str, notes: Sequence[str] = ())
         facts={
             "results": str(sum(len(each.points) for each in series)),
             "series": f"{len(series)}, {changed} with a step or a drift{also * bool(beyond)}",
-            "order": by or "as the files are named",
+            "order": by or "order of the files",
         },
     )
     shown = listed[: notable + _MOST_SHOWN]
@@ -87,7 +87,7 @@ def trend_document(series: Sequence[Series], by: str, notes: Sequence[str] = ())
         failing = sum(bool(point.failing) for point in each.points)
         rows.append((each.title, str(len(each.points)), *told, str(failing or "")))
     overview = text_table(
-        ("series", "results", "steps", "drifts", "beyond the limits", "verdict fails"), rows
+        ("series", "results", "steps", "drifts", "beyond limits", "failed verdicts"), rows
     )
     return heading, *([overview] if len(shown) > 1 else []), *blocks, *said
 
@@ -104,14 +104,14 @@ def _series_blocks(series: Series, by: str) -> tuple[Block, ...]:
     for chart in series.charts:
         name, unit, drift = chart.parameter, chart.unit, chart.drift
         said += [
-            f"{name} steps by {step.difference:+.4g} +- {step.deviation:.2g} {unit} from "
-            f"{points[step.place].name} on (p {step.p_value:.2g})."
+            f"{name} steps by {step.difference:+.4g} +- {step.deviation:.2g} {unit} at "
+            f"{points[step.place].name} (p = {step.p_value:.2g})."
             for step in chart.steps
         ]
         if drift is not None:
             said.append(
-                f"{name} drifts by {drift.slope:+.3g} +- {drift.deviation:.2g} {unit} for each "
-                f"{of}, {drift.line[-1] - drift.line[0]:+.3g} {unit} in all (p "
+                f"{name} drifts by {drift.slope:+.3g} +- {drift.deviation:.2g} {unit} per {of}, "
+                f"{drift.line[-1] - drift.line[0]:+.3g} {unit} in total (p = "
                 f"{drift.p_value:.2g})."
             )
         if chart.beyond:
@@ -120,40 +120,40 @@ def _series_blocks(series: Series, by: str) -> tuple[Block, ...]:
     methods = dict.fromkeys(point.method.upper() for point in points)
     results = "1 result" if len(points) == 1 else f"{len(points)} results"
     table = text_table(
-        ("parameter", "unit", "centre", "sd between", "sd of the last", "limits of the last"),
+        ("parameter", "unit", "centre", "sd between", "sd of last", "limits of last"),
         map(_row, series.charts),
         title=f"{series.title}, {results} by {' and '.join(methods)}",
     )
     failing = [f"{p.name} ({', '.join(p.failing)})" for p in points if p.failing]
     what = (
-        "set no limits and tell no change"
+        "are excluded from limits and changes"
         if any(points[i].failing for i in series.set_aside)
-        else "count like the others"
+        else "are used like the others"
     )
     odd = [point.name for point in points if not point.is_comparable]
     doubts = (
         (
             len(methods) > 1,
-            "The results are judged by different methods, which may differ: follow one of them "
-            "with --method METHOD, method=.",
+            "The verdicts judge estimates of different methods, whose values may differ. Select "
+            "one method with --method METHOD (method=).",
         ),
         (
             len({point.signature for point in points}) > 1,
-            "The results are of different models of that name, whose values may differ.",
+            "The results come from different models of the same name. Their values may differ.",
         ),
         (
             failing,
-            f"The verdict fails of {len(failing)} of {len(points)} results, which {what} and may "
-            f"be wrong: {first_of(failing, _MOST_SHOWN)}.",
+            f"The verdict of {len(failing)} of {len(points)} results is failed. They {what} and "
+            f"may be wrong: {first_of(failing, _MOST_SHOWN)}.",
         ),
         (
             odd,
-            "Values or deviations that are not finite, or too large to compare, set no limits and "
-            f"tell no change: {first_of(odd, _MOST_SHOWN)}.",
+            "Values or standard errors that are not finite or too large to compare are excluded "
+            f"from limits and changes: {first_of(odd, _MOST_SHOWN)}.",
         ),
     )
     said += [doubt for is_so, doubt in doubts if is_so]
-    return table, paragraph(*(said or ["Nothing beyond the limits, no step and no drift."]))
+    return table, paragraph(*(said or ["No result beyond the limits, no step and no drift."]))
 
 
 def _row(chart: Chart) -> tuple[Cell, ...]:
@@ -177,7 +177,7 @@ def trend_plot(series: Series, by: str) -> Plot:
     origin = series.origin(by)
     places = np.array(series.places) - (series.places[0] if origin else 0.0)
     whole = all(_drawn(chart).all() for chart in series.charts)
-    caption = "Whiskers are 95 % intervals; a band is where results stay that are alike."
+    caption = "Whiskers are 95 % intervals. The band shows the control limits."
     left = " Values that are not finite, or too large to compare, are not drawn."
     return Plot(
         name="trend",
@@ -191,7 +191,7 @@ def trend_plot(series: Series, by: str) -> Plot:
 
 
 def _drawn(chart: Chart) -> NDArray[np.bool_]:
-    """Which values an axis of a figure can hold."""
+    """Return a mask of the values that an axis of a figure can show."""
     return np.asarray(np.all(np.abs([chart.values, chart.low, chart.high]) < LARGEST, axis=0))
 
 

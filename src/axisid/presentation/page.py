@@ -5,6 +5,7 @@ import hashlib
 import json
 import platform
 import time
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
@@ -26,7 +27,7 @@ from axisid.estimation.model_validation import Validation
 from axisid.estimation.monte_carlo import MonteCarlo
 from axisid.estimation.output_error import OutputFit
 from axisid.estimation.records import Record
-from axisid.estimation.verdict_checks import Check, by_weight, conclusion
+from axisid.estimation.verdict_checks import Check, Status, by_weight, conclusion
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Formula
 from axisid.presentation.documents import (
@@ -38,6 +39,7 @@ from axisid.presentation.documents import (
     checks_html,
     formula_mathml,
     motion_sections,
+    paragraph,
     prose_html,
     table_html,
     unbroken,
@@ -54,6 +56,7 @@ from axisid.presentation.plots import (
     with_series,
 )
 from axisid.presentation.result_files import identification_facts, written_study
+from axisid.presentation.sentences import conclusion_text
 from axisid.presentation.text import (
     checks_table,
     details_document,
@@ -182,6 +185,12 @@ def _figure(name: str, plot: Plot | Missing, of: str, *, half: bool) -> str:
 _SCRIPTS = ("ticks.js", "panel.js", "plot.js", "page.js")
 _CUTOFFS = 8
 _PACKAGES = ("numpy", "scipy", "casadi", "sympy")
+#: Before the tables of every method on a page, whose first table is of the judged one.
+_ALL_METHODS = paragraph(
+    "These values contain the bias of filter and noise. The table above is corrected for it.",
+    "The number after ± is one standard error. The plots show 95 % intervals.",
+    title="Every method, before the bias correction",
+)
 _STATUSES = ("fail", "note", "not evaluated", "pass")
 _SIMULATED = '<p class="simulated"><b>SIMULATED.</b> {}</p>'
 
@@ -274,7 +283,7 @@ def report_html(
         ),
     )
     return _page(
-        (judged_table(facts), *saved_document(facts, every=True)),
+        (judged_table(facts), _ALL_METHODS, *saved_document(facts, every=True)),
         plots_by_record(result, cutoffs),
         result.axis,
         result.records,
@@ -360,6 +369,23 @@ def _scrolled(document: Document) -> str:
     return "".join(f'<div class="scroll">{blocks_html((block,))}</div>' for block in document)
 
 
+def _tally_legend(checks: Iterable[Check]) -> str:
+    """Return how many checks ended with each status, with the colour of its bars."""
+    counts = Counter(check.status for check in checks)
+    words: Mapping[Status, str] = {
+        "pass": "passed",
+        "note": "noted",
+        "not evaluated": "not evaluated",
+        "fail": "failed",
+    }
+    entries = [
+        f'<span><i class="{STATUS_CLASSES[status]}"></i>{counts[status]} {word}</span>'
+        for status, word in words.items()
+        if counts[status]
+    ]
+    return f'<p class="legend">{" ".join(entries)} (one bar for each check)</p>'
+
+
 def _verdict_html(checks: Sequence[Check], judged: str) -> str:
     """Whether to believe it, what is said of each check, and all of them in a table.
 
@@ -375,9 +401,10 @@ def _verdict_html(checks: Sequence[Check], judged: str) -> str:
         for c in reversed(ordered)
     )
     table = replace(checks_table(ordered, sources=True), title="")
+    headline = prose_html(conclusion_text(conclusion(checks)))
     return (
-        f'<section class="verdict" id="verdict"><h2>{prose_html(conclusion(checks))}</h2>'
-        f'<div class="tally" aria-hidden="true">{bars}</div>'
+        f'<section class="verdict" id="verdict"><h2>{headline}</h2>'
+        f'<div class="tally" aria-hidden="true">{bars}</div>{_tally_legend(ordered)}'
         f"{checks_html(verdict_block(checks).judged)}"
         "<details><summary>Every check with its figure and threshold</summary>"
         f'<div class="scroll">{table_html(table)}</div>'

@@ -64,7 +64,7 @@ def runs(chosen: NDArray[np.bool_], start: int = 0) -> tuple[tuple[int, int], ..
 
 
 def mask_of(spans: Iterable[tuple[int, int]], size: int) -> NDArray[np.bool_]:
-    """Which of so many places are in a span, from its first place to before its last, (size,)."""
+    """Return a mask of the places in a span, without its end, (size,)."""
     inside = np.zeros(size, dtype=bool)
     for start, stop in spans:
         inside[start:stop] = True
@@ -87,7 +87,7 @@ class Exact:
 
 
 def same(a: Any, b: Any) -> bool:
-    """Whether two objects are equal to the last bit, all the way down; not a number is itself."""
+    """Return whether two objects are equal to the last bit, recursively; NaN equals NaN."""
     if a is b:
         return True
     if type(a) is not type(b):

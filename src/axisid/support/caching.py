@@ -1,4 +1,4 @@
-"""What is computed once, and kept as long as what it was computed of."""
+"""Cache values as long as the object from which they were computed."""
 
 import weakref
 from collections.abc import Callable

@@ -28,7 +28,7 @@ _PLAIN = 1e5  # up to which numbers of a sentence are written out
 
 
 def range_text(low: float, high: float, between: str = " .. ", *, digits: int = 4) -> str:
-    """Two bounds, to as many digits as tell them apart: ``10.98 .. 11.04``, never ``11 .. 11``.
+    """Return two bounds with enough digits to differ: ``10.98 .. 11.04``, never ``11 .. 11``.
 
     Parameters
     ----------
@@ -47,12 +47,12 @@ def range_text(low: float, high: float, between: str = " .. ", *, digits: int = 
 
 
 def or_dash(value: float | None, form: str) -> str:
-    """A number in a format, such as ``.4g``; a dash where there is none."""
+    """Return a number in a format, such as ``.4g``; a dash for None."""
     return "-" if value is None else format(value, form)
 
 
 def plain_numbers(text: str) -> str:
-    """A sentence whose numbers up to 1e5 are written out: ``100 N``, never ``1e+02 N``."""
+    """Return a sentence with numbers up to 1e5 written out: ``100 N``, never ``1e+02 N``."""
     return _RAISED.sub(_written_out, text) if "e+0" in text else text
 
 
@@ -64,7 +64,7 @@ def _written_out(found: re.Match[str]) -> str:
 
 
 class AxisidError(ValueError):
-    """Base of all errors that speak to the user.
+    """Base of all errors with a message for the user.
 
     Parameters
     ----------
@@ -98,21 +98,21 @@ class UsageError(AxisidError):
 
 
 class ModelError(AxisidError):
-    """The declared axis is wrong, or cannot do what is asked of it."""
+    """The declared axis is wrong, or does not allow the requested operation."""
 
     exit_code = 4
     code = "model"
 
 
 class DataError(AxisidError):
-    """The record is missing, malformed, or cannot serve what is asked of it."""
+    """The record is missing, malformed, or not suited to the requested operation."""
 
     exit_code = 3
     code = "data"
 
 
 class FileError(AxisidError):
-    """A file that a user wrote is wrong: every mistake in it.
+    """A file of a user has mistakes; the error lists all of them.
 
     Attributes
     ----------
@@ -133,26 +133,26 @@ class FileError(AxisidError):
 
 
 class DeclarationError(FileError, ModelError):
-    """A file declares an axis wrongly: every mistake in it."""
+    """A declaration of an axis has mistakes; the error lists all of them."""
 
     code = "declaration"
 
 
 class RunFileError(FileError, DataError):
-    """A file says wrongly what a log is: every mistake in it."""
+    """A run.toml has mistakes; the error lists all of them."""
 
     code = "run-file"
 
 
 class EstimationError(AxisidError):
-    """The record was read, but no estimate came of it."""
+    """The record was read, but no estimate could be computed."""
 
     exit_code = 6
     code = "estimation"
 
 
 class CandidateError(EstimationError):
-    """A user's own candidate term fails, which leaves open what the others would find."""
+    """A user's own candidate term fails, so the other candidates were not tested."""
 
     code = "candidate"
 
@@ -162,7 +162,7 @@ Refusal: TypeAlias = tuple[object, str] | tuple[object, str, str]
 
 
 def refuse(error: type[AxisidError], *refusals: Refusal, before: str = "", code: str = "") -> None:
-    """Raise what is said of the first thing that is wrong, if anything is.
+    """Raise an error with the sentence of the first condition that is true, if any.
 
     Parameters
     ----------
@@ -179,7 +179,7 @@ def refuse(error: type[AxisidError], *refusals: Refusal, before: str = "", code:
 
 
 def asks_for_tracebacks() -> bool:
-    """Whether ``AXISID_DEBUG`` is set: a fault then ends the program where it is."""
+    """Return whether ``AXISID_DEBUG`` is set: a fault then ends the program where it is."""
     return bool(os.environ.get("AXISID_DEBUG"))
 
 
@@ -190,7 +190,7 @@ Further = ParamSpec("Further")
 
 @dataclass(frozen=True, slots=True)
 class Missing:
-    """What stands in place of something that could not be measured, drawn or computed.
+    """Placeholder, with the reason, for a quantity that could not be measured, drawn or computed.
 
     Attributes
     ----------
@@ -210,7 +210,7 @@ class Missing:
 def unless_missing(
     make: Callable[Concatenate[Found, Further], Made],
 ) -> Callable[Concatenate[Found | Missing, Further], Made | Missing]:
-    """What is made of something that was found: where that is missing, so is this, for its reason.
+    """Decorate a function so that it passes on a missing first argument with its reason.
 
     Parameters
     ----------
@@ -232,7 +232,7 @@ _DIGITS_OF_A_BIT = 0.30103
 
 
 def quoted(value: object) -> str:
-    """A value as it would be written, or what kind of thing it is where that would be long."""
+    """Return the repr of a value, or its type if the repr is long."""
     if isinstance(value, int) and value.bit_length() * _DIGITS_OF_A_BIT > _SHORT:
         # Python refuses to write numbers of some thousand digits.
         return f"a whole number of {value.bit_length() * _DIGITS_OF_A_BIT:.0f} digits"
@@ -245,12 +245,12 @@ def quoted(value: object) -> str:
 
 
 def is_among(value: object, names: Container[str]) -> TypeGuard[str]:
-    """Whether a value is one of some names; what is no text may have no hash, or no one ``==``."""
+    """Return whether a value is one of some names, also if it has no hash or an array ``==``."""
     return isinstance(value, str) and value in names
 
 
 def first_of(names: Sequence[str], most: int = 3) -> str:
-    """The first of some names, and how many more there are."""
+    """Return the first of some names, and the number of the others."""
     left = len(names) - most
     return ", ".join(names[:most]) + (f" and {left} more" if left > 0 else "")
 
@@ -264,25 +264,25 @@ _KINDS = {"c": "complex", "U": "text", "S": "text"}
 
 
 def is_real(value: object) -> TypeGuard[float]:
-    """Whether a value is one real number within floating point or infinite, and no truth value."""
+    """Return whether a value is one real float (or infinite), not a truth value."""
     if isinstance(value, int) and not isinstance(value, bool):
         return abs(value) <= sys.float_info.max
     return isinstance(value, float) or _is_numpys(value, "integer", "floating")
 
 
 def is_whole(value: object) -> TypeGuard[int]:
-    """Whether a value is one whole number of a type for those, and no truth value."""
+    """Return whether a value is one whole number of a type for those, and no truth value."""
     return not isinstance(value, bool) and (isinstance(value, int) or _is_numpys(value, "integer"))
 
 
 def _is_numpys(value: object, *kinds: str) -> bool:
-    """Whether a value is a NumPy number, which there is only where NumPy is loaded."""
+    """Return whether a value is a NumPy number, which there is only where NumPy is loaded."""
     numpy = sys.modules.get("numpy")
     return numpy is not None and isinstance(value, tuple(getattr(numpy, kind) for kind in kinds))
 
 
 def is_nothing(count: object) -> bool:
-    """Whether a count is 0 or left out; what is no count is left to what would count by it."""
+    """Return whether a count is 0 or None; other types are not checked here."""
     return count is None or (isinstance(count, int) and count == 0)
 
 
@@ -307,7 +307,7 @@ def real_array(values: "ArrayLike", what: str, error: type[AxisidError] = UsageE
         return values
     if isinstance(values, np.ma.MaskedArray) and (masked := int(np.sum(values.mask))):
         raise error(
-            f"{what}: {masked} of the values are masked; leave them out, or repair them.",
+            f"{what}: {masked} of the values are masked. Remove or repair them.",
             code="record",
         )
     try:
@@ -318,17 +318,17 @@ def real_array(values: "ArrayLike", what: str, error: type[AxisidError] = UsageE
         raise error(f"{what}: the values are not numeric: {reason}.") from reason
     if array.dtype.kind not in "biuf":
         kind = _KINDS.get(array.dtype.kind, f"of the type {array.dtype}")
-        raise error(f"{what}: the values are {kind}; give real numbers.", code="record")
+        raise error(f"{what}: the values are {kind}. Give real numbers.", code="record")
     return np.asarray(array, dtype=float)
 
 
 def listed(given: object) -> tuple[Any, ...]:
-    """What is given by itself or as several; a text is one, and so is what is no list."""
+    """Return one value or several as a tuple; a text is one value."""
     return tuple(given) if isinstance(given, Iterable) and not isinstance(given, str) else (given,)
 
 
 def by_name(given: object, what: str) -> Mapping[str, Any]:
-    """What is given by name; nothing where it is None.
+    """Return a mapping of values by name; empty for None.
 
     Raises
     ------
@@ -337,13 +337,14 @@ def by_name(given: object, what: str) -> Mapping[str, Any]:
     """
     if given is not None and not isinstance(given, Mapping):
         raise UsageError(
-            f"the {what} are {quoted(given)}; give each by its name.", code="parameters"
+            f"the {what} are {quoted(given)}. Give a mapping from names to values.",
+            code="parameters",
         )
     return given or {}
 
 
 def check_among(*rows: tuple[str, object, Collection[str]]) -> None:
-    """Refuse what is none of the choices that there are.
+    """Refuse values that are not among their choices.
 
     Parameters
     ----------
@@ -358,11 +359,11 @@ def check_among(*rows: tuple[str, object, Collection[str]]) -> None:
     for what, given, choices in rows:
         if not is_among(given, choices):
             raise UsageError(
-                f"there is no {what} {quoted(given)}; choose from {', '.join(choices) or 'none'}.",
+                f"there is no {what} {quoted(given)}. Choose from {', '.join(choices) or 'none'}.",
                 code="method",
             )
 
 
 def first_case(*cases: tuple[object, Found]) -> Found:
-    """What is said of the first of several cases that holds: a cause before what follows of it."""
+    """Return the value of the first case that holds; causes come before consequences."""
     return next(said for holds, said in cases if holds)

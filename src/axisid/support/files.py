@@ -36,7 +36,7 @@ def opened_regular(path: Path) -> Iterator[io.BufferedReader]:
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
     try:
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-            raise OSError(errno.EINVAL, "no regular file", str(path))
+            raise OSError(errno.EINVAL, "not a regular file", str(path))
         with open(descriptor, "rb", closefd=False) as file:
             yield file
     finally:
@@ -80,7 +80,7 @@ def replace_file(path: Path, content: str | bytes) -> None:
     try:
         path = path.resolve()
     except RuntimeError as error:  # before Python 3.13
-        raise OSError(errno.ELOOP, "the link leads to itself") from error
+        raise OSError(errno.ELOOP, "the link points to itself") from error
     if path.exists() and not os.access(path, os.W_OK):
         raise PermissionError(errno.EACCES, "the file is read-only")
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -134,7 +134,7 @@ def write_by_ending(
         The ending is another one, or the file system refuses.
     """
     if path.suffix not in writers:
-        raise UsageError(f"{refused}; give a name that ends in {', '.join(writers)}.", code=code)
+        raise UsageError(f"{refused}. Give a name that ends in {', '.join(writers)}.", code=code)
     return write_file(path, writers[path.suffix]())
 
 
@@ -182,8 +182,8 @@ def unchanged(path: Path) -> Iterator[list[Path]]:
     yield list(before)
     if stamps(path) != before:
         raise DataError(
-            f"{path} changed while it was read. Wait until what writes it has closed it, or take a "
-            "copy, and read that.",
+            f"{path} changed while it was read. Wait until the program that writes it has closed "
+            "it, or read a copy.",
             code="log-file",
         )
 
@@ -191,9 +191,9 @@ def unchanged(path: Path) -> Iterator[list[Path]]:
 #: How a result becomes a file.
 HOW_SAVED = "written with --json, or by save()"
 #: What to do about a file that is none.
-GIVE_RESULT = f"Give a result of identify, {HOW_SAVED}."
+GIVE_RESULT = f"Give the file of a result of identify, {HOW_SAVED}."
 #: What to do about a file that was changed or cut off.
-WRITE_AGAIN = f"Identify again; the result is {HOW_SAVED}."
+WRITE_AGAIN = f"Identify again to get a result {HOW_SAVED}."
 
 _LARGEST = 64_000_000  # bytes; a result has some ten thousand
 
@@ -215,7 +215,9 @@ def read_result(file: Path) -> bytes:
             f"{file} cannot be read: {why}. {GIVE_RESULT}", code="result-file"
         ) from error
     if len(content) > _LARGEST:
-        raise DataError(f"{file} is larger than any result, {_LARGEST // 10**6} MB. {GIVE_RESULT}")
+        raise DataError(
+            f"{file} is larger than {_LARGEST // 10**6} MB, so it is not a result. {GIVE_RESULT}"
+        )
     return content
 
 
@@ -234,15 +236,15 @@ def json_text(document: Mapping[str, Any]) -> str:
     except ValueError as error:
         place, value = next(_not_finite(document, ""))
         raise EstimationError(
-            f"the result cannot be written as JSON, since {place} is {value}. Check the equation "
-            "of motion over the positions and speeds of the record, and its units: something in it "
-            "is beyond floating point.",
+            f"the result cannot be written as JSON, because {place} is {value}. A value exceeds "
+            "floating point. Check the equation of motion over the positions and speeds of the "
+            "record, and its units.",
             code="result-file",
         ) from error
 
 
 def digest(document: Mapping[str, Any]) -> str:
-    """What no other document has: sha256 of its members but this one, whose numbers are floats.
+    """Return the SHA-256 of all other members of a document, with numbers as floats.
 
     Other programs write 1.0 as 1.
     """
@@ -252,7 +254,7 @@ def digest(document: Mapping[str, Any]) -> str:
 
 
 def is_unchanged(document: Mapping[str, Any]) -> bool:
-    """Whether a document that was read is as it was written, as far as it says what that was."""
+    """Return whether a document is unchanged since it was written; True if it has no digest."""
     return "digest" not in document or document["digest"] == digest(document)
 
 
@@ -262,7 +264,7 @@ def toml_text(text: str) -> str:
 
 
 def _not_finite(value: Any, place: str) -> Iterator[tuple[str, float]]:
-    """Where numbers stand that JSON does not know."""
+    """Yield the places of numbers that JSON cannot represent."""
     if isinstance(value, float) and not math.isfinite(value):
         yield place, value
     items = enumerate(value) if isinstance(value, (list, tuple)) else ()
@@ -336,7 +338,7 @@ _HOLDS = {
 
 
 def kinds_of(file: Path) -> set[str]:
-    """Which kinds of output a file may be; none where no command wrote it.
+    """Return the kinds of output that a file may be; none if no command wrote it.
 
     Of a command's own document the kind is the command's name.
 

@@ -36,7 +36,7 @@ _MOST_AHEAD = 1000  # items that an executor is given ahead of those that are do
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """Why a job has no value.
+    """Reason why a job has no value.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ def run_jobs(
     progress: Progress | None = None,
     said: str = "at work",
 ) -> Generator[tuple[int, Value | Failure], None, None]:
-    """What a function makes of items, or why nothing, as they end, each with its item's place.
+    """Yield the value or failure of a function for each item, as they end, with the item's index.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def run_jobs(
 
 
 def pace(done: int, total: int, seconds: float) -> str:
-    """How fast it goes and how long it takes: ``4.2 a second, 3 min left``."""
+    """Return speed and remaining time: ``4.2 a second, 3 min left``."""
     rate = done / max(seconds, 1e-9)
     left = (total - done) / rate
     far = f"{left / 3600:.1f} h" if left > 7200 else f"{left / 60:.0f} min"
@@ -111,7 +111,7 @@ def pace(done: int, total: int, seconds: float) -> str:
 
 
 def _attempt(function: Callable[[Item], Value], item: Item) -> Value | Failure:
-    """What a function makes of an item; what it raises as a failure."""
+    """Return the value of a function for an item; an exception becomes a failure."""
     try:
         return function(item)
     except Exception as error:
@@ -119,9 +119,9 @@ def _attempt(function: Callable[[Item], Value], item: Item) -> Value | Failure:
 
 
 def _failure_of(error: BaseException) -> Failure:
-    """What is said of an exception; Dask gives up an item that killed workers by one of its own."""
+    """Return the failure of an exception; Dask has its own one for an item that killed workers."""
     if type(error).__name__ == "KilledWorker":
-        return Failure("killed", "its worker was killed each time that it was begun")
+        return Failure("killed", "its process was killed at every attempt")
     return Failure("error", " ".join(f"{type(error).__name__}: {error}".removesuffix(": ").split()))
 
 
@@ -148,7 +148,7 @@ class _Worker:
 
 
 def _serve(pipe: Connection, function: Callable[[Any], Any]) -> None:
-    """What a worker does: say that it is ready, then jobs, until the other end closes the pipe."""
+    """Run jobs in a worker until the other end closes the pipe."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
     without_arithmetic_warnings()
     with contextlib.suppress(EOFError, OSError):
@@ -195,7 +195,7 @@ class _Processes:
         self._has_ended = False
 
     def outcomes(self, items: Iterable[Any], jobs: int) -> Generator[tuple[int, Any], None, None]:
-        """What becomes of the items, as they end."""
+        """Yield the outcomes of the items, as they end."""
         threads = ThreadPoolExecutor(jobs)
         try:
             yield from _on_executor(self._outcome, items, threads)
@@ -211,7 +211,7 @@ class _Processes:
                 worker.end(_PATIENCE)
 
     def _outcome(self, item: Any) -> Any:
-        """What this thread's worker makes of an item, or why nothing."""
+        """Return the value of an item from this thread's worker, or its failure."""
         how = ""
         for _ in range(_ATTEMPTS):
             worker = self._workers.get(threading.get_ident()) or self._started()
@@ -224,7 +224,7 @@ class _Processes:
             else:
                 self._leave(0.0)
                 return Failure("time", f"it did not end within the time limit of {self._limit:g} s")
-        return Failure("killed", f"its worker was killed ({how}), {_ATTEMPTS} times")
+        return Failure("killed", f"its process was killed {_ATTEMPTS} times ({how})")
 
     def _started(self) -> _Worker:
         """A new worker of this thread, which is ready."""
@@ -241,9 +241,9 @@ class _Processes:
             else:
                 return worker
         raise UsageError(
-            f"processes end before they begin to work ({how}); what they say on standard error "
-            'tells why. A script has to call it under if __name__ == "__main__":, since each '
-            "process reads the script again.",
+            f"the processes end before they begin to work ({how}). Their output on standard error "
+            'shows the reason. In a script, call this function under if __name__ == "__main__":, '
+            "because each process imports the script again.",
             code="jobs",
         )
 
@@ -277,8 +277,8 @@ def _on_executor(
             yield place, made
     except BrokenExecutor as error:
         raise UsageError(
-            f"the executor is broken: {error}. Give another one, or none, for processes of which "
-            "one that dies harms no other.",
+            f"the executor is broken: {error}. Give another executor, or none: axisid's own "
+            "processes fail independently of each other.",
             code="jobs",
         ) from error
     finally:

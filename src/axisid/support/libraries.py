@@ -17,8 +17,8 @@ def library(name: str, extra: str, file: Path) -> ModuleType:
         return import_module(name)
     except ImportError as error:
         raise DataError(
-            f"{file} needs the library {name.partition('.')[0]}, which is not installed; run: "
-            f"pip install {name.partition('.')[0]} (or axisid with the extra {extra})",
+            f"{file} needs the library {name.partition('.')[0]}, which is not installed. Run: "
+            f"pip install {name.partition('.')[0]} (or install axisid with the extra {extra})",
             code="missing-library",
         ) from error
 
@@ -26,7 +26,7 @@ def library(name: str, extra: str, file: Path) -> ModuleType:
 def one_line(error: Exception) -> str:
     """A third-party error message on one line, shortened."""
     if isinstance(error, MemoryError):
-        return "there is not enough memory for what it claims to hold"
+        return "there is not enough memory for the content that it declares"
     plain = "".join(letter if letter.isprintable() else " " for letter in str(error))
     return shorten(plain.rstrip(". "), 200, placeholder=" ...") or type(error).__name__
 

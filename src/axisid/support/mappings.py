@@ -9,7 +9,7 @@ _Value_co = TypeVar("_Value_co", covariant=True)
 
 
 class FrozenMapping(Mapping[_Key, _Value_co]):
-    """What another mapping held when this was made.
+    """Immutable copy of another mapping.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class FrozenMapping(Mapping[_Key, _Value_co]):
 
 
 def grouped(pairs: Iterable[tuple[_Key, _Value]]) -> dict[_Key, list[_Value]]:
-    """What comes with each key, in the order of both."""
+    """Return the values of each key, in the order of the pairs."""
     found: dict[_Key, list[_Value]] = {}
     for key, value in pairs:
         found.setdefault(key, []).append(value)

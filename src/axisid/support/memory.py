@@ -1,4 +1,4 @@
-"""How much memory reading a log may take: a small packed file can unfold to any size.
+"""Limit of memory for reading a log: a small compressed file can unpack to any size.
 
 What is read is counted before it is held, so that a log that does not fit is refused with a
 sentence instead of ending the program, or slowing the whole machine down.
@@ -11,14 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from .errors import DataError, UsageError, is_real, quoted
+from .settings import setting
 
 GIGABYTE = 1e9
 #: What to do about a file that memory cannot hold, the beginning of a sentence.
-SHORTER_FILES = "Cut the log into shorter files, which are records of one regression with a verdict"
-#: What to do about more samples than memory can hold, likewise.
-WINDOWS = (
-    "Cut windows out of the log, which are parts of one regression with a verdict (window FROM..TO)"
-)
+SHORTER_FILES = "Split the log into shorter files, and identify them together as several records"
 _SHARE = 0.5  # of the machine's memory, which reads no log alone
 _UNKNOWN = 8 * GIGABYTE  # taken for a machine that does not tell
 _LIMITS = (  # of a container
@@ -86,13 +83,13 @@ class Room:
             As `take` does, unless the user set the limit.
         """
         if not self.given and _IDENTIFIED * count > self.limit:
-            raise self._too_much(f"identifying the {count} samples of {self.source}", WINDOWS)
+            raise self._too_much(f"identifying the {count} samples of {self.source}", _windows())
 
     def _too_much(self, what: str, less: str) -> DataError:
-        whose = "as much as it may" if self.given else "half of what there is"
+        whose = "the given limit" if self.given else "half of the machine's memory"
         return DataError(
-            f"{what} would take more than {self.limit / GIGABYTE:.3g} GB of memory, {whose}. "
-            f"{less}, or allow more (max_memory = BYTES in run.toml).",
+            f"{what} would need more than {self.limit / GIGABYTE:.3g} GB of memory, {whose}. "
+            f"{less}, or raise the limit (max_memory = BYTES in run.toml).",
             code="memory",
         )
 
@@ -113,7 +110,7 @@ def room_for(source: str | Path, max_memory: float | None) -> Room:
         return Room(str(source), _SHARE * machine_memory())
     if not (is_real(max_memory) and max_memory > 0):
         raise UsageError(
-            f"max_memory is {quoted(max_memory)}; give a positive number of bytes, such as 4e9.",
+            f"max_memory is {quoted(max_memory)}. Give a positive number of bytes, such as 4e9.",
             code="memory",
         )
     return Room(str(source), float(max_memory), given=True)
@@ -129,3 +126,11 @@ def machine_memory() -> float:
             found.append(float(file.read_text(encoding="ascii")))
     least = min(found)
     return least if 0 < least < math.inf else _UNKNOWN
+
+
+def _windows() -> str:
+    """Return the advice about more samples than memory can hold, the beginning of a sentence."""
+    return (
+        "Take only windows of the log, which form one regression with one verdict "
+        f"({setting('windows', ('FROM..TO',))})"
+    )

@@ -1,4 +1,4 @@
-"""What numerical libraries do not do here: work in threads of their own, and warn of arithmetic.
+"""Keep numerical libraries from using their own threads and from arithmetic warnings.
 
 Matrices here are tall and thin, and more threads only wait.
 """

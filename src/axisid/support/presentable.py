@@ -26,7 +26,7 @@ class Shown:
         return self.summary()
 
     def _repr_html_(self) -> str:
-        """For notebooks."""
+        """Return HTML for notebooks."""
         return str(view_of("as_html", self))
 
 
@@ -36,7 +36,7 @@ class Presentable(Shown):
     __slots__ = ()
 
     def to_dict(self) -> dict[str, Any]:
-        """What ``--json`` writes: plain numbers, texts and lists."""
+        """Return the content of ``--json``: plain numbers, texts and lists."""
         return dict(view_of("as_document", self))
 
     def save(self, file: "str | Path", **how: Any) -> "Path":
@@ -97,3 +97,8 @@ class Presentable(Shown):
 def view_of(view: str, result: object, *what: Any, **how: Any) -> Any:
     """A view of a result, by the view's name in `axisid.presentation.views`."""
     return getattr(import_module("axisid.presentation.views"), view)(result, *what, **how)
+
+
+def sentence_of(finding: object) -> str:
+    """Return the sentence of a finding, as `axisid.presentation.sentences` words it."""
+    return str(import_module("axisid.presentation.sentences").sentence(finding))

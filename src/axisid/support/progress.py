@@ -1,4 +1,4 @@
-"""How a long computation says how far it is."""
+"""Progress of a long computation."""
 
 from collections.abc import Callable, Iterable, Iterator
 from typing import TypeAlias, TypeVar

@@ -204,7 +204,7 @@ def test_hanging_compiler_is_ended(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("compiler", "reason"),
     [
-        ("absent-cc", "CC='absent-cc' is not found"),
+        ("absent-cc", "CC='absent-cc' was not found"),
         ("cc '", "cannot be read: No closing quotation"),
         ("false", "failed: exit code 1"),
         ("true", "failed: exit code 0"),
@@ -229,7 +229,7 @@ def test_no_working_compiler_means_the_virtual_machine_and_one_line(
     monkeypatch.setenv("CC", "absent-cc")
     code, out, err = run("identify", "emps2015", *QUICK)
     assert code == 0
-    assert "CC='absent-cc' is not found" in err
+    assert "CC='absent-cc' was not found" in err
     assert "the CasADi virtual machine simulates" in err
     assert len(err.splitlines()) == 1
     assert "IDM-IV" in out
@@ -242,7 +242,7 @@ def test_unwritable_cache_means_no_library_and_says_what_to_set(
     monkeypatch.setenv("AXISID_CACHE", str(tmp_path / "file" / "cache"))
     native = fresh().native
     assert native.library() is None
-    assert "(AXISID_CACHE names another folder)" in native.refusal
+    assert "with AXISID_CACHE" in native.refusal
 
 
 @pytest.mark.slow

@@ -16,9 +16,9 @@ def test_a_text_lists_a_value_for_each_record_some_with_deviations() -> None:
 @pytest.mark.parametrize(
     ("told", "said"),
     [
-        (["m_add"], "write NAME=V1,V2"),
-        (["m_add="], "number 1 is no value"),
-        (["m_add=0,1+-"], "number 2 is no value"),
+        (["m_add"], "Write NAME=V1,V2"),
+        (["m_add="], "number 1 is not a number"),
+        (["m_add=0,1+-"], "number 2 is not a number"),
     ],
 )
 def test_what_lists_no_values_is_refused_with_their_place(told: list[str], said: str) -> None:

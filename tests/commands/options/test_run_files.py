@@ -75,7 +75,9 @@ def test_a_second_record_that_the_filter_does_not_suit_is_refused_before_all_els
     monkeypatch.setattr("axisid.commands.options.stages.identify", None, raising=False)
     short = run_file(log, "short.toml", **{**SAID, "windows": "0.2..0.25"})
     first = run_file(log, **SAID)
-    refused("identify", "emps2015", first, "--validate", short, code=3, says="to validate on")
+    refused(
+        "identify", "emps2015", first, "--validate", short, code=3, says="the record of --validate"
+    )
 
 
 def test_its_mistakes_are_listed_and_it_is_no_axis(refused: Refused, log: Path) -> None:
@@ -84,10 +86,10 @@ def test_its_mistakes_are_listed_and_it_is_no_axis(refused: Refused, log: Path) 
     assert lines[0].endswith("run.toml has 2 mistakes:")
     assert "gapz: there is no such key" in lines[1]
     assert "Did you mean 'gaps'?" in lines[1]
-    assert lines[2] == "  mask: there is no mask 'clip'; choose from clipped."
+    assert lines[2] == "  mask: there is no mask 'clip'. Choose from clipped."
     wrong = run_file(log, **{**SAID, "resample": 100.0})  # which the log alone tells
-    refused("identify", "emps2015", wrong, says="its noise would fold", code=3)
-    refused("identify", file, "emps2015", says="is a log; the axis comes first")
+    refused("identify", "emps2015", wrong, says="alias its noise", code=3)
+    refused("identify", file, "emps2015", says="is a log. Name the axis before")
     to_log = ("--json", log, "--force")
     refused("identify", "emps2015", run_file(log), *to_log, says="it is an input of this run")
 
@@ -115,11 +117,11 @@ def test_new_keeps_what_is_there_and_stays_beside_the_log(run: Run, log: Path) -
     assert run("new", "mine", "--record", log)[0] == 0
     assert (log.parent / "mine.toml").is_file()
     for words, said in (
-        (("mine", "--record", log), "is there already"),
-        (("../mine", "--record", log), "is no name of a file beside"),
-        (("--record", log, "--python"), "--record starts a run.toml"),
+        (("mine", "--record", log), "exists already"),
+        (("../mine", "--record", log), "is not a file name"),
+        (("--record", log, "--python"), "--record writes a run.toml"),
         (("--record", log.parent / "absent.csv"), "cannot be read"),
-        ((), "name the axis, or a log by --record"),
+        ((), "or a log with --record"),
     ):
         code, _, err = run("new", *words)
         assert code in (2, 3)
@@ -156,7 +158,7 @@ def test_a_fleet_takes_it_from_folders_manifests_and_python(log: Path) -> None:
 @pytest.mark.parametrize("name", ["identify", "fit", "sweep", "compare", "law", "fleet"])
 def test_options_of_a_log_are_four_and_help_says_where_the_rest_is(run: Run, name: str) -> None:
     said = " ".join(run(name, "--help")[1].split())
-    assert "All else of a log is said in a run.toml, which stands in its place" in said
+    assert "A run.toml holds all other settings of a log" in said
     options = {o for p in cli.commands[name].params for o in p.opts}
     assert {"--columns", "--window", "--resample", "--gaps"} <= options
     assert not {"--sample-period", "--shift", "--wrap", "--mask", "--tail"} & options
@@ -238,16 +240,16 @@ def test_log_in_other_units_and_another_dialect_gives_the_same_estimates(
 @pytest.mark.parametrize(
     ("options", "code", "message"),
     [
-        (["--resample", "fast"], 2, "resample at is 'fast'; give hertz, or auto"),
-        (["--resample", "-1"], 2, "resample at is -1.0; give hertz, or auto"),
-        (["--resample", "100"], 2, "its noise would fold"),
+        (["--resample", "fast"], 2, "resampling rate is 'fast'"),
+        (["--resample", "-1"], 2, "resampling rate is -1.0"),
+        (["--resample", "100"], 2, "alias its noise"),
         (["--columns", "time=t,position=pos:deg,control=volts"], 2, "is measured in m"),
-        (["--columns", "time=t,position=pos:inc,control=volts"], 2, "say what one count is"),
-        (["--gaps", "fill"], 2, "no repair of gaps 'fill'; choose from split"),
+        (["--columns", "time=t,position=pos:inc,control=volts"], 2, "size of one count"),
+        (["--gaps", "fill"], 2, "no repair of gaps 'fill'"),
         (["--window", "2-5"], 2, "a window is '2-5'; give FROM..TO"),
         (["--window", "5..2"], 2, "does not end after it begins"),
-        (["--window", "100.."], 3, "holds no samples of the log"),
-        (["--validate-like", "1"], 2, "nothing without --validate"),
+        (["--window", "100.."], 3, "has no samples"),
+        (["--validate-like", "1"], 2, "no effect without --validate"),
     ],
 )
 def test_what_cannot_be_done_is_one_sentence(

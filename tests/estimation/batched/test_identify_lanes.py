@@ -5,11 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import Estimate, Prefilter, identify
+from axisid import (
+    Estimate,
+    Prefilter,
+)
 from axisid.codegen import GeneratedAxis
 from axisid.estimation import LaneEstimates, RecordLanes, identify_lanes, simulate_batch
 from axisid.estimation.simulation.twin import trajectory
 from tests.refusals import refuses
+from tests.unjudged import identify
 
 PERIOD = 1e-3
 PUBLISHED = Prefilter(cutoff=60.0, decimate=10, drop=(49, 0), hold="raw", reversals="keep")

@@ -5,7 +5,12 @@ from typing import Any
 
 import pytest
 
-from axisid import Record, UsageError, fit, identify, monte_carlo
+from axisid import (
+    Record,
+    UsageError,
+    fit,
+    monte_carlo,
+)
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.choices import (
     COVARIANCE_ROWS,
@@ -17,6 +22,7 @@ from axisid.estimation.choices import (
 from axisid.estimation.estimates import COVARIANCES, covariance_of
 from axisid.estimation.methods import METHODS
 from axisid.estimation.regression import InverseForm
+from tests.unjudged import identify
 
 
 def test_every_row_is_in_the_table_that_is_run() -> None:

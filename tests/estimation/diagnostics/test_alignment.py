@@ -1,6 +1,5 @@
 """The delay between force and motion; a control that is logged early, or a law of another delay."""
 
-import re
 from dataclasses import replace
 from functools import cache
 
@@ -14,7 +13,6 @@ from axisid import (
     Prefilter,
     Record,
     build,
-    identify,
     load_axis,
     newton,
     read_record,
@@ -25,9 +23,18 @@ from axisid.control import cascade_pd_difference
 from axisid.elements import Drive, coulomb, viscous
 from axisid.estimation import law_agreement
 from axisid.estimation.diagnostics import estimate_delay
+from axisid.estimation.diagnostics.alignment_findings import (
+    DeclaredTooLong,
+    DelayBeyondRange,
+    ForceDelay,
+    LoggedAtOtherTime,
+)
+from axisid.estimation.diagnostics.control_law import LateControl, MovedColumn
 from axisid.estimation.verdict_checks import Check
 from axisid.modeling import Experiment, back_and_forth
-from tests.verdicts import checks_of
+from tests.law_findings import repair_of_law
+from tests.unjudged import identify
+from tests.verdicts import checks_of, finding_of
 
 FINE = Prefilter(cutoff=180.0, decimate=3, drop=(50, 50))
 
@@ -78,32 +85,35 @@ def test_delay_beyond_the_range_or_that_the_record_does_not_tell_is_said_to_be_s
     emps2015: GeneratedAxis, quiet: Record
 ) -> None:
     noise = np.random.default_rng(8).normal(0.0, 30.0, len(quiet))
-    for control, prefilter, status, said in (
-        (np.roll(quiet.control, -5), FINE, "fail", "best 3 samples, the end"),
-        (quiet.control + noise, None, "not evaluated", "samples only"),
-    ):
-        check = checked(emps2015, replace(quiet, control=control), prefilter)
-        assert check.status == status
-        assert said in check.meaning
+    late = checked(emps2015, replace(quiet, control=np.roll(quiet.control, -5)), FINE)
+    assert late.status == "fail"
+    found = finding_of(late, ForceDelay)
+    assert (found.delay, found.is_at_end) == (3.0, True)
+    noisy = checked(emps2015, replace(quiet, control=quiet.control + noise))
+    assert noisy.status == "not evaluated"
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("declared", "says"),
-    [
-        (1e-3, r"is 0.00\d* s too long: declare none"),
-        (3e-3, r"is 0.00[23]\d* s too long: declare none"),
-        (2e-2, r"is at least .*: declare .* or less"),
-    ],
+    ("declared", "is_at_least"),
+    [(1e-3, False), (3e-3, False), (2e-2, True)],
 )
 def test_a_declared_delay_that_is_not_there_is_said_to_be_too_long(
-    emps2015: GeneratedAxis, twin: Record, declared: float, says: str
+    emps2015: GeneratedAxis, twin: Record, declared: float, is_at_least: bool
 ) -> None:
     axis = emps2015.axis
     late = build(replace(axis, drive=replace(axis.drive, delay=declared)))
     verdict = checks_of(identify(late, twin, methods="idm-ls"))
     assert verdict["alignment"].status == "fail"
-    assert re.search(says, verdict["alignment"].meaning)
+    remedy, *_ = finding_of(verdict["alignment"], ForceDelay).remedies
+    assert isinstance(remedy, DeclaredTooLong)
+    assert (remedy.declared, remedy.is_at_least) == (declared, is_at_least)
+    if is_at_least:
+        assert 0 < remedy.excess < declared
+        assert remedy.remaining == pytest.approx(declared - remedy.excess)
+    else:
+        assert remedy.excess == pytest.approx(declared, rel=0.5)
+        assert remedy.remaining == 0.0
     assert verdict["missing terms"].status != "fail"
 
 
@@ -152,34 +162,36 @@ def result(true: int, declared: int, early: int) -> Identification:
 @pytest.mark.parametrize(
     ("true", "declared", "early", "law", "alignment"),
     [
-        (0, 0, 0, "pass:", "pass:"),
-        (1, 1, 0, "pass:", "pass:"),
+        (0, 0, 0, "pass", "pass"),
+        (1, 1, 0, "pass", "pass"),
         # Told to declare no delay, and obeying, one had b a sixth too low, with care.
-        (
-            *(1, 1, 1),
-            "fail: .*add 1 to shift.control(?!.*delay=)",
-            r"note: .*so that the control is (0.9|1)\d* samples early beside(?!.*the drive's delay)"
-            ".*add 1 to shift.control",
-        ),
-        (1, 0, 1, "pass:", "fail: .*add 1 to shift.control in run.toml"),
-        *(
-            (
-                true,
-                other,
-                0,
-                f"fail: .*declare delay={true}. The motion supports that(?!.*shift)",
-                "",
-            )
-            for true, other in ((0, 1), (1, 0), (2, 1))
-        ),
+        (1, 1, 1, "fail", "note"),
+        (1, 0, 1, "pass", "fail"),
+        (0, 1, 0, "fail", ""),
+        (1, 0, 0, "fail", ""),
+        (2, 1, 0, "fail", ""),
     ],
 )
 def test_who_is_to_blame_for_a_delay_is_told_with_what_mends_it(
     true: int, declared: int, early: int, law: str, alignment: str
 ) -> None:
     checks = checks_of(result(true, declared, early))
-    for name, said in (("control law", law), ("alignment", alignment)):
-        assert re.match(said, f"{checks[name].status}: {checks[name].meaning}")
+    assert checks["control law"].status == law
+    if law == "fail":
+        late = finding_of(checks["control law"], LateControl)
+        if early:
+            assert (late.blame, late.shift, late.delay) == ("log", early, None)
+        else:
+            assert (late.blame, late.shift, late.delay) == ("law", 0, true)
+    if not alignment:
+        return
+    assert checks["alignment"].status == alignment
+    found = finding_of(checks["alignment"], ForceDelay)
+    moved = LoggedAtOtherTime(role="control", samples=early)
+    assert (moved in found.remedies) is (early > 0)
+    if alignment == "note":  # the shift of the log, and no delay of the drive
+        assert found.apart == pytest.approx(1.0, abs=0.15)
+        assert found.remedies == (moved,)
 
 
 @pytest.mark.slow
@@ -199,17 +211,18 @@ def test_a_reference_or_position_at_another_time_is_named(role: str, samples: in
     axis = build(load_axis("rotary_table"))
     record = twin_record(axis, seed=2)
     check = law_agreement(axis, record.shifted(**{role: samples}))
-    assert f"add {-samples} to shift.{role}" in check.sentence
+    assert repair_of_law(check, MovedColumn) == MovedColumn(role=role, samples=-samples)
 
 
 @pytest.mark.slow
 def test_a_delay_beyond_the_range_has_a_cure(emps2015: GeneratedAxis, quiet: Record) -> None:
     early = 6
     check = checked(emps2015, replace(quiet, control=np.roll(quiet.control, -early)))
-    told = re.search(r"add (\d+) to shift\.control", check.meaning)
+    (remedy,) = finding_of(check, ForceDelay).remedies
     assert check.status == "fail"
-    assert told is not None
-    assert 0 < int(told[1]) <= early
+    assert isinstance(remedy, DelayBeyondRange)
+    assert remedy.role == "control"
+    assert 0 < remedy.samples <= early
 
 
 @pytest.mark.slow

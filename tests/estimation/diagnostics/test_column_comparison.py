@@ -1,21 +1,35 @@
 """A measured force, velocity or control beside what it should be: what does not fit is named."""
 
-import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from axisid import Prefilter, Record, build, identify, load_axis, twin_record
+from axisid import (
+    Prefilter,
+    Record,
+    build,
+    load_axis,
+    twin_record,
+)
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation.diagnostics import (
     compared_motion,
     derivative_check,
 )
 from axisid.estimation.diagnostics.column_comparison import force_check, limit_check
+from axisid.estimation.diagnostics.column_findings import (
+    ColumnCorrections,
+    ColumnFault,
+    ControlAgainstLimit,
+    ForceAgainstControl,
+    MeasuredMotion,
+)
+from axisid.estimation.records import AdvisedShift
 from axisid.estimation.verdict_checks import Check
-from tests.verdicts import meaning_of
+from tests.unjudged import identify
+from tests.verdicts import checks_of, finding_of
 
 GAIN = 35.15
 
@@ -45,7 +59,8 @@ def test_scale_sign_and_time_are_seen(
     spoilt = replace(twin, force=np.roll(scale * GAIN * twin.control, shift))
     check = force_check(emps2015, spoilt)
     assert check.status == status
-    assert status == "pass" or f"{scale:.3g} times" in check.meaning or shift
+    if not shift:
+        assert finding_of(check, ForceAgainstControl).factor == pytest.approx(scale, abs=5e-3)
     if scale == 0.5:
         assert check in identify(emps2015, spoilt, Prefilter(hold="zoh"), "idm-ls").verdict
 
@@ -60,9 +75,11 @@ def test_what_a_current_loop_does_is_no_factor_and_a_factor_is_seen_through_it(
     assert force_check(emps2015, replace(record, force=force)).status == "pass"
     check = force_check(emps2015, replace(record, force=1.1 * force))
     assert check.status == "fail"
-    scale = float(check.meaning.split("the force column is ")[1].split()[0])
-    assert scale == pytest.approx(1.1, rel=0.01)
-    assert "scaled by it" in check.meaning
+    finding = finding_of(check, ForceAgainstControl)
+    assert finding.fault == "scale"
+    assert finding.factor == pytest.approx(1.1, rel=0.01)
+    assert finding.gain is not None
+    assert finding.gain.fitting == pytest.approx(1.1 * GAIN, rel=0.01)
 
 
 @pytest.mark.parametrize("how", ["late", "coarse", "drifting", "noisy", "nothing else"])
@@ -76,9 +93,9 @@ def test_a_constant_beside_the_command_is_named_with_its_size(
     check = force_check(emps2015, replace(twin, force=force + offset))
     assert check.status == ("fail" if share else "pass")
     if share:
-        said = check.meaning.split("the force column is ")[1]
-        assert float(said.split()[0]) == pytest.approx(offset, rel=0.1)
-        assert "Check the zero of the force's sensor" in said
+        finding = finding_of(check, ForceAgainstControl)
+        assert finding.fault == "offset"
+        assert finding.offset == pytest.approx(offset, rel=0.1)
 
 
 def test_what_a_gear_takes_and_masked_samples_are_no_factor(
@@ -120,7 +137,10 @@ def test_control_beyond_the_limit_is_told_with_its_share_but_for_a_converter_s_n
     assert check.status == status
     share = 100 * np.mean(np.abs(control) > 1.02 * limit)
     assert check.figure == pytest.approx(share)
-    assert (f"in {share:.2g} % of" in check.meaning) is (status != "pass")
+    finding = finding_of(check, ControlAgainstLimit)
+    assert finding.share_percent == check.figure
+    assert finding.is_beyond is (status != "pass")
+    assert finding.has_force is measured_force
 
 
 SIZE = 0.08  # m/s
@@ -166,22 +186,63 @@ def test_part_of_a_sample_is_measured(emps: GeneratedAxis) -> None:
         assert found.delay == pytest.approx(late, abs=0.01)
 
 
+MINUS_THREE = AdvisedShift(role="velocity", samples=-3.0, is_whole=True)
+
+
+def corrections(
+    fault: ColumnFault,
+    *,
+    shift: AdvisedShift | None = None,
+    unit: str | None = None,
+    is_reversed: bool = False,
+) -> ColumnCorrections:
+    """Corrections of a column without a name."""
+    return ColumnCorrections(
+        column="NAME",
+        faults=(fault,),
+        shift=shift,
+        likely_unit=unit,
+        is_reversed=is_reversed,
+        scale_reference="position",
+    )
+
+
 @pytest.mark.parametrize(
-    ("factor", "late", "offset", "advice"),
+    ("factor", "late", "offset", "expected"),
     [
-        (1.0, 3, 0.0, "add -3 to shift.velocity"),
-        (1000.0, 0, 0.0, "columns velocity=NAME:mm/s"),
-        (-1.0, 0, 0.0, "columns velocity=NAME:UNIT*-1"),
-        (1.0, 0, 0.005, "columns velocity=NAME:UNIT-0.005"),
-        (1.05, 0, 0.0, "check its unit and scale"),
+        (1.0, 3, 0.0, corrections("delay", shift=MINUS_THREE)),
+        (1000.0, 0, 0.0, corrections("factor", unit="mm/s")),
+        (-1.0, 0, 0.0, corrections("factor", is_reversed=True)),
+        (1.0, 0, 0.005, corrections("offset")),
+        (1.05, 0, 0.0, corrections("factor")),
     ],
 )
-def test_what_is_wrong_is_told_with_what_to_do(
-    emps: GeneratedAxis, right: Record, factor: float, late: int, offset: float, advice: str
+def test_a_fault_of_a_column_has_its_correction(
+    emps: GeneratedAxis,
+    right: Record,
+    factor: float,
+    late: int,
+    offset: float,
+    expected: ColumnCorrections,
 ) -> None:
     check = checked(emps, changed(right.shifted(velocity=late), factor, offset))
     assert check.status == "fail"
-    assert advice in check.meaning
+    finding = finding_of(check, MeasuredMotion)
+    assert finding.corrections == expected
+    assert finding.factor == pytest.approx(factor, rel=2e-3)
+    assert finding.delay == pytest.approx(late, abs=0.05)
+    assert finding.offset == pytest.approx(offset, abs=2e-4 * abs(factor))
+    assert (finding.is_wrong, finding.is_other_signal) == (True, False)
+    assert finding.worst == check.figure
+
+
+def test_a_column_that_holds_its_values_is_to_be_interpolated(
+    emps: GeneratedAxis, right: Record
+) -> None:
+    held = np.repeat(np.asarray(right.velocity)[::8], 8)[: len(right)]
+    finding = finding_of(checked(emps, replace(right, velocity=held)), MeasuredMotion)
+    assert finding.corrections.faults == ("delay",)
+    assert finding.corrections.shift is None
 
 
 @pytest.mark.parametrize("what", ["control", "position", "noise", "walk", "constant"])
@@ -196,7 +257,9 @@ def test_another_signal_is_no_velocity(emps: GeneratedAxis, right: Record, what:
     }
     check = checked(emps, replace(right, velocity=others[what]))
     assert check.status == "fail"
-    assert "is not the position's derivative" in check.meaning
+    finding = finding_of(check, MeasuredMotion)
+    assert finding.is_other_signal
+    assert finding.reference == "derivative of the position"
 
 
 @pytest.mark.slow
@@ -210,8 +273,10 @@ def test_a_wrong_scale_or_zero_of_a_velocity_alone_is_told(
     moved = changed(record, factor, offset * float(np.ptp(record.velocity)))
     result = identify(axis, replace(moved, position=np.empty(0)), methods=["idm-ls"])
     right = factor == 1 and not offset
-    said = meaning_of(result, "measured velocity", "pass" if right else "fail")
-    assert "that of the simulated loop, which follows the reference" in said
-    (told,) = re.findall(r"the measured velocity is .*?([\d.]+) \+- ", said)
-    assert float(told) == pytest.approx(factor, abs=1e-3)
-    assert ("and those of the reference" in said) is (factor != 1)
+    check = checks_of(result)["measured velocity"]
+    assert check.status == ("pass" if right else "fail")
+    finding = finding_of(check, MeasuredMotion)
+    assert finding.reference == "velocity of the simulated loop"
+    assert finding.factor == pytest.approx(factor, abs=1e-3)
+    assert finding.corrections.scale_reference == "reference"
+    assert ("factor" in finding.corrections.faults) is (factor != 1)

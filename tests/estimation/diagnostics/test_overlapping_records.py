@@ -1,12 +1,14 @@
 """Samples that are among several records more than once."""
 
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
 
-from axisid.estimation.diagnostics.overlapping_records import repeated_check
+from axisid.estimation.diagnostics.overlapping_records import RepeatedSamples, repeated_check
 from axisid.estimation.records import Record, Repairs, read_record
+from tests.verdicts import finding_of
 
 
 def log(size: int = 3000, *, seed: int = 0, step: float = 0.0) -> Record:
@@ -35,38 +37,58 @@ RESTING = LONG.with_values(
 
 
 @pytest.mark.parametrize(
-    ("records", "figure", "status", "said"),
+    ("records", "figure", "status", "pairs"),
     [
         *(
             (
                 [cut(WHOLE, 0, 2000), cut(WHOLE, 1000, 3000, absolute=absolute)],
                 *(1.5, "fail"),
-                f"1000 samples in common, from 1 to 1.999 s of the first and from {there} s",
+                [(1000, (1.0, 1.999), there)],
             )
-            for absolute, there in ((True, "1 to 1.999"), (False, "0 to 0.999"))
+            for absolute, there in ((True, (1.0, 1.999)), (False, (0.0, 0.999)))
         ),
         (
             [log(step=1e-2)] * 3,
             3.0,
             "fail",
-            "(record 1) and arrays (record 3) have 3000 samples in common",
+            [(3000, (0.0, 2.999), (0.0, 2.999))] * 3,
         ),
-        ([WHOLE, WHOLE.windowed((None, 0.9995), (1.9995, None))], 1.8, "fail", "in common"),
-        ([cut(LONG, 0, 10_100), cut(LONG, 10_000, 20_000)], 1.01, "note", "100 samples in common"),
+        (
+            [WHOLE, WHOLE.windowed((None, 0.9995), (1.9995, None))],
+            1.8,
+            "fail",
+            [(2000, (0.0, 2.999), (0.0, 2.999))],
+        ),
+        (
+            [cut(LONG, 0, 10_100), cut(LONG, 10_000, 20_000)],
+            1.01,
+            "note",
+            [(100, (10.0, 10.099), (10.0, 10.099))],
+        ),
         (  # which rests elsewhere too, all samples of which are alike
             [cut(RESTING, 0, 10_100), cut(RESTING, 10_000, 20_000)],
-            *(1.01, "note", "100 samples in common"),
+            *(1.01, "note", [(100, (10.0, 10.099), (10.0, 10.099))]),
         ),
     ],
     ids=["same clock", "own clocks", "given three times", "two stretches", "of no weight", "rests"],
 )
-def test_samples_that_are_given_again_are_told_with_the_times(
-    records: list[Record], figure: float, status: str, said: str
+def test_samples_that_are_given_again_are_found_with_their_times(
+    records: list[Record], figure: float, status: str, pairs: list[tuple[object, ...]]
 ) -> None:
     check = repeated_check(records)
     assert check.status == status
     assert check.figure == pytest.approx(figure, abs=2e-3)
-    assert said in check.meaning
+    found = finding_of(check, RepeatedSamples).pairs
+    assert [(each.samples, *each.spans) for each in found] == [
+        (samples, pytest.approx(first), pytest.approx(second)) for samples, first, second in pairs
+    ]
+
+
+def test_every_pair_of_a_record_given_three_times_is_named() -> None:
+    found = finding_of(repeated_check([log(step=1e-2)] * 3), RepeatedSamples)
+    names = [f"arrays (record {i})" for i in (1, 2, 3)]
+    assert [each.names for each in found.pairs] == [*combinations(names, 2)]
+    assert found.repetitions == 3.0
 
 
 @pytest.mark.parametrize(

@@ -5,12 +5,26 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import Parameter, Prefilter, Record, fit, fix, identify, load_axis, twin_record
+from axisid import (
+    Parameter,
+    Prefilter,
+    Record,
+    fit,
+    fix,
+    load_axis,
+    twin_record,
+)
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation.diagnostics import fixed_check, nominal_check
+from axisid.estimation.diagnostics.parameter_findings import (
+    FarFromNominalValues,
+    FewRows,
+    FixedValues,
+)
 from axisid.estimation.estimates import Estimate
 from axisid.modeling import LIBRARY
-from tests.verdicts import checks_of
+from tests.unjudged import identify
+from tests.verdicts import checks_of, finding_of
 
 
 def test_rows_that_are_few_for_the_parameters_are_not_believed(emps2015: GeneratedAxis) -> None:
@@ -18,6 +32,8 @@ def test_rows_that_are_few_for_the_parameters_are_not_believed(emps2015: Generat
     found = checks_of(result)["rows"]
     assert (found.status, result.belief) == ("fail", "with care")
     assert found.figure == len(result.preferred.y) / 3 < found.threshold == 10
+    rows = finding_of(found, FewRows)
+    assert (rows.rows, rows.parameters) == (len(result.preferred.y), 3)
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +53,9 @@ def test_a_value_that_is_fixed_may_be_off_by_what_the_record_leaves_open(
     check = fixed_check(result["idm-iv"])
     assert check.status == status
     assert (check.p_value < 0.01) is (status == "fail")
-    assert (f"M is fixed at {value:.4g}"[:16] in check.meaning) is (status == "fail")
+    found = finding_of(check, FixedValues)
+    assert found.agree is (status == "pass")
+    assert [(each.name, each.value) for each in found.values] == [("M", value)]
 
 
 MASS = Parameter("m", "kg", nominal=10.0, lower=0.0)
@@ -61,7 +79,9 @@ def test_a_value_is_remarked_where_all_of_its_interval_is_far(
 ) -> None:
     found = nominal_check([(MASS, value, interval)])
     assert (found is not None) == remarked
-    assert found is None or (found.status == "note" and f"{value / 10:.2g} times" in found.meaning)
+    if found is not None:
+        (far,) = finding_of(found, FarFromNominalValues).parameters
+        assert (found.status, far.ratio, far.nominal) == ("note", value / 10, 10.0)
 
 
 @pytest.mark.parametrize(
@@ -101,6 +121,7 @@ def test_position_in_another_unit_is_remarked_without_a_reference(
     given = replace(twin, position=factor * twin.position, reference=None)
     result = identify(emps2015, given, methods="idm-ls")
     checks = (*result.verdict, *fit(emps2015, given, output="open-loop").checks)
-    remarks = [check.meaning for check in checks if check.name == "nominal values"]
+    remarks = [check for check in checks if check.name == "nominal values"]
     assert len(remarks) == 2 * (factor != 1.0)
-    assert all("M = " in said and "check the units" in said for said in remarks)
+    for check in remarks:
+        assert "M" in [each.name for each in finding_of(check, FarFromNominalValues).parameters]

@@ -11,17 +11,19 @@ from axisid import (
     Prefilter,
     Record,
     build,
-    identify,
     simulate,
     twin_record,
 )
 from axisid.control import cascade_pd
 from axisid.elements import Drive, offset, spring
+from axisid.estimation.diagnostics import Precision
+from axisid.estimation.diagnostics.model_error_checks import SimulatedLoop
 from axisid.estimation.simulation.twin import trajectory
 from axisid.estimation.verdict_checks import Check
 from axisid.modeling import Experiment, Move, back_and_forth
 from tests.axes.bodies import k, stage, x
-from tests.verdicts import checks_of, meaning_of
+from tests.unjudged import identify
+from tests.verdicts import checks_of, finding_of
 
 PERIOD = 1e-3
 f = Parameter("f", "N")
@@ -80,7 +82,8 @@ def test_a_mass_that_is_none_beside_a_known_one_is_no_lack_of_acceleration() -> 
     result = identify(axis, records, methods="idm-iv", known={"m": [truth["m"]] * 2})
     assert not any(each.lacking for each in result.diagnosis.excitation)
     assert precision(result).status == "pass"
-    assert "m_add cannot be told from zero" in precision(result).meaning
+    found = finding_of(precision(result), Precision)
+    assert [each.name for each in found.negligible] == ["m_add"]
 
 
 FORWARD = (Move(0.1, 0.1, 2.0), Move(0.2, 0.2, 2.0), Move(-0.004, 0.05, 4.0))
@@ -115,7 +118,8 @@ def test_what_a_motion_lacks_is_told_of_the_parameter_that_it_hides(
     assert alike is None or alike in shown[name].alike
     assert lacking is None or lacking in shown[name].lacking
     assert lacking not in shown["f"].lacking
-    assert vague is None or f"{vague} is not identified" in precision(result).meaning
+    found = finding_of(precision(result), Precision).unidentified
+    assert vague is None or vague in [each.name for group in found for each in group.parameters]
 
 
 @pytest.mark.slow
@@ -141,6 +145,9 @@ def test_a_weight_that_the_model_lacks_is_blamed_for_the_loop_and_hides_each_par
     weighed = replace(STAGE, experiment=Experiment(moves=ALL, truth=truth, position_noise=1e-7))
     axis = build(stage(drive=STAGE.drive, control=STAGE.control))
     result = identify(axis, twin_record(build(weighed)))
-    assert "mend first what the model lacks" in meaning_of(result, "simulation")
-    assert "none of m, b, c is identified by this record" in precision(result).meaning
-    assert precision(result).meaning.count("drowns") == 1
+    simulation = checks_of(result)["simulation"]
+    assert simulation.status == "fail"
+    assert finding_of(simulation, SimulatedLoop).is_misspecified
+    (group,) = finding_of(precision(result), Precision).unidentified
+    assert [each.name for each in group.parameters] == ["m", "b", "c"]
+    assert group.reason == "below residual"

@@ -5,10 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from axisid import Record, identify, load_axis, twin_record
+from axisid import (
+    Record,
+    load_axis,
+    twin_record,
+)
 from axisid.codegen.generated_axes import GeneratedAxis, build
+from axisid.estimation.diagnostics.control_law import LawReproduced
+from axisid.estimation.diagnostics.scale_of_control import ControlScaleMoves
 from axisid.estimation.verdict_checks import Check, belief
 from axisid.modeling.quantities import Constant
+from tests.unjudged import identify
+from tests.verdicts import finding_of
 
 
 def law_of(axis: GeneratedAxis, record: Record) -> Check:
@@ -31,6 +39,15 @@ def test_a_scale_within_one_percent_fails_by_what_it_moves(
     (law,) = (check for check in result.verdict if check.name == "control law")
     assert law.status == status
     assert (belief(result.verdict) == "not believed") == (status == "fail")
+    if status == "fail":
+        found = finding_of(law, ControlScaleMoves)
+        assert found.scale == pytest.approx(scale, abs=1e-4)
+        assert (found.unit, found.standard_errors) == (
+            result.preferred.parameters[found.parameter].unit,
+            law.figure,
+        )
+    else:
+        assert finding_of(law, LawReproduced).residual_percent == law.figure
 
 
 @pytest.mark.slow

@@ -8,7 +8,12 @@ import pytest
 import statsmodels.api as sm
 from scipy.special import stdtrit
 
-from axisid import Identification, Record, identify, load_result, read_record
+from axisid import (
+    Identification,
+    Record,
+    load_result,
+    read_record,
+)
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation import choices
 from axisid.estimation.diagnostics.hausman import HausmanTest, hausman, significant_differences
@@ -17,6 +22,7 @@ from axisid.support.errors import Missing
 from benchmarks.machines import Machine, records, white
 from tests.recipes import row_of_recipe
 from tests.refusals import refuses
+from tests.unjudged import identify
 
 NAME, RECIPE = "hc3", "Add a covariance"
 MODULE = "axisid.estimation.regression.leave_one_out"

@@ -14,11 +14,11 @@ from axisid import (
     Parameter,
     Record,
     UsageError,
-    identify,
 )
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation.estimates.estimate import Estimate
 from tests.refusals import refuses
+from tests.unjudged import identify
 
 _M, _I = sympy.symbols("M i")
 
@@ -69,11 +69,11 @@ def test_units_follow_the_arithmetic(estimate: Estimate, function: str, unit: st
 @pytest.mark.parametrize(
     ("function", "code", "says"),
     [
-        ("M + Fv", "formula", "adds .* and .*; units must agree"),
-        ("M + 1", "formula", "units must agree"),
+        ("M + Fv", "formula", "adds .* and .*[Uu]nits"),
+        ("M + 1", "formula", "adds kg and 1"),
         ("exp(M)", "formula", "takes a number, not kg"),
         ("2**M", "formula", "the power in 2.*M is in kg"),
-        ("M**(Fc/Fc*2 + M/M - 1)*N", "formula", "N; there are M, Fv, Fc"),
+        ("M**(Fc/Fc*2 + M/M - 1)*N", "formula", "N is not known.*M, Fv, Fc"),
         ("__import__('os').system('true')", "formula", ""),
         ("M.real", "formula", ""),
         ("M^2", "formula", ""),
@@ -83,9 +83,9 @@ def test_units_follow_the_arithmetic(estimate: Estimate, function: str, unit: st
         ("M*sin(exp(exp(15)))", "formula", ""),
         ("M**sqrt(-1)", "formula", ""),
         ("sin(" * 80 + "M/M" + ")" * 80, "formula", ""),
-        ("M**1.001", "formula", "no fraction"),
-        ("Fc**pi", "formula", "no fraction"),
-        ("M**1.001 + M", "formula", "no fraction"),
+        ("M**1.001", "formula", "denominator"),
+        ("Fc**pi", "formula", "denominator"),
+        ("M**1.001 + M", "formula", "denominator"),
         ("M" * 2001, "formula", "2001 characters"),
         ("\0", "formula", ""),
         (sympy.Integral(_M, (_M, 0, 1)), "formula", ""),

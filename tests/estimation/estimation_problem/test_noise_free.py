@@ -16,7 +16,6 @@ from axisid import (
     Prefilter,
     Record,
     build,
-    identify,
     leave_out,
     load_axis,
     read_record,
@@ -38,6 +37,7 @@ from tests.axes.unseen import with_bump, with_stribeck
 from tests.estimation.methods.test_partially_linear import TRUTH, stribeck_axis
 from tests.estimation.signals.test_filtered_record import cut
 from tests.refusals import refuses
+from tests.unjudged import identify
 from tests.verdicts import meaning_of, statuses
 
 

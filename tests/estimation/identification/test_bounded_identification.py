@@ -14,7 +14,6 @@ from axisid import (
     Prefilter,
     Record,
     build,
-    identify,
     load_axis,
     load_result,
     simulate,
@@ -22,6 +21,7 @@ from axisid import (
 )
 from axisid.codegen.generated_axes import GeneratedAxis
 from tests.refusals import refuses
+from tests.unjudged import identify
 from tests.verdicts import checks_of
 
 _KEPT = Prefilter(reversals="keep")

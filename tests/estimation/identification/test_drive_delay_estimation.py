@@ -9,12 +9,12 @@ from axisid import (
     Parameter,
     Record,
     build,
-    identify,
     twin_record,
 )
 from axisid.modeling import back_and_forth
 from tests.axes.lagging import TRUTH, lagging, noisy
 from tests.refusals import refuses
+from tests.unjudged import identify
 
 METHODS = ["idm-ls", "idm-iv", "didim"]
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import sympy
 
+import axisid
 from axisid import (
     Constant,
     EstimationError,
@@ -15,18 +16,19 @@ from axisid import (
     Prefilter,
     Record,
     build,
-    identify,
     load_axis,
     simulate,
     twin_record,
 )
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.control import cascade_pd
+from axisid.estimation.diagnostics.control_law import ScaledColumn
 from axisid.estimation.simulation.twin import trajectory
 from axisid.support.arrays import relative_error_percent
 from tests.axes.recorded import MOVES, PERIOD_S, TRUTH, recorded_axis, recorded_values
+from tests.law_findings import repair_of_law
 from tests.refusals import refuses
-from tests.verdicts import meaning_of
+from tests.unjudged import identify
 
 #: The position by a metre.
 X = load_axis("emps2015").coordinate.symbol / Constant(1.0, "m").symbol
@@ -100,7 +102,7 @@ def test_record_at_another_period_than_the_law_serves_least_squares_only() -> No
     other = replace(axis, control=replace(axis.control, period=2e-3))
     result = identify(other, record)
     assert set(result.estimates) == {"idm-ls", "ddm-ls"}
-    assert "every 0.001 s, the control law" in result.skipped["idm-iv"]
+    assert "every 0.001 s" in result.skipped["idm-iv"]
     with refuses("loop-period"):
         identify(other, record, methods=["ddm-iv"])
 
@@ -155,9 +157,9 @@ def test_methods_and_parameters_are_found_as_they_are_printed(
     result = identify(emps2015, twin, methods=["idm-ls"])
     assert result["IDM-LS"] is result["idm-ls"]
     assert ("IDM-LS" in result, "idm-iv" in result, list(result)) == (True, False, ["idm-ls"])
-    with refuses("result", says="'ddm'; choose from idm-ls"):
+    with refuses("result", says="'ddm'. Choose from idm-ls"):
         result["ddm"]
-    with refuses("result", says="'mass'; choose from M, Fv, Fc"):
+    with refuses("result", says="'mass'. Choose from M, Fv, Fc"):
         result["idm-ls"].parameters["mass"]
 
 
@@ -173,7 +175,7 @@ def test_methods_and_parameters_are_found_as_they_are_printed(
 def test_another_choice_is_refused_with_those_that_there_are(
     emps2015: GeneratedAxis, twin: Record, given: dict[str, Any], choices: str
 ) -> None:
-    with refuses("method", says=f"choose from {choices}"):
+    with refuses("method", says=f"Choose from {choices}"):
         identify(emps2015, twin, **given)
 
 
@@ -208,7 +210,8 @@ def test_a_feed_forward_of_the_wrong_sign_is_named() -> None:
     axis = build(recorded_axis("feed"))
     record = twin_record(axis, signals=recorded_values("feed", 2), seed=2)
     result = identify(axis, replace(record, signals={"feed": -record.signals["feed"]}))
-    assert "feed times -1" in meaning_of(result, "control law")
+    repair = repair_of_law(result.diagnosis.law, ScaledColumn)
+    assert (repair.role, repair.times) == ("feed", pytest.approx(-1.0, abs=1e-3))
 
 
 @pytest.mark.slow
@@ -241,3 +244,13 @@ def test_a_loop_at_a_clock_of_its_own_reads_the_signals_between_samples(every: i
     for name, value in estimate.parameters.items():
         assert sum(value.interval) / 2 == pytest.approx(TRUTH[name], rel=5e-3)
     assert estimate.simulation_error_percent is not None
+
+
+def test_identify_returns_a_judged_result_unless_asked_not_to(
+    emps2015: GeneratedAxis, twin: Record
+) -> None:
+    judged = axisid.identify(emps2015, twin, methods="idm-ls", bootstrap=0)
+    unjudged = axisid.identify(emps2015, twin, methods="idm-ls", bootstrap=0, judge=False)
+    assert "diagnosis" in vars(judged)
+    assert "diagnosis" not in vars(unjudged)
+    assert [check.status for check in unjudged.checks] == [check.status for check in judged.checks]

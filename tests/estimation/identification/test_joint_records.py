@@ -16,19 +16,21 @@ from axisid import (
     UsageError,
     build,
     fit,
-    identify,
     leave_out,
     load_axis,
     twin_record,
 )
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
+from axisid.estimation.diagnostics.overlapping_records import RepeatedSamples
+from axisid.estimation.findings import FindingOfRecords
 from axisid.estimation.identification import filtered_records
 from axisid.estimation.identification.joint_records import prefilters_of
 from axisid.estimation.output_error import OutputFit
 from axisid.estimation.records.record import record_labels
 from tests.axes.stage import TRUTH, generated, stage, stage_record
 from tests.refusals import refuses
-from tests.verdicts import checks_of, meaning_of, statuses
+from tests.unjudged import identify
+from tests.verdicts import checks_of, finding_of, meaning_of, statuses
 
 METHOD = ["idm-iv"]
 
@@ -92,8 +94,11 @@ def test_a_record_given_twice_halves_the_variance_and_is_told(plain, three) -> N
         # But for n - k of 714 and of 1428 rows, and for the lags.
         assert np.diag(ratio) == pytest.approx(0.5, rel=0.05 if name == "iid" else 0.3)
     assert "repeated records" not in statuses(once)
-    said = meaning_of(twice, "repeated records")
-    assert "run 1 (record 1) and run 1 (record 2)" in said
+    check = checks_of(twice)["repeated records"]
+    assert check.status == "fail"
+    (pair,) = finding_of(check, RepeatedSamples).pairs
+    assert pair.names == ("run 1 (record 1)", "run 1 (record 2)")
+    assert pair.samples == len(three[0])
 
 
 @pytest.mark.slow
@@ -158,7 +163,7 @@ def test_a_deviation_of_what_is_known_is_in_those_of_the_parameters() -> None:
     mass = believed["idm-iv"].parameters["M"]
     assert mass.value == pytest.approx(TRUTH["M"], abs=4 * mass.deviation)
     assert mass.deviation < 0.001 * mass.value
-    with refuses("method", says="choose from identified, declared"):
+    with refuses("method", says="Choose from identified, declared"):
         identify(generated(), records, gain="mine")
 
 
@@ -183,7 +188,8 @@ def test_the_gains_of_the_law_may_differ(plain) -> None:  # type: ignore[no-unty
     wrong = identify(plain, records, methods=METHOD)
     one, other = (checks_of(r)["control law"] for r in (right, wrong))
     assert (one.status, other.status) == ("pass", "fail")
-    assert record_labels(records)[1] in other.meaning
+    assert isinstance(other.finding, FindingOfRecords)
+    assert other.finding.records == (record_labels(records)[1],)
     assert right["idm-iv"].parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.002)
 
 

@@ -1,8 +1,6 @@
 """DIDIM and instruments: where they start and end, on records and twins with known truth."""
 
-import re
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +12,6 @@ from axisid import (
     Prefilter,
     Record,
     build,
-    identify,
     load_axis,
     newton,
     read_record,
@@ -25,7 +22,11 @@ from axisid import (
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.control import cascade_pd_difference, pid
 from axisid.elements import Drive, coulomb, viscous
-from axisid.estimation.diagnostics.model_error_checks import simulation_error_check
+from axisid.estimation.diagnostics.model_error_checks import (
+    LoopNotSimulated,
+    SimulatedLoop,
+    simulation_error_check,
+)
 from axisid.estimation.estimates import NotSimulated
 from axisid.estimation.methods.instrumental import NEARLY_CONVERGED
 from axisid.estimation.thresholds import CONVERGED
@@ -33,7 +34,8 @@ from axisid.modeling import Experiment, back_and_forth
 from benchmarks.machines import Machine, records, white
 from tests.axes.stage import generated, stage_record
 from tests.refusals import refuses
-from tests.verdicts import meaning_of, statuses
+from tests.unjudged import identify
+from tests.verdicts import checks_of, finding_of, statuses
 
 #: The paper's, of the published record.
 PUBLISHED = Prefilter(cutoff=100.0, decimate=10, drop=(49, 0), hold="raw", reversals="keep")
@@ -256,7 +258,8 @@ def test_estimates_without_inertia_fail_the_simulation(
     """Least squares needs no simulation, and yet says that there can be none."""
     turned = replace(twin, control=-twin.control)
     result = identify(emps2015, turned, methods="idm-ls")
-    assert "no positive inertia" in meaning_of(result, "simulation")
+    found = finding_of(checks_of(result)["simulation"], LoopNotSimulated)
+    assert "no positive inertia" in found.reason
     with refuses("simulation", says="no positive inertia"):
         identify(emps2015, turned, methods="idm-iv")
 
@@ -265,26 +268,30 @@ _STIFF = NotSimulated("it is too stiff.", by_estimate=True)
 
 
 @pytest.mark.parametrize(
-    ("changed", "rest", "said"),
-    [
-        ({"simulation_error_percent": 2.0}, 0.0, "the simulated loop follows the record$"),
-        ({"simulation_error_percent": 46.0}, 0.0, "follows the record but for 46 %$"),
-        (
-            {"simulation_error_percent": 60.0},
-            0.0,
-            "leaves 60 % of the force unexplained; check the law, signs and units",
-        ),
-        ({"simulation_error_percent": 300.0}, 0.6, "rests in 60 % of the.*reversals=.leave-out"),
-        ({"simulated": _STIFF, "simulation_error_percent": None}, 0.0, "it is too stiff$"),
-    ],
+    ("percent", "rest", "reproduces"),
+    [(2.0, 0.0, True), (46.0, 0.0, True), (60.0, 0.0, False), (300.0, 0.6, False)],
 )
-def test_how_closely_the_loop_follows_is_said_and_what_keeps_it_from_it(
-    result: Identification, changed: dict[str, Any], rest: float, said: str
+def test_how_closely_the_loop_follows_is_reported_and_rests_that_prevent_it(
+    result: Identification, percent: float, rest: float, reproduces: bool
 ) -> None:
-    check = simulation_error_check(replace(result["idm-ls"], **changed), rest)
-    assert re.search(said, check.meaning)
-    assert (check.status == "fail") == (
-        changed.get("simulated") is _STIFF or rest > 0 or "60" in said
+    estimate = replace(result["idm-ls"], simulation_error_percent=percent)
+    check = simulation_error_check(estimate, rest)
+    found = finding_of(check, SimulatedLoop)
+    assert check.status == ("pass" if reproduces else "fail")
+    assert (found.percent, found.left) == (percent, "force")
+    assert found.reproduces is reproduces
+    assert (found.rest.percent if found.rest else 0.0) == pytest.approx(100 * rest)
+
+
+@pytest.mark.parametrize("misspecified", [False, True])
+def test_an_estimate_that_cannot_be_simulated_fails_with_the_reason(
+    result: Identification, misspecified: bool
+) -> None:
+    estimate = replace(result["idm-ls"], simulated=_STIFF, simulation_error_percent=None)
+    check = simulation_error_check(estimate, 0.0, misspecified=misspecified)
+    assert check.status == "fail"
+    assert finding_of(check, LoopNotSimulated) == LoopNotSimulated(
+        reason="it is too stiff", is_misspecified=misspecified
     )
 
 

@@ -8,11 +8,18 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from axisid import Prefilter, Record, build, identify, load_axis, twin_record
+from axisid import (
+    Prefilter,
+    Record,
+    build,
+    load_axis,
+    twin_record,
+)
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation.signals import matching_decimation
 from benchmarks.machines import Machine, white
 from tests.refusals import refuses
+from tests.unjudged import identify
 
 field: Any = import_module("field")
 
@@ -105,7 +112,7 @@ def test_a_measured_velocity_has_its_noise_in_the_chain(emps2015: GeneratedAxis)
 
 @pytest.mark.parametrize("count", [-1, 3, 1.5, 10**6, "many", None, True])
 def test_a_number_of_twins_that_is_none_is_refused(emps2015: GeneratedAxis, count: Any) -> None:
-    with refuses("noise", says="twins"):
+    with refuses("noise", says="simulated replicas"):
         identify(emps2015, twin_record(emps2015), methods="idm-ls", bootstrap=count)
 
 

@@ -11,7 +11,13 @@ import numpy as np
 import pytest
 import statsmodels.api as sm
 
-from axisid import Prefilter, Record, build, identify, load_axis, twin_record
+from axisid import (
+    Prefilter,
+    Record,
+    build,
+    load_axis,
+    twin_record,
+)
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation import choices
 from axisid.estimation.identification import Identification
@@ -22,6 +28,7 @@ from axisid.estimation.regression import Hac, Robust, Solution, factor
 from axisid.estimation.thresholds import CONVERGED
 from axisid.support.arrays import Array
 from tests.recipes import commands_with, row_of_recipe
+from tests.unjudged import identify
 
 NAME, RECIPE = "idm-wls", "Add a method of estimation"
 MODULE = "axisid.estimation.methods.weighted"

@@ -16,7 +16,6 @@ from axisid import (
     Record,
     build,
     compare,
-    identify,
     sweep,
     twin_record,
     validate,
@@ -29,6 +28,7 @@ from axisid.estimation.regression.simulated_instruments import simulated_loops, 
 from axisid.modeling import Experiment, back_and_forth
 from tests.axes.bodies import b, c, m, stage, x
 from tests.refusals import refuses
+from tests.unjudged import identify
 
 s = Parameter("s", "N")
 v = Parameter("v", "m/s", nominal=0.05, lower=1e-4)

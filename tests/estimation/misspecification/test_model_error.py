@@ -14,12 +14,12 @@ from axisid import (
     Prefilter,
     Record,
     build,
-    identify,
     leave_out,
     load_axis,
     twin_record,
 )
 from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.diagnostics.model_error_checks import ResidualAtRepeats
 from axisid.estimation.misspecification.model_error import (
     LackOfFit,
     groupings,
@@ -28,7 +28,8 @@ from axisid.estimation.misspecification.model_error import (
     repeated_part,
 )
 from axisid.support.arrays import Array
-from tests.verdicts import meaning_of
+from tests.unjudged import identify
+from tests.verdicts import checks_of, finding_of
 
 
 @pytest.fixture(scope="module")
@@ -102,8 +103,9 @@ def test_the_public_record_is_left_by_the_model(emps: GeneratedAxis, emps_record
     told = [found.period, found.share, found.noise, band.deviation]
     assert np.all(np.abs(np.subtract(told, [6.24, 0.98, 0.31, 14.0])) < [1e-5, 0.02, 0.1, 4.0])
     assert band.exceeds
-    said = " % of what the model leaves is the model: "
-    assert said in meaning_of(result, "lack of fit", "note")
+    check = checks_of(result)["lack of fit"]
+    assert check.status == "note"
+    assert finding_of(check, ResidualAtRepeats).kind == "systematic"
 
 
 def move(length: float, samples: int = 400) -> Array:

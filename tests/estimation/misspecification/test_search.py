@@ -2,7 +2,6 @@
 
 import json
 import math
-import re
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -21,7 +20,6 @@ from axisid import (
     build,
     fit,
     fix,
-    identify,
     leave_out,
     load_axis,
     load_result,
@@ -39,8 +37,18 @@ from axisid.elements import (
     stribeck,
     viscous,
 )
-from axisid.estimation.diagnostics.model_error_checks import misspecification_check
-from axisid.estimation.misspecification import Misspecification
+from axisid.estimation.diagnostics.model_error_checks import (
+    MissingTerms,
+    Outliers,
+    RecordedSignals,
+    misspecification_check,
+)
+from axisid.estimation.misspecification import (
+    LateSignal,
+    MissingTerm,
+    Misspecification,
+    ScaledSignal,
+)
 from axisid.estimation.misspecification.hypotheses import Hypothesis
 from axisid.estimation.misspecification.search import _tested
 from axisid.estimation.verdict_checks import Check, Levels
@@ -49,7 +57,8 @@ from axisid.modeling.quantities import Constant
 from axisid.support.arrays import Array
 from tests.axes.recorded import AREA, recorded_axis, recorded_values
 from tests.refusals import refuses
-from tests.verdicts import checks_of, meaning_of
+from tests.unjudged import identify
+from tests.verdicts import checks_of, finding_of
 
 field: Any = import_module("field")
 
@@ -215,16 +224,22 @@ def test_a_delay_is_found_and_said_by_one_check() -> None:
     result = identify(AXIS, twin_record(late), methods=["idm-ls", "idm-iv"])
     first = result.case.lacking[0]
     assert (first.kind, first.size) == ("delay", pytest.approx(1e-3, rel=0.3))
-    failing = {check.name: check.meaning for check in result.verdict if check.status == "fail"}
-    assert "drive's delay" in failing["alignment"]
-    assert "delay" not in failing.get("missing terms", "")
+    checks = checks_of(result)
+    assert checks["alignment"].status == "fail"
+    missing = finding_of(checks["missing terms"], MissingTerms).found
+    assert "delay" not in [each.term.kind for each in missing if isinstance(each, MissingTerm)]
 
 
 @pytest.mark.slow
 def test_a_feed_forward_that_is_not_in_the_log_is_found() -> None:
     case = field.wrong(1)["feed-forward out of the log; P-PI"]
     result = identify(case.axis, *case.records(1, 1), methods="didim")
-    assert "feed-forward" in meaning_of(result, "missing terms")
+    check = checks_of(result)["missing terms"]
+    assert check.status == "fail"
+    (first, *_) = finding_of(check, MissingTerms).found
+    assert isinstance(first, MissingTerm)
+    assert first.term.kind == "delay"
+    assert first.size < 0
 
 
 @pytest.mark.parametrize(
@@ -285,7 +300,8 @@ def test_outliers_are_told_with_their_sample_and_steps_of_a_velocity_are_none(na
         record = _coarse(name, spikes=3)
         check = _outliers(name, record)
         assert check.status == "fail"
-        assert re.findall(r"at sample (\d+), ", check.meaning) == ["3001", "3501", "4001"]
+        samples = [each.sample for each in finding_of(check, Outliers).found]
+        assert samples == [3001, 3501, 4001]
         assert _outliers(name, record, loss="huber").status != "fail"
 
 
@@ -319,32 +335,42 @@ def _check(kind: str, *, known: bool = False, late: int = 0, factor: float = 1.0
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("kind", "known", "changed", "said"),
+    ("kind", "known", "changed", "unit"),
     [
         *((kind, known, {}, "") for kind, known in (("pressure", False), ("supply", False))),
         ("pressure", True, {}, ""),
-        ("pressure", True, {"factor": 1e-5}, "columns pressure=NAME:bar"),
-        ("pressure", True, {"factor": 1e-3}, "columns pressure=NAME:kPa"),
-        ("pressure", True, {"factor": 1.05}, "columns pressure=NAME:UNIT*0.95"),
+        ("pressure", True, {"factor": 1e-5}, "bar"),
+        ("pressure", True, {"factor": 1e-3}, "kPa"),
+        ("pressure", True, {"factor": 1.05}, None),
     ],
 )
 def test_a_right_signal_passes_and_one_in_another_unit_is_told_where_its_coefficient_is_known(
-    kind: str, known: bool, changed: dict[str, float], said: str
+    kind: str, known: bool, changed: dict[str, float], unit: str | None
 ) -> None:
-    found = _check(kind, known=known, **changed)  # type: ignore[arg-type]
-    assert found.status == ("fail" if said else "pass")
-    assert said in found.meaning
+    check = _check(kind, known=known, **changed)  # type: ignore[arg-type]
+    assert check.status == ("fail" if changed else "pass")
+    found = finding_of(check, RecordedSignals).found
+    if not changed:
+        assert found == ()
+        return
+    first = found[0]
+    assert isinstance(first, ScaledSignal)
+    assert (first.signal, first.likely_unit) == ("pressure", unit)
+    assert first.factor == pytest.approx(1 / changed["factor"], rel=0.05)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["pressure", "supply"])
 @pytest.mark.parametrize("samples", [100, -100])
 def test_a_late_signal_is_told_with_its_delay(kind: str, samples: int) -> None:
-    found = _check(kind, late=samples)
-    assert found.status == "fail"
-    (amount,) = re.findall(rf"add ([-\d.]+) to shift\.{kind}", found.meaning)
-    assert float(amount) == pytest.approx(-samples, abs=1.0)
-    assert ("late" if samples > 0 else "early") in found.meaning
+    check = _check(kind, late=samples)
+    assert check.status == "fail"
+    first = finding_of(check, RecordedSignals).found[0]
+    assert isinstance(first, LateSignal)
+    assert first.samples == pytest.approx(samples, abs=1.0)
+    assert first.shift is not None
+    assert first.shift.role == kind
+    assert first.shift.samples == pytest.approx(-samples, abs=1.0)
 
 
 class _Powers:
@@ -399,7 +425,9 @@ def test_a_delay_at_the_end_of_its_range_is_no_number_to_move_a_signal_by(
     check = misspecification_check([lack], "recorded signals", build(axis, native=False), record)
     assert isinstance(check, Check)
     assert check.status == "fail"
-    assert ("to shift.pressure" not in check.meaning) is is_end
+    (late,) = finding_of(check, RecordedSignals).found
+    assert isinstance(late, LateSignal)
+    assert late.at_the_end is (late.shift is None) is is_end
 
 
 @pytest.mark.slow

@@ -1,9 +1,7 @@
 """Forces along a motion, as they are declared, and tests of columns beside a model."""
 
 import math
-import re
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -12,14 +10,9 @@ import pytest
 import statsmodels.api as sm
 from scipy.stats import kstest
 
-from axisid import Coordinate, Record, load_axis
-from axisid.codegen.generated_axes import GeneratedAxis
-from axisid.estimation.misspecification import misspecification_text
 from axisid.estimation.misspecification.scores import RecordScores
-from axisid.estimation.misspecification.search import Misspecification
-from axisid.estimation.misspecification.terms import TERMS, Along, Term, behind_spring
+from axisid.estimation.misspecification.terms import TERMS, Along, behind_spring
 from axisid.estimation.signals import RowTimes
-from axisid.modeling.declaration import ELEMENTS, Drive
 from axisid.support.arrays import Array
 
 _PERIOD = 1e-3
@@ -98,75 +91,6 @@ def test_what_is_commanded_beyond_a_limit_is_lost_and_its_factor_is_one(
     lost = (force - np.clip(force, -0.6, 0.6))[:, None]
     tested = scores_of(lost, s.velocity[:, None]).test(term.columns(s, between))
     assert between[np.argmax(tested.whole_powers)] == pytest.approx(0.6, abs=0.02)
-
-
-_CALL = re.compile(rf"\b(?:{'|'.join(ELEMENTS)})\((?:[^()]|\([^()]*\))*\)")
-
-_PLACES = ("velocity", "exponent", "period")  # what an element is told by number
-
-#: Terms that advice has another cure for than an element.
-_OTHERS = (
-    "inertia",
-    "resonance",
-    "delay",
-    "dead band",
-    "saturation",
-    "loss",
-    "presliding",
-    "backlash",
-)
-
-
-def _lack(term: Term) -> Misspecification:
-    two = "place" in term.kind or term.kind == "turn"
-    return Misspecification(
-        kind=term.kind,
-        parameter="",
-        values=(2.5, -1.0) if two else (2.5,),
-        deviation=0.1,
-        before=0.0,
-        at=2 * math.pi if term.kind == "turn" else 0.0123456,
-        share=0.04,
-        own_share=0.03,
-        p_value=1e-9,
-        unit=term.unit.format(force="N", unit="m"),
-    )
-
-
-def _declared(folder: Path, q: Coordinate, call: str, unit: str) -> None:
-    """Load an axis with a term as it was advised, whose parameters have a unit."""
-    amounts = {*re.findall(r"[A-Za-z]\w*(?!\w*[(=])", call)} - {q.name, *ELEMENTS, *_PLACES}
-    inertia = "kg m^2" if q.unit == "rad" else "kg"
-    listed = "".join(f'{name} = {{ unit = "{unit}" }}\n' for name in amounts)
-    file = folder / "advised.toml"
-    file.write_text(
-        f'name = "advised"\ncoordinate = {{ name = "{q.name}", unit = "{q.unit}" }}\n'
-        f'drive = {{ gain = 2.0 }}\n[parameters]\nJ = {{ unit = "{inertia}" }}\n{listed}'
-        f'[newton]\ninertia = "J"\nresistance = ["{call}"]\n'
-    )
-    assert {p.name for p in load_axis(file).parameters} == {"J", *amounts} > {"J"}
-
-
-_LINEAR, _ROTARY = Coordinate("x", unit="m"), Coordinate("theta", unit="rad")
-
-
-@pytest.mark.parametrize(
-    ("term", "q"),
-    [
-        (term, q)
-        for term in TERMS.values()
-        for q in (_LINEAR, _ROTARY)
-        if term.kind not in _OTHERS and (term.kind, q) != ("turn", _LINEAR)
-    ],
-)
-def test_the_element_that_a_missing_term_names_is_declared(
-    tmp_path: Path, term: Term, q: Coordinate
-) -> None:
-    declared = SimpleNamespace(coordinate=q, drive=Drive(gain=1.0), has_stribeck=False)
-    said = misspecification_text(_lack(term), cast(GeneratedAxis, declared), cast(Record, None))
-    assert "declare" in said
-    (call,) = _CALL.findall(said)
-    _declared(tmp_path, q, call, term.unit.format(force=q.force_unit, unit=q.unit))
 
 
 ROWS, PARAMETERS = 300, 3

@@ -13,7 +13,14 @@ import pytest
 from pyarrow.parquet import read_schema as parquet_schema
 from statsmodels.stats.proportion import proportion_confint
 
-from axisid import EstimationError, build, fit, fix, identify, load_axis, monte_carlo
+from axisid import (
+    EstimationError,
+    build,
+    fit,
+    fix,
+    load_axis,
+    monte_carlo,
+)
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.estimation import Chain, MonteCarlo
 from axisid.estimation.monte_carlo import (
@@ -39,6 +46,7 @@ from axisid.estimation.simulation.twin import twin_plan
 from axisid.modeling.declaration import Move, back_and_forth
 from tests.estimation.monte_carlo.short import FILTER, MOVES, axis, judged, study
 from tests.refusals import refuses
+from tests.unjudged import identify
 
 #: Long enough to tell three parameters.
 LONG_MOVES = back_and_forth(speeds=(0.1, 0.3), acceleration=1.5, seconds=0.3)

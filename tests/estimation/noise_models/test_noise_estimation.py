@@ -8,12 +8,12 @@ import pytest
 from scipy import stats
 
 from axisid.estimation.noise_models.noise_estimation import (
-    _CORRELATED,
+    _SQUARES_PER_POWER,
     RowSpectrum,
     _autoregressions,
-    _independent,
-    _likelihood,
-    _white,
+    _independent_powers,
+    _log_likelihood,
+    _white_noise_level,
     power_about_another_mean,
 )
 
@@ -37,7 +37,7 @@ def test_squares_of_second_differences_count_as_so_many_independent_powers(
     """A mean of n exponential powers has the relative variance 1/n."""
     samples = 60
     means = np.mean(np.diff(rng.normal(size=(DRAWS, samples + 2)), 2) ** 2, axis=1)
-    assert samples / _CORRELATED == pytest.approx(means.mean() ** 2 / means.var(), rel=0.1)
+    assert samples / _SQUARES_PER_POWER == pytest.approx(means.mean() ** 2 / means.var(), rel=0.1)
 
 
 def test_twins_have_as_many_independent_powers_as_their_scatter_shows(
@@ -47,11 +47,11 @@ def test_twins_have_as_many_independent_powers_as_their_scatter_shows(
     shapes = np.array([10.0, 1000.0, 10.0, 10.0])
     steps = rng.gamma(shapes, 3.0 / shapes, size=(DRAWS, 4))
     steps[:, 3] = 2.0  # that do not scatter
-    found = _independent(counts, steps)
+    found = _independent_powers(counts, steps)
     assert found == pytest.approx([10.0, 50.0, 5.0, 50.0], rel=0.06)
     two = np.array([[1.0], [3.0]])
-    assert _independent(np.array([50.0]), two) == pytest.approx([2.0], rel=1e-12)
-    np.testing.assert_array_equal(_independent(counts, steps[:1]), counts)
+    assert _independent_powers(np.array([50.0]), two) == pytest.approx([2.0], rel=1e-12)
+    np.testing.assert_array_equal(_independent_powers(counts, steps[:1]), counts)
 
 
 def test_the_likelihood_is_that_of_means_of_exponential_powers() -> None:
@@ -60,7 +60,7 @@ def test_the_likelihood_is_that_of_means_of_exponential_powers() -> None:
     sets = np.array([[1.0, 2.0], [0.3, 0.1], [0.0, 4.0]])
     expected = sets @ units + known
     wanted = stats.gamma.logpdf(power, counts, scale=expected / counts).sum(axis=1)
-    found = _likelihood(sets, power, units, known, counts)
+    found = _log_likelihood(sets, power, units, known, counts)
     assert found - found[0] == pytest.approx(wanted - wanted[0], rel=1e-9)
 
 
@@ -80,10 +80,10 @@ def test_white_noise_is_measured_within_the_pieces_of_a_record(rng: np.random.Ge
     spans = ((0, 10_000), (10_000, 20_000))
     record: Any = SimpleNamespace(velocity=quiet + noise, acceleration=None, spans=spans)
     known: Any = SimpleNamespace(velocity=quiet, acceleration=None)
-    assert _white(record, known, "velocity") == pytest.approx(0.3, rel=0.03)
-    assert _white(record, known, "acceleration") is None
+    assert _white_noise_level(record, known, "velocity") == pytest.approx(0.3, rel=0.03)
+    assert _white_noise_level(record, known, "acceleration") is None
     short: Any = SimpleNamespace(velocity=noise[:2], spans=((0, 2),))
-    assert _white(short, SimpleNamespace(velocity=noise[:2]), "velocity") == 0.0  # type: ignore[arg-type]
+    assert _white_noise_level(short, SimpleNamespace(velocity=noise[:2]), "velocity") == 0.0  # type: ignore[arg-type]
 
 
 def spectrum_of(rows: int, waves_a_record: tuple[int, ...]) -> RowSpectrum:

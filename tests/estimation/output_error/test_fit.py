@@ -12,7 +12,6 @@ from axisid import (
     Record,
     build,
     fit,
-    identify,
     load_axis,
     twin_record,
 )
@@ -20,14 +19,23 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.control import cascade_pd_difference
 from axisid.elements import Drive
 from axisid.estimation.choices import OPEN_LOOP_FIT
+from axisid.estimation.diagnostics.control_law import FoundGainsDiffer, OtherScale
+from axisid.estimation.diagnostics.parameter_findings import FewRows
 from axisid.estimation.output_error import OutputFit
+from axisid.estimation.output_error.fit_findings import (
+    FitPrecision,
+    MovedByLaw,
+    PriorAndRecord,
+    ShownParameters,
+)
 from axisid.estimation.verdict_checks import lines_of
 from axisid.modeling.declaration.experiment import back_and_forth
 from tests.axes.cascaded import cascaded
 from tests.axes.unseen import with_bump, with_bump_somewhere
 from tests.estimation.output_error.fits import TRUTH, looped, off
 from tests.refusals import refuses
-from tests.verdicts import checks_of
+from tests.unjudged import identify
+from tests.verdicts import checks_of, finding_of
 
 
 @pytest.fixture(scope="module")
@@ -92,8 +100,10 @@ def test_vague_parameters_of_a_few_samples_fail_and_the_rows_are_told(
     result = fit(emps2015, twin.windowed((2.99, 3.0)))
     precision, rows = checks_of(result)["precision"], checks_of(result)["rows"]
     assert (precision.status, rows.status) == ("fail", "fail")
-    assert "Fv is not identified" in precision.meaning
-    assert "1 rows for 3 parameters are few" in rows.meaning
+    unidentified = finding_of(precision, FitPrecision).unidentified
+    assert "Fv" in [each.name for each in unidentified]
+    few = finding_of(rows, FewRows)
+    assert (few.rows, few.parameters) == (1, 3)
 
 
 @pytest.mark.slow
@@ -138,9 +148,10 @@ def test_what_was_known_counts_beside_what_the_record_leaves_without_it(
     both = alone.value + share * (mean - alone.value)
     assert result["M"].value == pytest.approx(both, abs=0.3 * alone.deviation)
     assert result.without_prior["M"] == pytest.approx((alone.value, alone.deviation), rel=1e-5)
-    said = checks_of(result)["what was known"].meaning
-    assert f"{mean:g} +- 0.1, and what the record alone says, {alone.value:.6g}" in said
-    assert ("they contradict each other" in said) == (mean == 95.0)
+    both_values = finding_of(checks_of(result)["what was known"], PriorAndRecord)
+    assert (both_values.parameter, both_values.prior, both_values.standard_error) == ("M", mean, sd)
+    assert both_values.of_record == pytest.approx(alone.value, rel=1e-5)
+    assert both_values.agree == (mean != 95.0)
     assert result.belief == ("not believed" if mean == 95.0 else "believed")
 
 
@@ -174,7 +185,7 @@ def test_a_law_one_percent_wrong_is_named_with_what_it_moves(twin: Record) -> No
     assert far > 0.3
     told = checks_of(position)["law's factors"]
     assert told.status == "fail"
-    assert "moves Fv by" in told.meaning
+    assert finding_of(told, MovedByLaw).parameter == "Fv"
     # A right prediction of a large error, to the first order.
     corrected = position["Fv"].value + position.law_move[1]
     assert abs(corrected / TRUTH["Fv"] - 1) < 0.1 * far
@@ -219,7 +230,10 @@ def test_a_limit_that_is_declared_a_little_wrong_is_named_with_what_it_moves(
     right, wrong = (fit(replace(quick, drive=each), record) for each in (drive, wider))
     said, told = (checks_of(each)["law's factors"] for each in (right, wrong))
     assert (said.status, told.status) == ("pass", "fail")
-    assert "most by drive's limit (0.993" in told.meaning
+    correction = finding_of(told, MovedByLaw).correction
+    assert correction is not None
+    assert correction.term == "drive's limit"
+    assert correction.factor == pytest.approx(0.993, abs=1e-3)
     np.testing.assert_allclose(wrong.law_move, right.physical - wrong.physical, rtol=0.1)
 
 
@@ -283,7 +297,7 @@ def test_a_flipped_control_is_named_and_nothing_is_reckoned_from_it(output: str)
     record = twin_record(axis)
     told = checks_of(fit(axis, replace(record, control=-record.control), output))
     assert told["control law"].status == "fail"
-    assert "its sign is opposite to the law's" in told["control law"].meaning
+    assert finding_of(told["control law"], OtherScale).scale.times < 0
     assert "law's factors" not in told
     assert output == "position" or told["simulation"].status == "fail"
 
@@ -381,13 +395,16 @@ def test_what_no_output_shows_is_named(twin: Record, found: OutputFit) -> None:
     """A force at a place where the axis never is; the others are what they are without it."""
     result = fit(with_bump(0.5), twin)
     assert checks_of(result)["parameters shown"].status == "fail"
-    assert result.unseen == ("Fb at all",)
+    assert [each.parameters for each in result.unseen] == [("Fb",)]
     assert result["Fb"].deviation == np.inf
     away = [(result[n].value - found[n].value) / found[n].deviation for n in found.names]
     np.testing.assert_allclose(away, 0.0, atol=0.15)
     assert result["M"].deviation == pytest.approx(found["M"].deviation, rel=0.02)
     assert result.to_dict()["parameters"]["Fb"]["sd"] is None
-    assert "Fb at all" in result.summary()
+    assert (
+        finding_of(checks_of(result)["parameters shown"], ShownParameters).unseen == result.unseen
+    )
+    assert result.to_dict()["unseen"] == ["Fb at all"]
     assert result.derive("Fb/M").deviation == np.inf
 
 
@@ -473,7 +490,7 @@ def test_a_time_that_is_not_there_is_told_and_no_term_that_is_declared(
     result = fit(build(declared), twin_record(build(cascaded())), output)
     kinds = [lack.kind for lack in result.lacks[0]]
     assert kinds[0] == "delay"
-    assert "declared too long" in checks_of(result)["missing terms"].meaning
+    assert result.lacks[0][0].size < 0
     assert not {"coulomb", "viscous", "constant", "inertia"} & {*kinds}
 
 
@@ -578,7 +595,7 @@ def test_a_gain_that_a_flat_valley_leads_astray_is_told_by_the_law(emps2015: Gen
     told = checks_of(found)["control law"]
     assert told.status == "fail"
     # The gain is that of the table.
-    assert f"kp {found['kp'].value:.5g}" in told.meaning
+    assert finding_of(told, FoundGainsDiffer).found == {"kp": found["kp"].value}
     assert checks_of(fit(emps2015, record, "position"))["convergence"].status == "pass"
 
 

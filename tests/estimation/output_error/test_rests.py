@@ -8,10 +8,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from axisid import Parameter, Record, build, fit, identify, load_axis, twin_record
+from axisid import (
+    Parameter,
+    Record,
+    build,
+    fit,
+    load_axis,
+    load_result,
+    twin_record,
+)
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.elements import dahl
 from axisid.estimation.output_error import OutputFit
+from axisid.estimation.output_error.fit_findings import OpenLoopWindows
 from axisid.modeling import Move, back_and_forth
 from axisid.support.arrays import Array
 from benchmarks.machines import Machine, white
@@ -19,7 +28,8 @@ from tests.axes.remembering import CASCADE, Fc, bristle, declared, virtual, x
 from tests.command_line import Run
 from tests.estimation.output_error.fits import looped, off
 from tests.refusals import refuses
-from tests.verdicts import checks_of, meaning_of
+from tests.unjudged import identify
+from tests.verdicts import checks_of, finding_of
 
 field: Any = import_module("field")
 PUSHED = Machine(resolution=5e-8, force_noise=white(3.0))
@@ -74,8 +84,10 @@ def test_short_moves_of_which_too_little_is_left_keep_their_samples() -> None:
 def test_rests_are_kept_from_the_command_line(run: Run, tmp_path: Any) -> None:
     log, moves = tmp_path / "twin.csv", ("--speed", "0.05", "--dwell", "0.2")
     run("twin", "emps2015", "--output", log, "--acceleration", "0.75", *moves)
-    assert "samples near rests" in run("fit", "emps2015", log)[1]
-    assert "samples near rests" not in run("fit", "emps2015", log, "--rests", "keep")[1]
+    for rests, is_noted in ((), True), (("--rests", "keep"), False):
+        file = tmp_path / f"fit{is_noted}.json"
+        run("fit", "emps2015", log, *rests, "--json", file)
+        assert ("samples near rests" in checks_of(load_result(file))) is is_noted
 
 
 @pytest.mark.slow
@@ -109,7 +121,9 @@ def test_few_windows_are_not_believed_and_shorter_ones_are_named(
     dwells: tuple[GeneratedAxis, Record],
 ) -> None:
     found = fit(*dwells, "open-loop", horizon=1.0)
-    assert "horizon=" in meaning_of(found, "windows")
+    windows = finding_of(checks_of(found)["windows"], OpenLoopWindows)
+    assert windows.state == "few"
+    assert windows.windows < windows.advised_windows
 
 
 def _record(axis: GeneratedAxis, theta: Array, *, noise: float, samples: int) -> Record:

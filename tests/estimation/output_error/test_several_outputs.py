@@ -1,7 +1,6 @@
 """Several outputs, and several records, of one machine and of others."""
 
 import pickle
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,13 +8,14 @@ import pytest
 
 from axisid import Record, build, fit, load_axis, twin_record
 from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.diagnostics.pooling_findings import ComparedRecords
 from axisid.estimation.model_validation import validate_fit
 from axisid.estimation.output_error import OutputFit
 from axisid.estimation.records import record_labels
 from axisid.presentation.plots import output_plot
 from tests.estimation.output_error.fits import TRUTH, off
 from tests.refusals import refuses
-from tests.verdicts import checks_of
+from tests.verdicts import checks_of, finding_of
 
 BOTH = ("control", "position")
 
@@ -111,10 +111,12 @@ def test_a_payload_that_nobody_told_is_named_with_its_size(
     found = fit(emps2015, records, output)
     check = checks_of(found)["records alike"]
     assert check.status == "fail"
-    (own, others), *_ = re.findall(r"M is ([\d.]+) kg in .* and ([\d.]+) in ", check.meaning)
-    assert check.meaning.startswith(f"{record_labels(records)[1]} speaks against the rest")
-    assert (float(own), float(others)) == pytest.approx((105.0, 100.0), abs=0.3)
-    assert "another load" in check.meaning
+    finding = finding_of(check, ComparedRecords)
+    assert finding.odd is not None
+    mass = finding.odd.parameters[0]
+    assert finding.odd.name == record_labels(records)[1]
+    assert (mass.name, mass.unit, mass.is_load) == ("M", "kg", True)
+    assert (mass.own, mass.common) == pytest.approx((105.0, 100.0), abs=0.3)
 
 
 @pytest.mark.slow
@@ -124,9 +126,11 @@ def test_of_two_records_one_is_told_beside_the_other_and_what_lets_them_differ(
     records = _records(emps2015, {}, {"Fc": 26.0})
     check = checks_of(fit(emps2015, records))["records alike"]
     assert check.status == "fail"
-    figures = sorted(map(float, re.findall(r" (2\d(?:\.\d+)?) ", check.meaning)))
-    assert figures == pytest.approx([24.8, 26.0], abs=0.3)
-    assert "(local Fc)" in check.meaning
+    finding = finding_of(check, ComparedRecords)
+    assert finding.odd is not None
+    (friction,) = finding.odd.parameters
+    assert friction.name == "Fc"
+    assert sorted((friction.own, friction.common)) == pytest.approx([24.8, 26.0], abs=0.3)
     own = fit(emps2015, records, local="Fc")
     assert own.local == {"Fc": ("Fc_1", "Fc_2")}
     truth = {"M": 100.2, "Fv": 236.9, "Fc_1": 24.8, "Fc_2": 26.0}

@@ -14,7 +14,11 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.estimates import student_interval
 from axisid.estimation.noise_models import Chain
 from axisid.estimation.noise_models.noise_model import AntitheticDraws
-from axisid.estimation.output_error.covariance import Sandwich, unseen_directions, unseen_in_words
+from axisid.estimation.output_error.covariance import (
+    Sandwich,
+    named_directions,
+    unseen_directions,
+)
 from axisid.estimation.output_error.inference import reach_of_cut_normal
 from axisid.support.arrays import Array
 
@@ -160,5 +164,6 @@ def test_parameters_that_only_a_sum_of_is_shown_are_named_with_it(
     J[:, 2] = 2 * J[:, 0]
     for scale in (np.ones(3), np.array([100.0, 1.0, 0.1])):
         unseen = unseen_directions(J, scale, np.ones(3, dtype=bool))
-        (said,) = unseen_in_words(*unseen, ("M", "Fv", "m"))
-        assert said == "M and m apart (+1 of M, -0.5 of m together change nothing)"
+        (direction,) = named_directions(*unseen, ("M", "Fv", "m"))
+        assert direction.parameters == ("M", "m")
+        assert direction.changes == pytest.approx((1.0, -0.5))

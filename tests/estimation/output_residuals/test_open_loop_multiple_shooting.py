@@ -9,11 +9,12 @@ import pytest
 from axisid import Coordinate, Parameter, Record, build, fit, load_axis, newton, twin_record
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.elements import coulomb, viscous
+from axisid.estimation.output_error.fit_findings import OpenLoopWindows
 from axisid.estimation.output_residuals import MultipleShootingResiduals
 from axisid.estimation.regression import InverseForm
 from axisid.support.arrays import Array
 from tests.estimation.output_error.fits import off
-from tests.verdicts import checks_of
+from tests.verdicts import checks_of, finding_of
 
 SLOW_SCREW = Path(__file__).parents[3] / "benchmarks" / "slow_screw.toml"
 THETA = np.array([100.2, 236.9, 24.8])
@@ -132,5 +133,7 @@ def test_an_open_loop_of_falling_friction_is_as_sure_as_it_says_or_asks_for_wind
     assert np.sqrt(np.mean(off(found, truth) ** 2)) < 1.8
     for asked in ({"start": {**truth, "fs": 0.0}}, {"start": truth, "horizon": 1.0}):
         long = fit(axis, record, "open-loop", **asked)
-        assert checks_of(long)["windows"].status == "fail"
-        assert "horizon=0.0625" in checks_of(long)["windows"].meaning
+        windows = checks_of(long)["windows"]
+        assert windows.status == "fail"
+        finding = finding_of(windows, OpenLoopWindows)
+        assert (finding.state, finding.steady_horizon) == ("growing", 0.0625)

@@ -136,6 +136,6 @@ def test_a_control_that_is_cut_off_is_told_where_no_mask_was_asked_for(
     top = 0.6 * float(np.abs(columns["control"]).max())
     cut = {**columns, "control": np.clip(columns["control"], -top, top)}
     (doubt,) = read_record(cut, emps2015).provenance.doubts
-    assert re.search('the control is cut off in .*mask = "clipped"', doubt)
+    assert re.search('the control is clipped in .*mask = "clipped"', doubt)
     for right, repairs in ((columns, Repairs()), (cut, Repairs(mask="clipped"))):
         assert not read_record(right, emps2015, repairs=repairs).provenance.doubts

@@ -159,12 +159,12 @@ def test_all_mistakes_are_told_at_once_each_with_its_key(tmp_path: Path) -> None
     assert told.keys() == keys
     assert refused.value.headline.endswith("run.toml has 15 mistakes:")
     for key, said in {
-        "gaps": "no repair of gaps 'splitt'; choose from split",
+        "gaps": "no repair of gaps 'splitt'",
         "colums": "Did you mean 'columns'?",
         "columns.positon": "Did you mean 'position'?",
         "shift.controll": "Did you mean 'control'?",
         "log": "Did you mean 'log.csv'?",
-        "sample_period": "'fast'; give a positive number of seconds",
+        "sample_period": "'fast'",
     }.items():
         assert said in told[key]
 
@@ -172,11 +172,11 @@ def test_all_mistakes_are_told_at_once_each_with_its_key(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "log: it is missing; add the log's path"),
-        ('log = "run.toml"', "log: it is 'run.toml'; give the path of a log"),
-        ("log = 3", "log: it is 3; give the path of a log"),
+        ("", "log: it is missing"),
+        ('log = "run.toml"', "log: it is 'run.toml'"),
+        ("log = 3", "path of a log"),
         ("log = log.csv", "is not valid TOML"),
-        ("columns = 1", r"columns: it is 1; give a table, as in \[columns\]"),
+        ("columns = 1", r"table, as in \[columns\]"),
     ],
 )
 def test_what_is_no_run_file_is_refused(tmp_path: Path, text: str, said: str) -> None:

@@ -20,6 +20,7 @@ from axisid.estimation.regression.covariance import (
     PublishedCovariance,
     Robust,
     lags_of,
+    plug_in_lags,
 )
 from axisid.estimation.regression.linear import (
     CovarianceEstimate,
@@ -102,8 +103,10 @@ def long_run(
 
 def whitened(scores: np.ndarray, hac: Hac | None = None) -> tuple[int, np.ndarray]:
     """Lags that count of scores (n, k), and their autoregression."""
-    white, colour = (hac or Hac()).whitened(scores, RowTimes.consecutive(len(scores)))
-    return len(white) - 1, colour
+    chosen = hac or Hac()
+    white, colour = chosen.whitened(scores, RowTimes.consecutive(len(scores)))
+    lags = plug_in_lags(white, len(scores)) if chosen.lags is None else chosen.lags
+    return lags, colour
 
 
 def autoregressive(rng: np.random.Generator, rows: int, kept: float) -> np.ndarray:
@@ -269,7 +272,7 @@ def test_units_of_the_columns_do_not_matter(exponents: list[int]) -> None:
         ("not-shown", "cannot show b", lambda _, X: factor(X * [1, 0, 1], NAMES)),
         (
             "too-short",
-            r"3 rows are left for 3 parameters; .*axisid fit.*fit\(axis, record\)",
+            r"3 rows are too few for 3 parameters; .*axisid fit.*fit\(axis, record\)",
             lambda y, X: least_squares(y[:3], factor(X[:3], NAMES)),
         ),
         ("not-finite", "", lambda _, X: factor(X * [1, np.inf, 1], NAMES)),
@@ -312,7 +315,7 @@ def test_columns_whose_squares_no_number_holds_are_refused_by_name(
     largest = f"{max(map(abs, sizes)):.3g}".replace("+", r"\+")
     with refuses(
         "not-finite",
-        says=rf"^the regressor of the log reaches {largest} in the columns of {named}, whose",
+        says=rf"^the regressor of the log reaches {largest} in the columns of {named}, and their",
     ):
         factor(X, NAMES, "the log")
 

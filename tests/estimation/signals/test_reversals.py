@@ -15,7 +15,6 @@ from axisid import (
     Record,
     build,
     friction_ladder,
-    identify,
     load_axis,
     simulate,
     twin_record,
@@ -30,6 +29,7 @@ from axisid.modeling import Move
 from tests.axes.bodies import stage
 from tests.axes.unseen import with_stribeck
 from tests.estimation.methods.test_partially_linear import TRUTH as OF_STRIBECK, stribeck_axis
+from tests.unjudged import identify
 
 
 def test_samples_no_further_than_the_reach_from_a_turn_or_a_rest_are_near_it() -> None:

@@ -245,7 +245,7 @@ WRONG = [
     ({"parameters": {"M": 1.0, "Fv": 2.0, "Fc": 1.0}}, "F0 is missing"),
     (
         {"parameters": {**LOADED, "m": 1.0}},
-        "'m' is no parameter; give a value of each of M, Fv, Fc",
+        "'m' is no parameter; give a value for each of M, Fv, Fc",
     ),
     ({"parameters": {**LOADED, "M": np.ones(2), "Fc": np.ones(3)}}, r"M \(2,\), .* Fc \(3,\)"),
     ({"reference": []}, r"reference \(0,\)"),

@@ -50,7 +50,7 @@ def _bounded() -> GeneratedAxis:
 @pytest.mark.parametrize(
     ("axis", "known", "local", "said"),
     [
-        (generated, {"nothing": [0.0, 1.0]}, (), "no 'nothing' to be known"),
+        (generated, {"nothing": [0.0, 1.0]}, (), "no 'nothing' that could be known"),
         (generated, {}, ("nothing",), "no parameter 'nothing'"),
         (generated, {"tau0": [0.0, 1.0]}, ("tau0",), "leave one of the two out"),
         (_bounded, {"M": [90.0, (-90.0, 0.01)]}, ("tau0",), r"90, -90 \+- 0.01"),
@@ -165,8 +165,8 @@ def _with_rotor(axis: Axis) -> Axis:
 @pytest.mark.parametrize(
     ("made", "output", "says"),
     [
-        (_braked, "control", "is no multiple of it"),
-        (_with_rotor, "control", "a force of numbers alone"),
+        (_braked, "control", "is not proportional to it"),
+        (_with_rotor, "control", "a force without parameters"),
         (lambda axis: axis, "force", "force column"),
     ],
 )

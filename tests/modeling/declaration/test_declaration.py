@@ -49,7 +49,7 @@ NAMES = [
     ("null", "reserved"),
     ("parameters", "reserved"),
     ("sin", "mathematical function"),
-    ("theta1", "which the program uses"),
+    ("theta1", "which is reserved for the program"),
     ("pi", "the number pi in every expression"),
     ("G", "gravity in every expression"),
     ("_M", ""),

@@ -56,12 +56,12 @@ test_wrong_unit_is_refused_with_the_term_and_both_units = refused(
         (
             p("N/m") * (q.symbol + q.velocity),
             p("N/m"),
-            r"the term p\*\(dq \+ q\) do not fit: dq \+ q adds m.* and m.*; units must agree",
+            r"the term p\*\(dq \+ q\) do not fit: dq \+ q adds m.* and m.*. Units must agree",
         ),
         (
             spring(p("N/m"), q, rest=Constant(0.1, "s", "rest")),
             p("N/m"),
-            "adds .*; units must agree",
+            "adds .*. Units must agree",
         ),
         (gravity(p("N")), p("N"), r"the term G\*p is in .* \(G in m/s\^2, p in N\)"),
         (
@@ -119,7 +119,7 @@ test_what_does_not_fit_its_place_is_refused = refused(
         ),
         (
             lambda: body(inertia=M + J.symbol, parameters=(M, J)),
-            r"J \+ M adds .*; units must agree",
+            r"J \+ M adds.*must agree",
         ),
         (
             lambda: energetic(
@@ -170,23 +170,23 @@ def test_a_known_load_of_the_motion_may_have_any_plain_factor(amount: Any) -> No
         ),
         (
             lambda: body(9.81 * M),
-            (r"9.81*M (right if its plain numbers stand for m/s^2)",),
+            (r"9.81*M (correct if its plain numbers have the unit m/s^2)",),
         ),
         (
             lambda: body(sympy.Integer(50)),
-            (r"50 (right if its plain numbers stand for kg m/s^2)",),
+            (r"50 (correct if its plain numbers have the unit kg m/s^2)",),
         ),
         (
             lambda: body(p("N/m") * (q.symbol - 0.25), parameters=(p("N/m"),)),
-            (r"p*(q - 0.25) (right if its plain numbers stand for m)",),
+            (r"p*(q - 0.25) (correct if its plain numbers have the unit m)",),
         ),
         (
             lambda: body(p("N") * sympy.sin(200 * q.symbol), parameters=(p("N"),)),
-            (r"p*sin(200*q) (right if its plain numbers stand for 1/m)",),
+            (r"p*sin(200*q) (correct if its plain numbers have the unit 1/m)",),
         ),
         (
             lambda: body(p("N") * sympy.tanh(q.velocity / 1e-3), parameters=(p("N"),)),
-            (r"p*tanh(1000.0*dq) (right if its plain numbers stand for s/m)",),
+            (r"p*tanh(1000.0*dq) (correct if its plain numbers have the unit s/m)",),
         ),
         (
             lambda: body(p("N") * sympy.sqrt(sympy.Abs(q.velocity) / 0.1), parameters=(p("N"),)),
@@ -204,7 +204,7 @@ def test_a_known_load_of_the_motion_may_have_any_plain_factor(amount: Any) -> No
         ),
         (
             lambda: body(p("N/m") * sympy.Max(0, q.symbol - 0.2), parameters=(p("N/m"),)),
-            (r"p*Max(0, q - 0.2) (right if its plain numbers stand for m)",),
+            (r"p*Max(0, q - 0.2) (correct if its plain numbers have the unit m)",),
         ),
     ],
 )

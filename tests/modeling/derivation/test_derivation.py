@@ -100,7 +100,7 @@ test_what_cancels_out_or_is_not_linear_in_the_acceleration_is_refused = refused(
         (
             M * ((PLACE - 1) * (PLACE + 1) - PLACE**2) * q.acceleration,
             (M,),
-            "needs an inertia",
+            "Add an inertia",
         ),
         (
             M * q.acceleration**2 / Constant(1.0, "m/s^2"),

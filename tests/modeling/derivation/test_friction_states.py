@@ -67,7 +67,7 @@ test_states_that_are_none_of_friction_are_refused = refused(
         ("equation", "", lambda: _with(State("z", "m", dq), State("z", "m", 2 * dq))),
         (
             "units",
-            r"the level of a Maxwell slider, 2\*s0, is in N/m; give N",
+            r"level of a Maxwell slider, 2\*s0, is in N/m",
             lambda: declared("made", (s0,), maxwell_slip(s0, 2 * s0.symbol, x)),
         ),
         (
@@ -87,11 +87,11 @@ test_states_that_are_none_of_friction_are_refused = refused(
 @pytest.mark.parametrize(
     ("name", "unit", "says"),
     [
-        ("s0", "N", r"the stiffness of LuGre friction, s0, is in N; give N/m"),
-        ("s1", "N", r"the damping of LuGre friction, s1, is in N; give N/\(m/s\)"),
-        ("Fc", "m", r"the Coulomb level of LuGre friction, Fc, is in m; give N"),
-        ("Fs", "kg", r"the static level of LuGre friction, Fs, is in kg; give N"),
-        ("vs", "m", r"the Stribeck velocity of LuGre friction, vs, is in m; give m/s"),
+        ("s0", "N", r"stiffness of LuGre friction, s0, is in N"),
+        ("s1", "N", r"damping of LuGre friction, s1, is in N"),
+        ("Fc", "m", r"Coulomb level of LuGre friction, Fc, is in m"),
+        ("Fs", "kg", r"static level of LuGre friction, Fs, is in kg"),
+        ("vs", "m", r"Stribeck velocity of LuGre friction, vs, is in m"),
     ],
 )
 def test_a_wrong_unit_is_said_of_what_was_declared(name: str, unit: str, says: str) -> None:

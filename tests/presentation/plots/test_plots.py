@@ -13,7 +13,6 @@ from axisid import (
     Prefilter,
     Record,
     build,
-    identify,
     sweep,
     validate,
 )
@@ -34,6 +33,7 @@ from axisid.presentation.plots.result import record_plot, result_plots, sweep_pl
 from axisid.support.errors import Missing
 from tests.axes.bodies import b, body, c, k, m, x
 from tests.refusals import refuses
+from tests.unjudged import identify
 
 
 @pytest.fixture(scope="module")

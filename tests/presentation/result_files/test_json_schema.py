@@ -23,7 +23,6 @@ from axisid import (
     export,
     fit,
     friction_ladder,
-    identify,
     load_axis,
     load_result,
     sweep,
@@ -41,6 +40,7 @@ from axisid.presentation.result_files.studies import (
 )
 from axisid.support.arrays import from_json
 from tests.refusals import refuses
+from tests.unjudged import identify
 
 DOCUMENTS = (
     WrittenIdentification,

@@ -9,12 +9,16 @@ from typing import Any
 import pytest
 from jsonschema import Draft202012Validator
 
-from axisid import Prefilter, Record, identify
+from axisid import (
+    Prefilter,
+    Record,
+)
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.presentation.result_files.result_comparison import WrittenAlone, compare_results
 from tests.command_line import Run
 from tests.files import text_file
 from tests.refusals import refuses
+from tests.unjudged import identify
 
 
 @pytest.fixture(scope="module")

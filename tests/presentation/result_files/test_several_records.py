@@ -10,7 +10,6 @@ from axisid import (
     Identification,
     UsageError,
     export,
-    identify,
     load_result,
     twin_record,
     validate,
@@ -21,6 +20,7 @@ from tests.axes.stage import generated, stage, stage_record
 from tests.files import csv_file
 from tests.refusals import refuses
 from tests.run_files import run_file
+from tests.unjudged import identify
 
 STAGE = """
 from dataclasses import replace
@@ -158,12 +158,12 @@ def test_a_fit_and_its_file_say_what_is_known_of_each_record(
     ("count", "options", "said"),
     [
         (3, ("--known", "m_add=0"), "has 1 known value,"),
-        (3, ("--known", "m_add=0,x"), "number 2 is no value"),
+        (3, ("--known", "m_add=0,x"), "value number 2"),
         (3, ("--local", "nothing"), "no parameter 'nothing'"),
         (3, ("--local", "M,M"), "'M' twice"),
         (3, ("--local", ","), "an empty name"),
-        (3, ("--known", "m_add=0,1", "--fix", "M=1"), "--known M=1.0"),
-        (2, ("--local", "tau0"), "there is 1 record; give several"),
+        (3, ("--known", "m_add=0,1", "--fix", "M=1"), "--known M=1.0,1.0"),
+        (2, ("--local", "tau0"), "there is 1 record. Give several"),
     ],
 )
 def test_options_of_several_have_errors_with_their_place(

@@ -5,12 +5,18 @@ from pathlib import Path
 
 import pytest
 
-from axisid import Identification, Prefilter, Record, fit, identify
+from axisid import (
+    Identification,
+    Prefilter,
+    Record,
+    fit,
+)
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.presentation.documents import QuantityCell, TableBlock
 from axisid.presentation.text import output_fit_document
 from axisid.presentation.text.record import local_notes
 from tests.command_line import Run
+from tests.unjudged import identify
 
 
 @pytest.mark.slow

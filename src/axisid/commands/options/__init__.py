@@ -1,8 +1,8 @@
-"""What commands share: arguments and options, what they read, where they write, the terminal.
+"""Shared parts of the commands: arguments and options, reading, writing, the terminal.
 
-In: words of the command line, documents of blocks. Out: an axis, a record, settings; files written,
-what a terminal shows: colours, width, progress. Knows nothing of what a command does with them, and
-of how a result looks.
+In: words of the command line, documents of blocks. Out: an axis, a record, settings; written files,
+terminal output with colours, width and progress. Knows nothing of the commands themselves, nor of
+the layout of a result.
 """
 
 from .estimation_options import (

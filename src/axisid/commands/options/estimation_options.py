@@ -1,6 +1,6 @@
-"""What commands are given: how a log is read, filtered and estimated from; the axis, its records.
+"""Options of the commands on reading, filtering and estimating, and the axis with its records.
 
-Few options are of a log; all else of it is said in its run.toml.
+Few options describe a log; its run.toml has all other settings.
 """
 
 import csv
@@ -32,8 +32,8 @@ Value = TypeVar("Value")
 
 #: Of the option ``--bootstrap``.
 BOOTSTRAP: dict[str, Any] = {
-    "help": "Bias and deviations from N simulated twins of the records, with their noise as it is "
-    "measured; 0 for none, else 8 at least.",
+    "help": "Estimate bias and standard errors with N simulated replicas of the records, which "
+    "have the measured noise. 0 for none, otherwise at least 8.",
     "default": 32,
     "type": click.IntRange(0, 100_000),
     "metavar": "N",
@@ -41,9 +41,12 @@ BOOTSTRAP: dict[str, Any] = {
 
 
 def one_or_all(methods: tuple[str, ...]) -> tuple[str, ...]:
-    """Methods, of which all stand by themselves, but for fits."""
+    """Check that `all` is combined with no method except fits, and return the methods."""
     if "all" in methods and any(each != "all" and not fitted_output(each) for each in methods):
-        raise click.UsageError("--method all is by itself; name those that are wanted, or none.")
+        raise click.UsageError(
+            "--method all cannot be combined with other methods. Name only the methods to run, or "
+            "omit --method."
+        )
     return methods
 
 
@@ -55,30 +58,31 @@ method_option = click.option(
     default=("all",),
     show_default="all",
     callback=reading(one_or_all),
-    help="Estimator, again for each: ls least squares, iv instruments, idm and ddm of the inverse "
-    "and the direct model, didim output error of the force by the simulated loop, where the "
-    "control law is right; all runs what axis and record allow, and says what it left out.",
+    help="Estimator. ls: least squares. iv: instrumental variables. idm, ddm: inverse or direct "
+    "dynamic model. didim: output error of the force from the simulated closed loop, which needs "
+    "the exact control law. all: every method that axis and record allow; the output names the "
+    "other methods with the reason. Can be repeated.",
 )
 bounded_option = click.option(
     "--bounded",
     is_flag=True,
-    help="Hold a parameter that the judged method would have beyond its declared bound at that "
-    "bound; else it is reported and fails a check.",
+    help="Fix a parameter at its declared bound if the estimate is beyond it. Without this option "
+    "the estimate is reported and a check fails.",
 )
 loss_option = click.option(
     "--loss",
     type=click.Choice(ROW_LOSSES),
     default=ROW_LOSSES[0],
     show_default=True,
-    help="How rows count: by squares, or for less the larger their residual is.",
+    help="Loss function of the residuals. huber and bisquare give outliers less weight.",
 )
 leave_out_option = click.option(
     "--leave-out",
     "left_out",
     multiple=True,
     metavar="NAME",
-    help="A parameter that is not identified, as the record does not show it: held at what --fix "
-    "says, else at 0 (at its nominal value if it enters nonlinearly); again for each.",
+    help="Do not identify this parameter. It is fixed at the value of --fix, otherwise at 0 (at "
+    "its nominal value if the model is nonlinear in it). Can be repeated.",
 )
 bootstrap_option = click.option("--bootstrap", show_default=True, **BOOTSTRAP)
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -87,37 +91,40 @@ _PRIOR = rf"\s*(\w+)\s*=\s*({_NUMBER})\s*(?:\+-|\+/-|±)\s*({_NUMBER})\s*"
 _WEIGHT = rf"\s*([\w-]+)\s*=\s*({_NUMBER})\s*"
 _KNOWN = re.compile(r"\s*(\w+)\s*=(.*)", re.DOTALL)
 _ENTRY = re.compile(rf"\s*({_NUMBER})\s*(?:(?:\+-|\+/-|±)\s*({_NUMBER})\s*)?")
-#: A value of a name, or of none, and whether it is in per cent.
+#: A value with an optional name and an optional per cent sign.
 VALUE = rf"(?:\s*(\w+)\s*=)?\s*({_NUMBER})\s*(%)?"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Filtering(Options):
-    """The filter that the command line asks for, as far as it does."""
+    """Settings of the filter that the command line gives."""
 
     cutoff: float | None = option(
-        "Butterworth low-pass.  [default: 60, or a fifth of the log's rate if that is less]",
+        "Cut-off frequency of the Butterworth low-pass.  [default: 60, or a fifth of the log's "
+        "sampling rate if that is less]",
         type=float,
         metavar="HZ",
     )
     decimate: int | None = option(
-        "Keep one row in N.  [default: 10, or more where the cut-off asks for it]",
+        "Decimation: keep one row in N.  [default: 10, or a larger N if the cut-off needs it]",
         type=int,
         metavar="N",
     )
     hold: str | None = option(
-        "zoh pairs motion with the mean of the forces held around a sample; raw with the one "
-        "after it.  [default: zoh for a control that a drive holds, else raw]",
+        "Force paired with a sample of the motion. zoh: mean of the forces held before and after "
+        "the sample. raw: the force held after it.  [default: zoh for a control that the drive "
+        "holds, otherwise raw]",
         type=click.Choice(["raw", "zoh"]),
     )
     reversals: str | None = option(
-        "Samples near a reversal or a rest, where the low-pass rounds what friction does at once.  "
-        "[default: leave-out for axes with friction, unless that hides a parameter]",
+        "Keep or leave out samples near a velocity reversal or standstill, where the low-pass "
+        "smooths the step of friction.  [default: leave-out for axes with friction, unless that "
+        "hides a parameter]",
         type=click.Choice(["keep", "leave-out"]),
     )
 
     def prefilter(self, period: float | None = None) -> "stages.Prefilter":
-        """The filter; what is left open suits the sampling period, if that is known."""
+        """Return the filter; settings that are not given suit the sampling period, if known."""
         given = {name: value for name, value in self.arguments().items() if value is not None}
         if period is None:
             return stages.Prefilter(**given)
@@ -125,19 +132,17 @@ class Filtering(Options):
 
 
 def fix_option(said: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Add ``--fix``, which the command takes as `fix`."""
+    """Return a decorator that adds ``--fix``, which the command takes as `fix`."""
     return click.option("--fix", multiple=True, metavar="NAME=VALUE[+-SD]", help=said)
 
 
 def names_in(text: str | None) -> tuple[str, ...]:
-    """The names of a list as options take it, ``M,Fv``, none of them twice."""
+    """Return the names of a list such as ``M,Fv``, none of them twice."""
     names = tuple(map(str.strip, text.split(","))) if text else ()
     for name in names:
         if not name or names.count(name) > 1:
-            raise click.BadParameter(
-                f"{text!r} has {f'{name!r} twice' if name else 'an empty name'}; name each once, "
-                "as in M,Fv."
-            )
+            found = f"{name!r} twice" if name else "an empty name"
+            raise click.BadParameter(f"{text!r} has {found}. Give each name once, as in M,Fv.")
     return names
 
 
@@ -146,7 +151,7 @@ def _outputs(texts: tuple[str, ...]) -> tuple[str, ...]:
     for name in names:
         if name not in OUTPUTS:
             raise click.BadParameter(
-                f"there is no output {name!r}; choose from {', '.join(OUTPUTS)}."
+                f"there is no output {name!r}. Choose from {', '.join(OUTPUTS)}."
             )
     return names
 
@@ -154,16 +159,16 @@ def _outputs(texts: tuple[str, ...]) -> tuple[str, ...]:
 def by_names(
     form: str, wrong: str, value: Callable[..., Value]
 ) -> Callable[[tuple[str, ...]], dict[str, Value]]:
-    """What reads texts as values by name.
+    """Return a function that reads texts as values by name.
 
     Parameters
     ----------
     form : str
-        Of each text, a regular expression whose first group is the name.
+        Regular expression of each text; its first group is the name.
     wrong : str
-        What is said of a text without it, after the text.
+        End of the message on a text that does not match; the text precedes it.
     value : callable
-        Makes the value of the other groups; those without a text are empty.
+        Makes the value from the other groups; a group without text is empty.
     """
 
     def read(texts: tuple[str, ...]) -> dict[str, Value]:
@@ -179,11 +184,11 @@ def by_names(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fitting(Options):
-    """What a fit is asked for, the arguments of `fit`."""
+    """Settings of a fit, the arguments of `fit`."""
 
     output: tuple[str, ...] = option(
-        "What is followed, several together: "
-        + ", ".join(f"{n} {said}" for n, said in OUTPUTS.items())
+        "Recorded signals that the simulation is fitted to. "
+        + "; ".join(f"{n}: {said}" for n, said in OUTPUTS.items())
         + ".",
         (next(iter(OUTPUTS)),),
         read=_outputs,
@@ -191,62 +196,66 @@ class Fitting(Options):
         metavar="NAME[,NAME]",
     )
     weights: dict[str, float] = option(
-        "By which an output's errors count: the inverse of their deviation, in its unit; "
-        "again for each.  [default: of what is left of it]",
+        "Weight of an output's errors: the inverse of their standard deviation, in 1/unit of the "
+        "output. Can be repeated.  [default: from the residual of the output]",
         name="weight",
         read=by_names(
             _WEIGHT,
-            "weighs nothing; write OUTPUT=NUMBER, the inverse of the deviation of its errors, as "
-            "in position=2e5.",
+            "is not a weight. Write OUTPUT=NUMBER, the inverse of the standard deviation of the "
+            "output's errors, as in position=2e5.",
             float,
         ),
         multiple=True,
         metavar="OUTPUT=NUMBER",
     )
     loss: str = option(
-        "How errors count: " + ", ".join(f"{n} {said}" for n, said in LOSSES.items()) + ".",
+        "Loss function of the errors. " + "; ".join(f"{n}: {s}" for n, s in LOSSES.items()) + ".",
         next(iter(LOSSES)),
         type=click.Choice([*LOSSES]),
     )
     start: str = option(
-        "Where the search starts; nominal values where they leave less.",
+        "Start of the search. The nominal values are used instead if their residual is smaller.",
         FIT_STARTS[0],
         type=click.Choice(FIT_STARTS),
     )
     starts: int = option(
-        "Searches, the others from about the start; the lowest end is taken.",
+        "Number of searches. The further ones start at random values near the start; the search "
+        "with the lowest loss counts.",
         1,
         type=click.IntRange(1, 1000),
         metavar="N",
     )
     bootstrap: int = option("", **BOOTSTRAP)
     horizon: float | None = option(
-        "Length of the windows of an open loop, s.  [default: 1, or as its motion allows]",
+        "Length of the windows of an open-loop fit, s.  [default: 1, or as the motion allows]",
         type=click.FloatRange(0.0, min_open=True),
         metavar="S",
     )
     rests: str = option(
-        "Samples near rests and reversals of the record or of its loop. They are kept all the "
-        "same where the others show too little, and in an open loop.",
+        "Keep or leave out samples near standstill and velocity reversals of the record or the "
+        "simulated loop. They are always kept if the other samples show too little, and in an "
+        "open-loop fit.",
         RESTS[0],
         type=click.Choice(RESTS),
     )
     bounds: dict[str, tuple[float | None, float | None]] = option(
-        "Bounds of a parameter, SI, within the declared ones; again for each.",
+        "Bounds of a parameter, SI, within the declared bounds. Can be repeated.",
         name="bound",
         read=by_names(
             _BOUND,
-            "bounds nothing; write NAME=LOW..HIGH, SI, one of them left out for none, as in Fv=0..",
+            "is not a bound. Write NAME=LOW..HIGH in SI units; one of the two can be omitted, as "
+            "in Fv=0..",
             lambda low, high: (float(low) if low else None, float(high) if high else None),
         ),
         multiple=True,
         metavar="NAME=LOW..HIGH",
     )
     prior: dict[str, tuple[float, float]] = option(
-        "What was known of a parameter before, SI, which is weighed; again for each.",
+        "Prior value of a parameter with its standard deviation, SI. The fit weighs it against the "
+        "record. Can be repeated.",
         read=by_names(
             _PRIOR,
-            "has no standard deviation; write NAME=VALUE+-SD, or --fix NAME=VALUE where it is "
+            "has no standard deviation. Write NAME=VALUE+-SD, or --fix NAME=VALUE if the value is "
             "exact.",
             lambda v, sd: (float(v), float(sd)),
         ),
@@ -254,9 +263,9 @@ class Fitting(Options):
         metavar="NAME=VALUE+-SD",
     )
     free: tuple[str, ...] = option(
-        "Gains of the control law that are searched with the parameters, the drive's gain, "
-        "its lag or its delay, or the start of the loops: start_position, start_velocity, or start "
-        "for both.",
+        "Further unknowns that are fitted with the parameters: gains of the control law, the "
+        "drive's gain, lag or delay, or the initial state of the loops (start_position, "
+        "start_velocity, or start for both).",
         read=lambda texts: names_in(",".join(texts)),
         multiple=True,
         metavar="NAME[,NAME]",
@@ -264,19 +273,19 @@ class Fitting(Options):
 
 
 def is_log(file: str) -> bool:
-    """Whether an argument is a log, by its ending, or a run.toml, which stands in its place."""
+    """Return whether an argument is a log, by its ending, or a run.toml."""
     return Path(file).suffix.lower() in stages.log_endings() or stages.log_of(file) != Path(file)
 
 
 def _roles(text: str | None) -> dict[str, str]:
-    """Columns by role."""
+    """Return columns by role."""
     found: dict[str, str] = {}
     for pair in next(csv.reader([text], skipinitialspace=True)) if text else ():
         role, equals, column = (part.strip() for part in pair.partition("="))
         if not equals or not role or not column or role in found:
             raise click.BadParameter(
-                f"{pair!r} is not ROLE=NAME or ROLE=NAME:UNIT with each role once, as in "
-                "time=t,position=qm:mm; quote a pair whose name has a comma: "
+                f"{pair!r} is not ROLE=NAME or ROLE=NAME:UNIT, or its role is given twice. Write "
+                "each role once, as in time=t,position=qm:mm. Quote a pair whose name has a comma: "
                 'time=t,"control=I, raw"'
             )
         found[role] = column
@@ -284,7 +293,7 @@ def _roles(text: str | None) -> dict[str, str]:
 
 
 def _rate(text: str | None) -> float | str | None:
-    """Hertz, where it is a number."""
+    """Return the rate in Hz if the text is a number, otherwise the text."""
     try:
         return None if text is None else float(text)
     except ValueError:
@@ -293,7 +302,7 @@ def _rate(text: str | None) -> float | str | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reading(Options):
-    """What the command line says of a log."""
+    """Settings of a log that the command line gives."""
 
     columns: dict[str, str] = option(key="columns", read=_roles)
     windows: tuple[str, ...] = option(key="windows", multiple=True)
@@ -305,7 +314,7 @@ class Reading(Options):
         return stages.read_record(file, axis, **self.settings())
 
     def settings(self) -> dict[str, Any]:
-        """Arguments of `read_record`."""
+        """Return the arguments of `read_record`."""
         said = self.arguments()
         repairs = {key: said.pop(key) for key in [*said] if LOG_KEYS[key].is_repair}
         return {**said, "repairs": stages.Repairs(**repairs)}
@@ -313,18 +322,18 @@ class Reading(Options):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Inputs:
-    """The axis that was named, and its records or its twin's.
+    """The named axis with its records, or with the record of its twin.
 
     Attributes
     ----------
     axis : GeneratedAxis
     records : tuple of Record
     used : tuple of int
-        Which of the logs they are.
+        Index of each record among the given logs.
     set_aside : mapping of str to str
-        Logs that could not be read and were to be skipped, with the reason.
+        Skipped logs, which could not be read, with the reason.
     shared : mapping
-        Arguments of `identify`: what the records that are used have for themselves.
+        Arguments of `identify`: local parameters and known values of the records.
     """
 
     axis: "stages.GeneratedAxis"
@@ -334,18 +343,18 @@ class Inputs:
     shared: Mapping[str, Any]
 
     def say_set_aside(self) -> None:
-        """Tell of each log that could not be read."""
+        """Print each log that could not be read, with the reason."""
         for name, why in self.set_aside.items():
-            click.echo(f"axisid: without {name}: {why}", err=True)
+            click.echo(f"axisid: skipped {name}: {why}", err=True)
 
 
 def read_known(texts: Iterable[str]) -> dict[str, tuple[tuple[float, float], ...]]:
-    """Values by record from texts such as ``m_add=0,20+-0.01``.
+    """Return values by record from texts such as ``m_add=0,20+-0.01``.
 
     Raises
     ------
     UsageError
-        A text is something else.
+        A text has another form.
     """
     found: dict[str, tuple[tuple[float, float], ...]] = {}
     for text in texts:
@@ -353,13 +362,13 @@ def read_known(texts: Iterable[str]) -> dict[str, tuple[tuple[float, float], ...
         entries = [_ENTRY.fullmatch(part) for part in match[2].split(",")] if match else [None]
         if match is None or not all(entries):
             wrong = next(
-                (f", of which number {i} is no value" for i, e in enumerate(entries, 1) if not e),
+                (f": value number {i} is not a number" for i, e in enumerate(entries, 1) if not e),
                 "",
             )
             raise UsageError(
-                f"{text!r} says nothing of each record{wrong * (match is not None)}; write "
-                "NAME=V1,V2,..., SI, one value for each record in their order, each with its "
-                "deviation if it has one: m_add=0,20+-0.01.",
+                f"{text!r} does not give one value per record{wrong * (match is not None)}. Write "
+                "NAME=V1,V2,... in SI units, one value for each record in the order of the "
+                "records, with +-SD if it has a standard deviation: m_add=0,20+-0.01.",
                 code="parameters",
             )
         found[match[1]] = tuple((float(e[1]), float(e[2] or 0.0)) for e in entries if e)
@@ -368,23 +377,23 @@ def read_known(texts: Iterable[str]) -> dict[str, tuple[tuple[float, float], ...
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sharing(Options):
-    """What several records share and what is each one's own, as the command line says it."""
+    """Settings of several records: local parameters, known values, records to skip."""
 
     local: tuple[str, ...] = option(
-        "Parameters that each of several records, two or more, has for itself.",
+        "Parameters that have a separate value for each record; needs at least two records.",
         read=names_in,
         metavar="NAME[,NAME]",
     )
     known: Mapping[str, tuple[tuple[float, float], ...]] = option(
-        "What is known of each record, SI: a parameter (a payload, an angle, a temperature) "
-        "or a gain of the control law, a value for each in their order; again for each name.",
+        "Known value for each record, SI, in the order of the records: of a parameter (a payload, "
+        "an angle, a temperature) or a gain of the control law. Can be repeated.",
         read=read_known,
         multiple=True,
         metavar="NAME=V1,V2+-SD,...",
     )
     skip_bad: bool = option(
-        "Go on without those of several records that cannot be used; they are counted and named. "
-        "With one record it changes nothing.",
+        "Skip records that cannot be used; the output counts and names them. Has no effect with "
+        "one record.",
         False,
     )
 
@@ -399,7 +408,7 @@ def axis_and_records(
     fixed: tuple[str, ...] = (),
     left_out: tuple[str, ...] = (),
 ) -> Inputs:
-    """The axis that was named, and its records or its twin's.
+    """Return the named axis with its records, or with the record of its twin.
 
     Parameters
     ----------
@@ -408,19 +417,19 @@ def axis_and_records(
     reading : Reading
     sharing : Sharing
     further : sequence of str
-        Other logs that `reading` is of.
+        Other logs that `reading` describes.
     fixed, left_out : tuple of str
 
     Raises
     ------
     UsageError
-        There are not as many known values as logs.
+        The number of known values differs from the number of logs.
     AxisidError
-        What cannot be read; of several logs it is named with the others that cannot.
+        A log cannot be read; the message names all such logs.
     """
     with progress_line(f"reading {' and '.join(logs) or f'the twin of {axis}'}"):
         if is_log(axis):
-            raise UsageError(f"{axis} is a log; the axis comes first: AXIS RECORD.")
+            raise UsageError(f"{axis} is a log. Name the axis before the log: AXIS RECORD.")
         whole = stages.fix(stages.load_axis(axis), **stages.read_fixed(fixed))
         generated = stages.build(stages.leave_out(whole, *left_out))
         found: dict[int, stages.Record] = {}
@@ -436,11 +445,12 @@ def axis_and_records(
         if not logs:
             given = [name for name in reading.names().values() if name in given_options()]
             if given and not further:
+                describes = "describes" if len(given) == 1 else "describe"
                 raise UsageError(
-                    f"{' and '.join(given)} {'describes' if len(given) == 1 else 'describe'} a "
-                    "record; name its file."
+                    f"{' and '.join(given)} {describes} a record, but no record is given. Name its "
+                    "file."
                 )
-            # The twin has every term, as an axis does whatever is identified of it.
+            # The twin has every term, whatever parameters are identified.
             found[0] = stages.twin_record(stages.build(whole) if left_out else generated)
     stages.known_of(sharing.known, max(len(logs), 1))
     records, used = tuple(found.values()), tuple(found)

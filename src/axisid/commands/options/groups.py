@@ -1,12 +1,11 @@
 """Groups of options: a frozen dataclass, whose fields are options of the command line.
 
-A field stands once for what the option is called, what it says, its default, its type and how its
-text is read; a command with the group takes the object that is made of them. Options that would be
-ignored are refused: the user meant something by them. Shells complete commands, axes and files.
+A field states once the option's name, help, default, type and reader. A command with the group
+receives one object. Options without effect are refused, because the user expected an effect. Shells
+complete commands, axes and files.
 """
 
 import functools
-import re
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields
@@ -18,7 +17,7 @@ from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
 from axisid.estimation.choices import LOG_KEYS
-from axisid.support.errors import AxisidError
+from axisid.support.settings import settings_typed
 
 
 def option(
@@ -30,20 +29,20 @@ def option(
     read: Callable[[Any], Any] | None = None,
     **how: Any,
 ) -> Any:
-    """A field that is an option of the command line.
+    """Return a field that is an option of the command line.
 
     Parameters
     ----------
     said : str
-        Its help.
+        Help of the option.
     key : str
-        Of a run.toml, which says the help, the name and the form of the value.
+        Key of a run.toml, from which help, name and form of the value are taken.
     default : optional
-        Given, it is in the help; True or False make a flag.
+        Shown in the help if given; True or False make a flag.
     name : str
-        Without its dashes, where it is not that of the field.
+        Name without dashes, if it differs from the name of the field.
     read : callable, optional
-        Makes the field's value of the option's.
+        Makes the value of the field from the value of the option.
     **how
         Further arguments of `click.option`, such as its type.
     """
@@ -62,7 +61,7 @@ def option(
 
 
 def reading(read: Callable[[Any], Any]) -> Callable[[click.Context, click.Parameter, Any], Any]:
-    """The callback of an option whose text is read; a shell that completes has no need of it."""
+    """Return the callback of an option whose text is read, except while a shell completes."""
     return lambda ctx, _, value: value if ctx.resilient_parsing else read(value)
 
 
@@ -72,26 +71,26 @@ class Options:
 
     @classmethod
     def names(cls) -> dict[str, str]:
-        """The options by their fields."""
+        """Return the options by their fields."""
         return {f.name: f"--{f.metadata['name'] or f.name.replace('_', '-')}" for f in fields(cls)}
 
     def arguments(self) -> dict[str, Any]:
-        """The values by their fields, as arguments of what the group is of."""
+        """Return the values by their fields, as arguments."""
         return {name: getattr(self, name) for name in self.names()}
 
 
 def takes(
     parameter: str, group: type[Options], without: Collection[str] = ()
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Add the options of a group; the command takes them as one object.
+    """Return a decorator that adds the options of a group; the command takes them as one object.
 
     Parameters
     ----------
     parameter : str
-        By which the command takes it.
+        Parameter of the command that takes the object.
     group : type of Options
     without : collection of str
-        Fields that are no options of this command.
+        Fields that are not options of this command.
     """
     names = group.names()
     chosen = [each for each in fields(group) if each.name not in without]
@@ -122,44 +121,37 @@ _TITLES: Mapping[str, str] = {
     "Output": "all full json report figure figures csv force help",
 }
 _SAID = {
-    "Log": "All else of a log is said in a run.toml, which stands in its place: axisid new "
-    "--record LOG writes one."
+    "Log": "A run.toml holds all other settings of a log. Give it instead of the log. axisid new "
+    "--record LOG writes a first one."
 }
 
 
-#: A setting in a sentence: ``gaps="split"``, ``resample=HZ``, ``columns position=NAME``,
-#: ``skip_bad=True``.
-_SETTING = r'(?<![\w-])({})(?:="([\w.-]+)"|=([A-Z]+)\b| (\w+=\w+|FROM\.\.TO)|=True)'
+#: Arguments in Python whose option has another name.
+_OTHER_NAMES = {"methods": "method", "windows": "window"}
 
 
 class Command(click.Command):
     """A command that takes an option once, unless the option is a list; its help has titles.
 
-    What it refuses has settings as they are typed, ``--gaps split``.
+    Sentences spell settings as options of the command, ``--gaps split``.
     """
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run it."""
-        try:
+        """Run the command."""
+        with settings_typed(self._options_by_argument(), LOG_KEYS):
             return super().invoke(ctx)
-        except AxisidError as error:
-            error.args = (self._typed(error.args[0]), *error.args[1:])
-            raise
 
-    def _typed(self, sentence: str) -> str:
-        """A sentence with the settings that this command has as options."""
-        names = [
-            name.removeprefix("--").replace("-", "_")
-            for parameter in self.params
-            for name in parameter.opts
-            if name.startswith("--")
-        ]
-
-        def typed(found: re.Match[str]) -> str:
-            option, value = found[1].replace("_", "-"), found[2] or found[3] or found[4]
-            return f"--{option} {value}" if value else f"--{option}"
-
-        return re.sub(_SETTING.format("|".join(names)), typed, sentence)
+    def _options_by_argument(self) -> dict[str, str]:
+        """Return the options of this command by the argument in Python."""
+        options = {}
+        for parameter in self.params:
+            for name in parameter.opts:
+                if name.startswith("--"):
+                    options[name.removeprefix("--").replace("-", "_")] = name
+        for argument, option_name in _OTHER_NAMES.items():
+            if option_name in options:
+                options[argument] = options[option_name]
+        return options
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options, each below its title."""
@@ -197,7 +189,7 @@ class Command(click.Command):
                     for said, times in _times_said(option, order, given[str(option.name)]).items():
                         if times > 1:
                             raise click.UsageError(
-                                f"{said} is given {times} times; give it once.", ctx
+                                f"{said} is given {times} times. Give it once.", ctx
                             )
         return super().parse_args(ctx, args)
 
@@ -205,10 +197,7 @@ class Command(click.Command):
 def _times_said(
     option: click.Option, order: Sequence[click.Parameter], values: Any
 ) -> Counter[str]:
-    """How often an option says each thing that it can say once.
-
-    A list does so of each name, ``NAME=VALUE``; a flag says the same again.
-    """
+    """Return the number of times that an option is given, by name for a list of ``NAME=VALUE``."""
     names = "/".join((*option.opts, *option.secondary_opts))
     if option.multiple:
         form = str(option.metavar)  # [NAME=]VALUE may be without a name
@@ -220,7 +209,7 @@ def _times_said(
 
 
 def given_options() -> list[str]:
-    """Names of the options that the command line gives to the command that runs."""
+    """Return the names of the options on the command line of the command that runs."""
     context = click.get_current_context()
     return [
         parameter.opts[-1]
@@ -232,27 +221,28 @@ def given_options() -> list[str]:
 
 
 def check_needed(*rows: tuple[Sequence[str], Sequence[str]]) -> None:
-    """Refuse options that say something of what others ask for, where none of these is given.
+    """Refuse options that have no effect without other options, if none of these is given.
 
     Parameters
     ----------
     *rows : (sequence of str, sequence of str)
-        Options, and those of which one is needed for them to say anything.
+        Options, and the options of which they need at least one.
     """
     given = given_options()
     for options, needed in rows:
         idle = [option for option in options if option in given]
         if idle and not any(option in given for option in needed):
+            asked, condition = " and ".join(idle), " or ".join(needed)
+            has = "has" if len(idle) == 1 else "have"
             raise click.UsageError(
-                f"{' and '.join(idle)} {'says' if len(idle) == 1 else 'say'} nothing without "
-                f"{' or '.join(needed)}; add that, or leave it out."
+                f"{asked} {has} no effect without {condition}. Add {condition}, or omit {asked}."
             )
 
 
 def check_idle(option: str, why: str) -> None:
-    """Refuse an option that has no effect, for a reason that goes on after its name."""
+    """Refuse an option that has no effect; the reason continues the sentence after its name."""
     if option in given_options():
-        raise click.UsageError(f"{option} {why}; leave one of them out.")
+        raise click.UsageError(f"{option} {why}. Omit one of them.")
 
 
 def complete_file(_: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
@@ -263,7 +253,7 @@ def complete_file(_: click.Context, __: click.Parameter, incomplete: str) -> lis
 def complete_axis(
     ctx: click.Context, param: click.Parameter, incomplete: str
 ) -> list[CompletionItem]:
-    """Axes of the library and declarations in this folder; elsewhere any file."""
+    """Complete axes of the library and declarations in this folder, otherwise any file."""
     # By their files: importing the library would bring SymPy.
     modules = (Path(__file__).parents[2] / "modeling" / "library").glob("[!_]*.py")
     library = sorted(file.stem for file in modules)

@@ -1,7 +1,8 @@
-"""Where commands write: the terminal, and files, whose places are checked before all else.
+"""Output of commands: to the terminal, and to files, whose places are checked first.
 
-Documents are in colours and within the width of a terminal; a line says what takes long. What an
-earlier run wrote is told by its content and may be written anew; all else is the user's.
+Documents are coloured and fitted to the width of a terminal; a progress line names the step that
+takes long. A file that an earlier run wrote is recognised by its content and may be overwritten;
+any other file belongs to the user.
 """
 
 import contextlib
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 
 
 def print_document(document: "Document") -> None:
-    """Print a document: as it is on a pipe, dressed for a terminal."""
+    """Print a document: plain on a pipe, coloured and fitted to the width on a terminal."""
     # Help and what computes need neither of the two ways to draw.
     if not is_terminal(sys.stdout):
         from axisid.presentation.documents import plain_text
@@ -46,7 +47,7 @@ def print_document(document: "Document") -> None:
 
 
 def is_terminal(stream: Any) -> bool:
-    """Whether a stream is a terminal that knows colours and can erase a line."""
+    """Return whether a stream is a terminal that knows colours and can erase a line."""
     return stream is not None and os.environ.get("TERM", "dumb") != "dumb" and bool(stream.isatty())
 
 
@@ -55,16 +56,16 @@ SECONDS_PER_LINE = 30.0  # of progress that no terminal shows
 
 @contextlib.contextmanager
 def progress_line(what: str, delay: float = 1.0) -> Iterator[Progress]:
-    """Say on standard error what is going on, once that takes longer than a moment.
+    """Show the current step on standard error, if it takes longer than a moment.
 
-    It is drawn by a thread, so that what blocks (a compiler, a solver) is shown too, and erased at
-    the end. Where standard error is no terminal, a line is printed every 30 s instead. What it
-    gives is called as the `progress` of `sweep` and `compare`, and says what is done next.
+    A thread draws the line, so that a blocking step (a compiler, a solver) is shown too. The line
+    is erased at the end. If standard error is not a terminal, a line is printed every 30 s instead.
+    The yielded function names the next step, as the argument `progress` of `sweep`.
 
     Parameters
     ----------
     what : str
-        What is going on, until something else is said.
+        Name of the first step.
     delay : float
         Seconds until the line appears.
     """
@@ -100,7 +101,7 @@ def progress_line(what: str, delay: float = 1.0) -> Iterator[Progress]:
 
 @contextlib.contextmanager
 def _progress_in_lines(what: str) -> Iterator[Progress]:
-    """Print a line on standard error every 30 s that says what is going on."""
+    """Print a line with the current step on standard error every 30 s."""
     said, ended, begun = [what], threading.Event(), monotonic()
 
     def say(done: int, total: int, what: str) -> None:
@@ -121,45 +122,45 @@ def _progress_in_lines(what: str) -> Iterator[Progress]:
 
 
 def is_earlier(file: Path, kind: str) -> bool:
-    """Whether a file is what a command of a kind writes, or is empty.
+    """Return whether a command of a kind wrote a file, or the file is empty.
 
     Parameters
     ----------
     file : Path
         A regular file.
     kind : str
-        As `kinds_of` has it.
+        As in `kinds_of`.
 
     Raises
     ------
     OSError
-        It cannot be read.
+        The file cannot be read.
     """
     return kind in kinds_of(file) or not file.stat().st_size
 
 
 json_option = click.option(
-    "--json", "json_file", metavar="FILE", help="Write the result as JSON; - for standard output."
+    "--json", "json_file", metavar="FILE", help="Write the result as JSON; - is standard output."
 )
 force_option = click.option(
-    "--force", is_flag=True, help="Write over a file that this command did not write."
+    "--force", is_flag=True, help="Overwrite a file even if this command did not write it."
 )
 
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """Where a command is asked to write.
+    """File that a command is asked to write.
 
     Attributes
     ----------
     option : str
-        That names the place.
+        Option that names the file.
     file : str or None
-        None where it is not given.
+        None if the option is not given.
     kind : str
-        What the command writes there, as `is_earlier` knows it.
+        Kind of file, as in `is_earlier`.
     endings : tuple of str
-        Of names that say what is written, if they have to.
+        Permitted endings of the name.
     """
 
     option: str
@@ -179,7 +180,7 @@ def check_targets(
     inputs : sequence of str or None
         Arguments that name files to read, which are never written to.
     force : bool
-        Whether files may go that the command did not write.
+        Whether files that the command did not write may be overwritten.
     """
     taken = _read_by(inputs)
     for target in targets:
@@ -189,55 +190,55 @@ def check_targets(
         _refuse(target.file, problem, target.option)
         if not _is_special(target.file):
             real = os.path.realpath(target.file)
-            taken[real] = f"{target.option} is written there; name another file"
+            taken[real] = f"{target.option} is written to the same file. Name another file"
 
 
 def check_replaced(
     files: Mapping[Path, str], option: str, inputs: Sequence[str], *, force: bool
 ) -> None:
-    """Refuse to lose what is there: inputs of the run, and what the command did not write.
+    """Refuse to overwrite inputs of the run and files that the command did not write.
 
     Parameters
     ----------
     files : mapping of Path to str
-        What is to be written, with its kind as `is_earlier` knows it.
+        Files to be written, with their kind as in `is_earlier`.
     option : str
-        That names the place.
+        Option that names the place.
     inputs, force
         As in `check_targets`.
     """
     taken = _read_by(inputs)
     for file, kind in files.items():
         problem = taken.get(os.path.realpath(file), "") or _foreign(str(file), kind, force=force)
-        folder = "it is a folder; take it away, or name another place" * file.is_dir()
+        folder = "it is a folder. Remove it, or name another place" * file.is_dir()
         _refuse(str(file), problem or folder, option)
 
 
 def _read_by(inputs: Sequence[str | None]) -> dict[str, str]:
-    """What is said of the files that a run reads, by their real paths."""
-    said = "it is an input of this run; name another file"
+    """Return the objection to writing each file that a run reads, by its real path."""
+    said = "it is an input of this run. Name another file"
     files = [axis_file(given)[0] for given in inputs if given]
     return {os.path.realpath(file): said for file in (*files, *map(stages.log_of, files))}
 
 
 def _refuse(file: str, problem: str, option: str) -> None:
     if problem:
-        raise click.BadParameter(f"{file!r}: {problem}", param_hint=option)
+        raise click.BadParameter(f"{file!r}: {problem}.", param_hint=option)
 
 
 def _unfit(target: Target, taken: Mapping[str, str]) -> str:
-    """Why a place cannot be written to; empty if it can."""
+    """Return the reason why a place cannot be written to; empty if it can."""
     file, real = str(target.file), os.path.realpath(str(target.file))
     if file == "-" and target.option == "--json":
         return "standard output is closed" if sys.stdout is None else ""
     is_read_only = os.path.isfile(real) and not os.access(real, os.W_OK)
     ways = (
-        (file in ("", "-") or os.path.isdir(file), "it is no file; name one"),
+        (file in ("", "-") or os.path.isdir(file), "it is not a file. Name a file"),
         (_is_special(file), ""),
         (real in taken, taken.get(real, "")),
-        (not os.path.isdir(os.path.dirname(real)), "the folder does not exist; make it first"),
-        (os.path.islink(real), "the link leads to itself; name another file"),
-        (is_read_only, "the file is read-only; name another file"),
+        (not os.path.isdir(os.path.dirname(real)), "the folder does not exist. Create it first"),
+        (os.path.islink(real), "the link points to itself. Name another file"),
+        (is_read_only, "the file is read-only. Name another file"),
         (
             not file.endswith(target.endings),
             f"the name must end in {', '.join(target.endings)}",
@@ -248,35 +249,36 @@ def _unfit(target: Target, taken: Mapping[str, str]) -> str:
 
 
 def _is_special(file: str) -> bool:
-    """Whether it is there and is written to, not replaced: a device or a pipe."""
+    """Return whether a file exists and is written to, not replaced: a device or a pipe."""
     return os.path.exists(file) and not os.path.isfile(file)
 
 
 def _unwritable(path: str) -> str:
-    """Why nothing can be made at a path; only making a file beside it tells that everywhere.
+    """Return the reason why no file can be created at a path; empty if it can.
 
-    The file has a name as long as the one through which the path is written to.
+    Only creating a file next to it shows that on every system. The file has a name as long as the
+    one through which the path is written to.
     """
     folder, name = os.path.split(path)
     try:
         with tempfile.NamedTemporaryFile(prefix=f".{name}.", dir=folder):
             return ""
     except OSError as error:
-        return f"no file can be made there ({error.strerror}); name another place"
+        return f"no file can be created there ({error.strerror}). Name another place"
 
 
 def _foreign(file: str, kind: str, *, force: bool) -> str:
-    """Why what is there must stay: the command did not write it; empty if it may go."""
+    """Return the reason why an existing file must be kept; empty if it may be overwritten."""
     if force or file == "-" or not os.path.isfile(file):
         return ""
     try:
         if is_earlier(Path(file), kind):
             return ""
     except OSError as error:
-        return f"what is there cannot be read ({error.strerror}); name another file"
+        return f"the file exists and cannot be read ({error.strerror}). Name another file"
     return (
-        "it is there and this command did not write it; name another file, or add --force to lose "
-        "what it holds"
+        "the file exists and this command did not write it. Name another file, or add --force to "
+        "overwrite its content"
     )
 
 
@@ -287,25 +289,25 @@ def check_folder(
     *,
     force: bool = False,
 ) -> None:
-    """Refuse a folder that can neither be used nor made, or that holds files of others.
+    """Refuse a folder that can neither be used nor created, or that has other files to be kept.
 
     Parameters
     ----------
     folder : str or None
-        It may be new, with the folders that it is in.
+        It may be new, and so may its parents.
     option : str
-        That names it.
+        Option that names the folder.
     files : mapping of str to str
-        What may be written into it, by name, with its kind as `is_earlier` knows it.
+        Files that may be written into it, by name, with their kind as in `is_earlier`.
     force : bool
-        Whether files may go that the command did not write.
+        Whether files that the command did not write may be overwritten.
     """
     if folder is None:
         return
     place = Path(os.path.abspath(folder))
     existing = next(each for each in (place, *place.parents) if os.path.lexists(each))
     if not folder or not existing.is_dir():
-        _refuse(folder, "it is no folder, nor a new one in a folder; name one", option)
+        _refuse(folder, "it is neither a folder nor a new name in one. Name a folder", option)
     _refuse(folder, _unwritable(str(existing / next(iter(files), "new"))), option)
     inside = {Path(folder, name): kind for name, kind in files.items()}
     check_replaced(inside, option, (), force=force)
@@ -320,13 +322,13 @@ def write_output(file: str | None, text: str) -> None:
 
 
 def write_page(file: str, page: Callable[..., str], result: Presentable) -> list[str]:
-    """Write a page of HTML of a result, which says what command made it and when; tell the file.
+    """Write a page of HTML of a result with command and date, and return the file.
 
     Parameters
     ----------
     file : str
     page : callable
-        Gives the page of the result, with `command`, `made` and `wording`.
+        Returns the page of the result, with `command`, `made` and `wording`.
     result : Presentable
     """
     write_output(file, page(result, command=command_line(), made=datetime.now().astimezone()))
@@ -334,16 +336,16 @@ def write_page(file: str, page: Callable[..., str], result: Presentable) -> list
 
 
 def command_line() -> str:
-    """The command that runs, as it would be typed."""
+    """Return the running command as it would be typed."""
     return shlex.join(["axisid", *sys.argv[1:]])
 
 
-#: A place, None where it is not asked for, and what writes there and returns what is told of it.
+#: A place (None if it is not asked for), and the function that writes there and returns the files.
 Way: TypeAlias = tuple[str | None, Callable[[str], Iterable[object] | None]]
 
 
 def put_result(result: "Presentable | stages.Trend", json_file: str | None, *ways: Way) -> None:
-    """Put out a result as it is; see `put_out`."""
+    """Write and print a result; see `put_out`."""
     put_out(json_file, result.to_dict, lambda: print_result(result), *ways)
 
 
@@ -353,16 +355,17 @@ def put_out(
     show: Callable[[], None],
     *ways: Way,
 ) -> None:
-    """Put out a result every way that is asked for; one that fails costs none of the others.
+    """Write and print a result to every place asked for; a failure does not stop the others.
 
-    It is printed last, when nothing can be lost any more by who reads it.
+    The result is printed before a page, which may take long. A reader that closes the pipe loses no
+    file.
 
     Parameters
     ----------
     json_file : str or None
-        Where ``--json`` says.
+        File of ``--json``.
     document : callable
-        Gives what is written there.
+        Returns the content of that file.
     show : callable
         Prints the result, unless JSON is on standard output.
     *ways : (str or None, callable)
@@ -371,12 +374,12 @@ def put_out(
     Raises
     ------
     AxisidError, OSError
-        As the first that failed.
+        The first failure.
     """
     written: Way = (json_file, lambda file: write_output(file, json_text(document())))
     shown: Way = (None if json_file == "-" else "", lambda _: show())
     made, refused = list[object](), list[Exception]()
-    for place, put in (written, *ways, shown):
+    for place, put in (written, shown, *ways):
         if place is not None:
             try:
                 made += put(place) or ()
@@ -393,5 +396,5 @@ def put_out(
 
 
 def print_result(result: Shown) -> None:
-    """Print a result as its summary, dressed on a terminal."""
+    """Print the summary of a result, coloured on a terminal."""
     print_document(stages.as_blocks(result))

@@ -20,7 +20,7 @@ from axisid.presentation.documents import (
     block_lines,
 )
 
-_LEAST = 20  # columns; what is narrower is left to the terminal
+_LEAST = 20  # columns; a narrower terminal wraps the lines
 #: By kind of line the style of its first letters and of all of it.
 _STYLES = MappingProxyType(
     {
@@ -57,7 +57,7 @@ def print_dressed(document: Document, stream: TextIO, width: int, *, coloured: b
 
 
 def _drawn(block: Block, console: Console) -> Iterator[Text]:
-    """One block, line by line, each within the terminal's width but for what is copied."""
+    """Yield one block line by line, within the terminal's width except lines to be copied."""
     for line in block_lines(block):
         if isinstance(line, Sentence):
             text = _dressed(line)
@@ -70,7 +70,7 @@ def _drawn(block: Block, console: Console) -> Iterator[Text]:
 
 
 def _dressed(line: Sentence) -> Text:
-    """A line in its colours."""
+    """Return a line in its colours."""
     first, whole = _STYLES.get(line.kind, ("", ""))
     text = Text(f"{line.lead}{line.text}".translate(_BLANKS), style=whole)
     text.stylize(first, 0, len(line.lead))
@@ -78,7 +78,7 @@ def _dressed(line: Sentence) -> Text:
 
 
 def _hanging(text: Text, hang: int, console: Console) -> Iterator[Text]:
-    """A text in lines as wide as a page or the terminal, all but the first so many blanks in."""
+    """Yield a text in lines of the width of a page or the terminal, with a hanging indent."""
     width = min(console.width, PAGE_WIDTH)
     first = text.wrap(console, width)[0]
     rest = text[len(first) :]
@@ -93,7 +93,7 @@ def _hanging(text: Text, hang: int, console: Console) -> Iterator[Text]:
 
 
 def _grid_lines(page: Grid, console: Console) -> Iterator[Text]:
-    """Heads over a rule over rows, each text folded into its column."""
+    """Yield heads, a rule and rows, each text folded into its column."""
     drawn = Table(
         box=_RULED, show_edge=False, pad_edge=False, padding=(0, COLUMN_GAP - 1, 0, 0), expand=False
     )
@@ -109,7 +109,7 @@ def _grid_lines(page: Grid, console: Console) -> Iterator[Text]:
 
 
 def _widths(page: Grid, room: int) -> list[int]:
-    """As wide as their texts, or narrower by the widest that has blanks to break at."""
+    """Return column widths: of their texts, reduced in the widest columns that can wrap."""
     columns = [*zip(page.heads, *page.rows, strict=True)]
     widths = [max(map(cell_len, column)) for column in columns]
     words = [

@@ -1,7 +1,7 @@
-"""What commands use of the rooms below, each name imported when it is asked for.
+"""Names of lower rooms that commands use, each imported when it is asked for.
 
-The command line starts without them, and so does help. The names stand in the stub beside this
-file, which also says their types.
+The command line and its help start without them. The names are listed in the stub next to this
+file, with their types.
 """
 
 import ast

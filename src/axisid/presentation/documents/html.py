@@ -4,6 +4,8 @@ import re
 from html import escape
 from types import MappingProxyType
 
+from axisid.support.errors import range_text
+
 from .document import (
     Block,
     Cell,
@@ -24,6 +26,7 @@ from .document import (
 from .plain import joined
 
 _WIDTH, _HEIGHT, _EDGE = 170.0, 26.0, 6.0
+_SCALE = 12.0  # height of the scale below the intervals, px
 _WHOLE = re.compile(r"(->|--[a-z](?:-?[a-z0-9])*(?: [a-z]+-[a-z]+| [A-Z]+(?:=[\w+-]+)?)?)")
 _SIGNS = MappingProxyType({"pass": "✓", "note": "○", "fail": "✗", "not evaluated": "·"})
 #: Classes of the signs, for pages that colour them.
@@ -33,7 +36,10 @@ STATUS_CLASSES = MappingProxyType(
 
 
 def intervals_html(drawn: Intervals) -> str:
-    """One above the other, in their order, the truth dotted; nothing where they have no width."""
+    """Return intervals one above the other, in their order, over a scale; the truth is dotted.
+
+    Nothing where they have no width.
+    """
     ends = [
         *(end for each in drawn.intervals for end in (each.low, each.high)),
         *([] if drawn.truth is None else [drawn.truth]),
@@ -56,8 +62,22 @@ def intervals_html(drawn: Intervals) -> str:
     )
     # With colours and a size for a page without its own.
     return (
-        f'<svg class="interval" viewBox="0 0 {_WIDTH:g} {_HEIGHT:g}" stroke="currentColor" '
-        f'fill="currentColor" width="170" role="img">{marks}</svg>'
+        f'<svg class="interval" viewBox="0 0 {_WIDTH:g} {_HEIGHT + _SCALE:g}" '
+        f'stroke="currentColor" fill="currentColor" width="170" role="img">{marks}'
+        f"{_scale_html(low, low + span)}</svg>"
+    )
+
+
+def _scale_html(low: float, high: float) -> str:
+    """Return a line with the lowest and the highest value that are drawn."""
+    first, last = range_text(low, high, "|", digits=3).split("|")
+    bottom = _HEIGHT + _SCALE - 1
+    return (
+        f'<line class="axis" x1="{_EDGE:g}" x2="{_WIDTH - _EDGE:g}" y1="{_HEIGHT:g}" '
+        f'y2="{_HEIGHT:g}"/>'
+        f'<text x="{_EDGE:g}" y="{bottom:g}" font-size="10" stroke="none">{first}</text>'
+        f'<text x="{_WIDTH - _EDGE:g}" y="{bottom:g}" font-size="10" stroke="none" '
+        f'text-anchor="end">{last}</text>'
     )
 
 

@@ -4,8 +4,8 @@ In: a result, or a file of JSON. Out: its document; results that are summarised,
 and exported like live ones; the JSON schema. Knows nothing of how statistics are computed.
 """
 
+from .checks import read_checks as read_checks
 from .diagnosis import (
-    NOT_EVALUATED as NOT_EVALUATED,
     WrittenAlignment as WrittenAlignment,
     WrittenLawCheck as WrittenLawCheck,
 )

@@ -10,6 +10,7 @@ from axisid.estimation.diagnostics.control_law import LawAgreement
 from axisid.support.arrays import MaybeInfinite, MaybeNan
 from axisid.support.errors import Missing
 
+from .checks import finding_data, written_checks
 from .json_objects import JsonObject, about, by_name, written_as
 
 
@@ -28,6 +29,10 @@ class WrittenLawCheck(JsonObject, frozen=True, kw_only=True):
         about("Samples by which the control follows the law best."),
     ] = UNSET
     meaning: str
+    finding: Annotated[
+        Mapping[str, Any] | UnsetType,
+        about("What was found as data: its kind, and its numbers, names and units."),
+    ] = UNSET
 
 
 class WrittenExcitation(JsonObject, frozen=True, kw_only=True):
@@ -74,10 +79,6 @@ class WrittenAlignment(JsonObject, frozen=True, kw_only=True):
     reason: Annotated[str | UnsetType, about("Why it could not be measured.")] = UNSET
 
 
-#: How the meaning of a law's check begins that could not be made.
-NOT_EVALUATED = "not evaluated: "
-
-
 def diagnosis_members(diagnosis: Diagnosis) -> dict[str, Any]:
     """Everything that was measured of a result, then the checks, by member of its document."""
     return {
@@ -108,7 +109,7 @@ def record_members(found: RecordDiagnosis) -> dict[str, Any]:
             sensitivity=by_name(profile.names, profile.sensitivity),
             reason=UNSET,
         ),
-        "verdict": found.verdict,
+        "verdict": written_checks(found.verdict),
         "lack_of_fit": found.lack_of_fit or UNSET,
         "measured_motion": {
             role: each for role, each in found.motions.items() if not isinstance(each, Missing)
@@ -118,7 +119,7 @@ def record_members(found: RecordDiagnosis) -> dict[str, Any]:
 
 
 def written_law(check: LawAgreement | Missing) -> WrittenLawCheck:
-    """The control law's check; `passed` is None where it could not be made."""
+    """Return the control law's check; `passed` is None where it could not be made."""
     if isinstance(check, Missing):
-        return WrittenLawCheck(passed=None, meaning=f"{NOT_EVALUATED}{check}")
-    return written_as(WrittenLawCheck, check, meaning=check.sentence)
+        return WrittenLawCheck(passed=None, meaning=f"not evaluated: {check}")
+    return written_as(WrittenLawCheck, check, finding=finding_data(check.finding))

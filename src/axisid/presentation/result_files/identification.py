@@ -44,6 +44,7 @@ from axisid.support.arrays import Exact
 from axisid.support.errors import Missing, UsageError, is_nothing
 from axisid.support.presentable import Presentable
 
+from .checks import WrittenCheck, read_checks
 from .diagnosis import (
     WrittenAlignment,
     WrittenExcitation,
@@ -164,7 +165,7 @@ class WrittenMember(JsonObject, frozen=True, kw_only=True):
     ]
     law_check: WrittenLawCheck
     alignment: WrittenAlignment
-    verdict: Annotated[tuple[Check, ...], about("The checks that are of one record.")]
+    verdict: Annotated[tuple[WrittenCheck, ...], about("The checks that are of one record.")]
     lack_of_fit: LackOfFit | UnsetType = UNSET
     measured_motion: Annotated[
         Mapping[str, ColumnComparison] | UnsetType,
@@ -207,7 +208,7 @@ class WrittenIdentification(
     instruments: InstrumentTests | None
     excitation: Annotated[Mapping[str, WrittenExcitation], about("By parameter.")]
     alignment: WrittenAlignment
-    verdict: tuple[Check, ...]
+    verdict: tuple[WrittenCheck, ...]
     lack_of_fit: Annotated[LackOfFit | UnsetType, about("Where the reference repeats.")] = UNSET
     model_bands: Annotated[
         Mapping[str, Mapping[str, JackknifeInterval]] | UnsetType,
@@ -426,7 +427,7 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
             else None,
             estimates=estimates,
             physical=PhysicalByMethod((m, p) for m, p in physical.items() if p is not None),
-            checks=written.verdict,
+            checks=read_checks(written.verdict),
             levels=written.levels or DEFAULT_LEVELS,
             requested=None if asked is None else read_as(Prefilter, asked),
             prefilter=sampling.filter.settings,

@@ -9,15 +9,19 @@ import numpy as np
 from msgspec import UNSET, UnsetType
 
 from axisid.estimation.estimates import NamedValues, Value
-from axisid.estimation.misspecification import misspecification_text
+from axisid.estimation.misspecification import misspecification_finding
 from axisid.estimation.model_validation import FitValidation
 from axisid.estimation.output_error import FittedParameters, OutputFit, RecordError
 from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.modeling.parsing import FunctionLike
+from axisid.presentation.sentences import (
+    unseen_text,
+)
 from axisid.support.arrays import Array, Exact, MaybeInfinite
 from axisid.support.errors import Missing
 from axisid.support.presentable import Presentable
 
+from .checks import WrittenCheck, read_checks, written_checks
 from .diagnosis import WrittenLawCheck, written_law
 from .estimate import left_out
 from .json_objects import (
@@ -129,7 +133,7 @@ class WrittenOutputFit(
     iteration_errors: Annotated[tuple[float, ...], about("Root mean square there, in `unit`.")]
     costs: Annotated[tuple[float, ...], about("Of each search's end, where several were made.")]
     law_check: WrittenLawCheck
-    verdict: tuple[Check, ...]
+    verdict: tuple[WrittenCheck, ...]
     believed: Annotated[bool, about("Whether `belief` is believed.")]
     levels: Levels | UnsetType = UNSET
     remarks: tuple[str, ...]
@@ -143,7 +147,6 @@ class SavedFitValidation(
     kw_only=True,
     tag_field="schema",
     tag="axisid.fit_validation/1",
-    rename={"checks": "verdict"},
 ):
     """A frozen fit on a second record, without its samples, with the names of `FitValidation`."""
 
@@ -153,12 +156,22 @@ class SavedFitValidation(
     horizon: Annotated[float | None, about("Length of the windows of an open loop, s.")]
     error: Annotated[float, about("Root mean square of what is left, in `unit`.")]
     percent: Annotated[MaybeInfinite, about("Of the recorded output's.")]
-    checks: tuple[Check, ...]
+    verdict: tuple[WrittenCheck, ...]
+
+    @property
+    def checks(self) -> tuple[Check, ...]:
+        """Return the checks of its verdict."""
+        return read_checks(self.verdict)
 
 
 def written_fit_validation(validation: FitValidation) -> SavedFitValidation:
     """What is left of a second record, and whether the fit holds on it."""
-    return written_as(SavedFitValidation, validation, record=written_record(validation.record))
+    return written_as(
+        SavedFitValidation,
+        validation,
+        record=written_record(validation.record),
+        verdict=written_checks(validation.checks),
+    )
 
 
 def written_output_fit(fit: OutputFit) -> WrittenOutputFit:
@@ -176,6 +189,7 @@ def written_output_fit(fit: OutputFit) -> WrittenOutputFit:
         chosen_covariance=fit.chosen,
         record_errors=fit.of_records,
         lacks=_lacks(fit),
+        unseen=tuple(map(unseen_text, fit.unseen)),
         horizon=UNSET if fit.horizon is None else fit.horizon,
         local=dict(fit.local) or UNSET,
         known={
@@ -187,7 +201,7 @@ def written_output_fit(fit: OutputFit) -> WrittenOutputFit:
         iteration_errors=tuple(step.error for step in fit.best.steps),
         costs=tuple(each.cost for each in fit.searches),
         law_check=written_law(fit.law),
-        verdict=fit.checks,
+        verdict=written_checks(fit.checks),
     )
 
 
@@ -197,7 +211,7 @@ def _lacks(fit: OutputFit) -> tuple[WrittenLack, ...] | None:
         return None
     return tuple(
         WrittenLack(
-            subject=misspecification_text(each, axis, record),
+            subject=misspecification_finding(each, axis, record).sentence,
             size=each.size,
             deviation=each.deviation,
             unit=each.unit,
@@ -306,7 +320,7 @@ class SavedOutputFit(FittedParameters, Checked, Presentable, Exact):
             chosen=chosen,
             covariances={chosen: np.array(written.covariance)},
             levels=written.levels or DEFAULT_LEVELS,
-            checks=written.verdict,
+            checks=read_checks(written.verdict),
             local=written.local or {},
             law_moves={
                 term: np.array([v.law_percent[term] for v in fitted])

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
 from axisid.estimation.identification import Identification
-from axisid.estimation.verdict_checks import Check
 from axisid.presentation.documents import (
     Block,
     Document,
@@ -21,6 +20,7 @@ from axisid.presentation.documents import (
 from axisid.support.errors import or_dash
 from axisid.support.presentable import Presentable
 
+from .checks import WrittenCheck
 from .estimate import WrittenValue
 from .file import read_identification
 from .identification import SavedIdentification, WrittenIdentification, written_identification
@@ -75,7 +75,7 @@ class ResultComparison(
     alone: Annotated[WrittenAlone, about("Methods and parameters that only one has.")]
     settings: Annotated[Mapping[str, tuple[Any, Any]], about("Those that differ.")]
     checks: Annotated[
-        Mapping[str, tuple[Check | None, Check | None]],
+        Mapping[str, tuple[WrittenCheck | None, WrittenCheck | None]],
         about("Checks whose status differs; null where a result does not have it."),
     ]
 
@@ -296,7 +296,7 @@ def _settings(result: WrittenIdentification) -> dict[str, Any]:
     }
 
 
-def _status(check: Check | None) -> str:
+def _status(check: WrittenCheck | None) -> str:
     return "absent" if check is None else check.status
 
 

@@ -27,8 +27,6 @@ from axisid.support.mappings import grouped
 from .record import force_told, records_facts, rows_text, set_aside_facts
 
 _SMALLEST_P = 1e-16
-#: What to blame for values beyond their bounds where another candidate explains more.
-_LACKING = "its parameters take up what it lacks, which other candidates have"
 
 
 def comparison_document(c: Comparison) -> Document:
@@ -149,7 +147,7 @@ def _remarks(c: Comparison) -> list[Sentence]:
         *(
             Sentence(text=f"{each.name}: {check.meaning}.")
             for each in c.candidates
-            for check in [within_bounds(each.estimate, None if each.name in c.tied else _LACKING)]
+            for check in [within_bounds(each.estimate, explained_by_others=each.name not in c.tied)]
             if isinstance(check, Check) and check.status == "fail"
         ),
         *(

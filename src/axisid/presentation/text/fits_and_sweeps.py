@@ -242,7 +242,7 @@ def validation_document(validation: Validation) -> Document:
             for name, figures in validation.errors.items()
         ),
         labels=2,
-        said=validation.notes,
+        said=tuple(note.sentence for note in validation.notes),
     )
 
 

@@ -30,6 +30,7 @@ from axisid.presentation.documents import (
 )
 from axisid.presentation.result_files import SavedEstimate, SavedIdentification
 from axisid.presentation.sentences import (
+    conclusion_text,
     covariance_in_short,
     covariance_text,
     shared_covariance_text,
@@ -448,7 +449,7 @@ def verdict_block(checks: Sequence[Check]) -> Checks:
     own = lines_of(check.name for check in checks)
     passed = tuple(line for line in lines_of((*KINDS, *own)) if line in own and line not in told)
     judged += [CheckGroup("pass", passed)] if passed else []
-    return Checks(judged=tuple(judged), conclusion=conclusion(checks))
+    return Checks(judged=tuple(judged), conclusion=conclusion_text(conclusion(checks)))
 
 
 def unmade(checks: Sequence[Check]) -> dict[str, list[str]]:

@@ -21,13 +21,13 @@ from axisid.presentation.documents import (
     text_table,
 )
 from axisid.presentation.result_files import (
-    NOT_EVALUATED,
     SavedEstimate,
     SavedIdentification,
     WrittenAlignment,
     WrittenIdentification,
     WrittenLawCheck,
     WrittenMember,
+    read_checks,
 )
 from axisid.support.errors import or_dash, range_text
 from axisid.support.mappings import grouped
@@ -211,7 +211,7 @@ def details_document(result: SavedIdentification) -> Document:
         _differences(found.differences or {}, {q.name: q.unit for q in preferred.quantities}),
         _alignment(preferred, found.alignment),
         *_motions(found.measured_motion or {}),
-        checks_table(found.verdict),
+        checks_table(read_checks(found.verdict)),
     )
 
 
@@ -237,7 +237,7 @@ def _intervals(title: str, estimates: Mapping[str, SavedEstimate]) -> TableBlock
 def _law(law: WrittenLawCheck) -> TableBlock | Paragraph:
     title = "Control law"
     if law.passed is None:
-        return paragraph(f"not checked: {law.meaning.removeprefix(NOT_EVALUATED)}", title=title)
+        return paragraph(law.meaning, title=title)
     rows = [
         ["residual of the declared law", _percent(law.residual_percent)],
         ["residual with factors fitted", _percent(law.fitted_residual_percent)],

@@ -17,6 +17,7 @@ from axisid.estimation.monte_carlo import (
     Share,
     interval_covariance,
 )
+from axisid.estimation.noise_models import noise_sources
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.presentation.documents import (
     Block,
@@ -34,6 +35,7 @@ from axisid.presentation.documents import (
 )
 from axisid.presentation.plots import method_title
 from axisid.presentation.result_files import SavedMonteCarlo
+from axisid.presentation.sentences import sentence
 
 _PLAIN = (1e-6, 1e6)  # errors between which figures have no power of ten
 
@@ -64,7 +66,7 @@ def heading_facts(result: SavedMonteCarlo) -> dict[str, str]:
     return {
         "axis": result.name,
         "twins": f"{done} twins of {twins.axis}, seed {result.seed}",
-        "noise": noise.told(twins.unit, twins.drive_unit) + begun,
+        "noise": sentence(noise_sources(noise, twins.unit, twins.drive_unit)) + begun,
         "model": "the twins' own" if twins.right else "another than the twins'",
         "methods": ", ".join(map(method_title, result.methods)),
         "intervals": f"{100 * INTERVAL_LEVEL.value:g} %, {_stated_labels(result)}",

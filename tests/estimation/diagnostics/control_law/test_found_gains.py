@@ -12,11 +12,17 @@ from axisid import Record, build, fit, load_axis, twin_record
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation.diagnostics.control_law import (
     EstimatedGains,
+    FoundGainsAgree,
+    FoundGainsDiffer,
+    LateControl,
     LawAgreement,
+    OtherGains,
+    OtherScale,
     found_law_agreement,
 )
 from axisid.estimation.diagnostics.control_law.law_agreement import apart_in_deviations
 from tests.axes.ready_laws import with_law
+from tests.law_findings import law_finding_of
 
 P_PI = "cascade_p_pi"
 ALL = ("kp", "kv", "tn")
@@ -57,7 +63,9 @@ def test_found_gains_may_be_off_by_what_they_are_unsure_of_or_does_not_matter(
 ) -> None:
     check = _checked(name, sd, _record(name), kp=kp, kv=kv)
     assert (check.passed, check.found_apart) == (passed, not passed), check.sentence
-    assert ("and the fit finds" in check.meaning) is not passed
+    found = check.finding
+    assert isinstance(found, FoundGainsAgree if passed else FoundGainsDiffer)
+    assert set(found.gains) == {"kp", "kv"}
     assert all(abs(factor - 1) < 1e-3 for factor in check.factors.values())
 
 
@@ -66,11 +74,12 @@ def test_found_gains_may_be_off_by_what_they_are_unsure_of_or_does_not_matter(
 def test_a_wrong_gain_that_is_held_is_named_and_a_delay_is_no_gains(name: str) -> None:
     check = _checked(name, 0.02, _record(name, kv=1.1), kp=1.0)
     assert not check.passed
-    assert "kv is 1.1 times the declared one" in check.meaning
+    ((named,),) = law_finding_of(check, OtherGains).alternatives
+    assert (named.name, named.times) == ("kv", pytest.approx(1.1, rel=1e-3))
     late = _checked(
         name, 0.02, _record(name, delay=2), **dict.fromkeys(_axis(name).axis.control.gains, 1.0)
     )
-    assert "not in time with the declared law" in late.meaning
+    assert law_finding_of(late, LateControl).samples == 2
 
 
 @pytest.mark.slow
@@ -79,7 +88,7 @@ def test_a_flipped_control_is_named_whatever_gains_are_free(name: str) -> None:
     record = _record(name)
     check = _checked(name, 0.02, replace(record, control=-record.control), kp=1.02, kv=0.99)
     assert not check.passed
-    assert "its sign is opposite to the law's" in check.meaning
+    assert law_finding_of(check, OtherScale).scale.times < 0
 
 
 def test_the_distance_is_that_of_a_normal_of_one_dimension() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from axisid import Record, load_axis, twin_record
 from axisid.codegen.generated_axes import GeneratedAxis, build as build_axis
-from axisid.estimation.diagnostics.control_law import noise_gain_check
+from axisid.estimation.diagnostics.control_law import NoiseGain, noise_gain_check
 
 
 @pytest.fixture(scope="module")
@@ -47,6 +47,7 @@ def test_the_product_of_both_scales_is_checked(
     assert found is not None
     assert found.status == status
     assert found.figure == pytest.approx(of_control / of_position, rel=0.02)
+    assert found.finding == NoiseGain(ratio=found.figure, agrees=status == "pass")
 
 
 def test_nothing_is_said_with_a_reference_or_where_the_position_has_no_noise(

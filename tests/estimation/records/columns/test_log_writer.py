@@ -76,7 +76,7 @@ def test_what_cannot_be_written_is_refused(
 
 
 def test_what_names_no_file_is_refused(emps2015: GeneratedAxis) -> None:
-    with refuses("twin", "the file is 5; give its name"):
+    with refuses("twin", "file is 5"):
         made("emps2015")[1].write(5, emps2015)  # type: ignore[arg-type]
 
 
@@ -96,7 +96,7 @@ def test_units_of_an_archive_that_cannot_be_read_are_refused_and_none_are_si(
     if told == "{}":
         assert is_same(read_record(file, emps2015), record)
     else:
-        with refuses("log-file", r"is no JSON of units by name"):
+        with refuses("log-file", r"units by name"):
             read_record(file, emps2015)
 
 
@@ -107,6 +107,6 @@ def test_heads_that_no_text_with_commas_can_have_are_refused(
     roles = ("time", "reference", "position", "control")
     axis = replace(load_axis("emps2015"), columns=dict(zip(roles, heads, strict=True)))
     record = twin_record(axis)
-    with pytest.raises(ModelError, match="cannot have the heads"):
+    with pytest.raises(ModelError, match=r"names in a header|cannot be written as comma"):
         record.write(tmp_path / "log.csv", axis)
     assert not [*tmp_path.iterdir()]

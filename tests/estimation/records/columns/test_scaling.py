@@ -72,23 +72,23 @@ def test_a_scaling_is_read_to_the_last_bit(
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("counts*36Odeg", "'Odeg' is no unit that is known"),
-        ("counts*360dag/3", "'dag' is no unit"),
-        ("furlongs*3", "'furlongs' is no unit"),
+        ("counts*36Odeg", "'Odeg'"),
+        ("counts*360dag/3", "'dag'"),
+        ("furlongs*3", "'furlongs'"),
         ("counts*360deg+3", "an offset needs its unit"),
-        ("counts*360deg+1deg*3", "the offset comes last, and once"),
-        ("counts*360deg+1deg-2deg", "the offset comes last, and once"),
-        ("counts*3counts", "one count is a length or an angle"),
-        ("counts*0deg", "leaves nothing"),
-        ("mm/0", "leaves nothing"),
-        ("mm*nan", "'nan' is no number"),
-        ("mm/-Infinity", "'-Infinity' is no number"),
+        ("counts*360deg+1deg*3", "one offset only"),
+        ("counts*360deg+1deg-2deg", "one offset only"),
+        ("counts*3counts", "length or an angle"),
+        ("counts*0deg", r"\*0 makes"),
+        ("mm/0", "/0 makes"),
+        ("mm*nan", "'nan'"),
+        ("mm/-Infinity", "'-Infinity'"),
         ("mm*", "a number is missing after '*'"),
         ("mm *2 -", "a number is missing after '-'"),
-        ("mm*1e999999999", "'e999999999' is no unit that is known"),
-        ("mm*1e99*1e99*1e99*1e99", "no number that can be computed with"),
-        (f"mm*{'9' * 300}", "more than 200 letters"),
-        ("rpm*5mm/furlong", "'mm/furlong' is no unit"),
+        ("mm*1e999999999", "'e999999999'"),
+        ("mm*1e99*1e99*1e99*1e99", "product of the factors"),
+        (f"mm*{'9' * 300}", "more than 200"),
+        ("rpm*5mm/furlong", "'mm/furlong'"),
         ("mm+2V", "an offset in V does not add to m"),
     ],
 )
@@ -137,12 +137,12 @@ def test_an_axis_declares_it_once(tmp_path: Any) -> None:
         ("{ unit = 'mm' }", "name: it is missing"),
         ("{ name = 'q', gears = 3 }", "there is no such key"),
         ("{ name = 'q', gear = 'x' }", "the gear of a column is 'x'"),
-        ("{ name = 'q', scale = 'deg' }", "the scale of a column is 'deg'; give a number"),
-        ("{ name = 'q', offset = 0.2 }", "give one line of text"),
-        ("{ name = 'q', unit = 'mm', resolution = 4096 }", "leave one of them out"),
-        ("{ name = 'q', resolution = 'rev' }", "the resolution of a column is 'rev'; give a"),
-        ("{ name = 'q', scale = nan }", "the scale of a column is nan; give a number"),
-        ("{ name = 0 }", "give a text, or its number from 1"),
+        ("{ name = 'q', scale = 'deg' }", "the scale of a column is 'deg'"),
+        ("{ name = 'q', offset = 0.2 }", "offset: it is 0.2"),
+        ("{ name = 'q', unit = 'mm', resolution = 4096 }", "'mm' and a resolution"),
+        ("{ name = 'q', resolution = 'rev' }", "the resolution of a column is 'rev'"),
+        ("{ name = 'q', scale = nan }", "the scale of a column is nan"),
+        ("{ name = 0 }", "the name of a column is 0"),
     ],
 )
 def test_a_column_of_an_axis_file_that_is_none_is_told_with_its_key(
@@ -155,7 +155,7 @@ def test_a_column_of_an_axis_file_that_is_none_is_told_with_its_key(
 @pytest.mark.parametrize(
     ("axis", "role", "scaling", "what"),
     [
-        ("emps2015", "velocity", "rpm*5mm/3", "m/s times an angle; .*5mm/rev for a screw"),
+        ("emps2015", "velocity", "rpm*5mm/3", "m/s times an angle.*5mm/rev for a screw"),
         ("emps2015", "position", "counts*360deg/4096*5mm", "m times an angle"),
         ("emps2015", "position", "counts*5mm/rev/4096", "m over an angle"),
         ("emps2015", "acceleration", "rev/s^2*5mm", "m/s\\^2 times an angle"),
@@ -225,7 +225,7 @@ def test_columns_go_by_number_also_without_a_name_or_a_header(tmp_path: Any) -> 
         record = read_record(log, columns=columns)
         assert record.position == pytest.approx(2 * math.pi / 4096 * COUNTS)
     assert "no header row" in " ".join(read_record(file, columns=columns).provenance.assumed)
-    with refuses("columns", "no column '#5'.*found #1, #2, #3"):
+    with refuses("columns", "column '#5'.*#1, #2, #3"):
         read_record(file, columns={**columns, "control": "#5"})
     np.savetxt(file, table, delimiter=";", header="t;state;;u", comments="")
     assert read_record(file, columns=columns).position.shape == (200,)
@@ -257,7 +257,7 @@ def test_units_come_from_the_axis_too(rotary: Axis) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "unit"), [("axis:deg", ""), ("q (act)", " ('act' is no unit known)")]
+    ("name", "unit"), [("axis:deg", ""), ("q (act)", " ('act' is not a known unit)")]
 )
 def test_a_name_with_what_may_be_a_unit_is_taken_whole(rotary: Axis, name: str, unit: str) -> None:
     record = read_record({"time": TIME, name: VALUES}, rotary, columns={"position": name})
@@ -277,18 +277,18 @@ def test_a_column_of_an_unknown_unit_is_read_where_its_unit_is_given(
 @pytest.mark.parametrize(
     ("columns", "says"),
     [
-        ({"position": "angle"}, "'inc': it does not say what one count is"),
-        ({"position": "angle [inc]"}, "'inc': it does not say what one count is"),
+        ({"position": "angle"}, "'inc'"),
+        ({"position": "angle [inc]"}, "'inc'"),
         ({"position": "q:mm"}, "position of axis 'motor' is measured in rad"),
         ({"position": "q:Nm"}, "position of axis 'motor' is measured in rad"),
-        ({"position": "q:inch^"}, "'inch.' is no unit that is known"),
-        ({"position": "q:deg/rev"}, "'deg/rev' is no unit that is known"),
-        ({"position": "q", "control": "u:A/rev"}, "'A/rev' is no unit that is known"),
+        ({"position": "q:inch^"}, "'inch.'"),
+        ({"position": "q:deg/rev"}, "'deg/rev'"),
+        ({"position": "q", "control": "u:A/rev"}, "'A/rev'"),
         ({"position": "q", "control": "u:mV"}, "control of axis 'motor' is measured in A"),
         ({"position": "q", "force": "u:N"}, "force of axis 'motor' is measured in N m"),
         ({"position": "q", "time": "time:mm"}, "time of axis 'motor' is measured in s"),
-        ({"position": "q:counts"}, "does not say what one count is; say .*counts.360deg/4096"),
-        ({"position": "q:counts/4096"}, "does not say what one count is"),
+        ({"position": "q:counts"}, "'counts'.*counts.360deg/4096"),
+        ({"position": "q:counts/4096"}, "'counts/4096'.*size of one count"),
         (
             {"position": "q:counts*5mm/4096"},
             "which is m, but the position of axis .motor. is measured in rad",

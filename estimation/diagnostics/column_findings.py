@@ -1,0 +1,180 @@
+"""Findings of the checks of `column_comparison`."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from axisid.estimation.findings import Finding
+from axisid.estimation.records import AdvisedShift
+from axisid.support.arrays import MaybeNan
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GainOfForce:
+    """Drive gain, declared and as the recorded force would have it.
+
+    Attributes
+    ----------
+    declared : float
+    fitting : float
+        Gain with which the force from the control equals the recorded force.
+    unit : str
+    """
+
+    declared: float
+    fitting: float
+    unit: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ForceAgainstControl(Finding):
+    """Comparison of the recorded force with the force that the drive makes of the control.
+
+    Attributes
+    ----------
+    fault : {"scale", "offset", "other"} or None
+        A factor or a constant alone, or more; None where they agree.
+    difference_percent : float
+        Root mean square of the difference, in percent of the force from the control, at low
+        frequencies.
+    factor : float
+        Recorded force over the force from the control.
+    factor_uncertainty : float
+    offset : float
+        Constant part of the recorded force beside the force from the control, in `force_unit`.
+    offset_uncertainty : float
+    lag : float
+        Of the recorded force behind the force from the control, s.
+    force_unit : str
+    drive : str
+        Force of the declared drive, as a text: ``35.15 N/V times the control``.
+    gain : GainOfForce or None
+        None for a drive that is more than a gain.
+    """
+
+    fault: Literal["scale", "offset", "other"] | None
+    difference_percent: float
+    factor: MaybeNan
+    factor_uncertainty: MaybeNan
+    offset: MaybeNan
+    offset_uncertainty: MaybeNan
+    lag: MaybeNan
+    force_unit: str
+    drive: str
+    gain: GainOfForce | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ControlAgainstLimit(Finding):
+    """Samples of the recorded control beyond the limit of the drive.
+
+    Attributes
+    ----------
+    is_beyond : bool
+        Whether these are too many.
+    share_percent : float
+        Of the samples.
+    excess_percent : float
+        A sample counts where it is beyond the limit by more than this, percent of the limit.
+    limit : float
+        In `unit`.
+    largest : float
+        Largest size of the control, in `unit`.
+    unit : str
+    has_force : bool
+        Whether the force is recorded too, so that only the simulated loop uses the control.
+    """
+
+    is_beyond: bool
+    share_percent: float
+    excess_percent: float
+    limit: float
+    largest: float
+    unit: str
+    has_force: bool
+
+
+#: Signal with which a measured velocity or acceleration is compared.
+MotionReference = Literal[
+    "velocity of the simulated loop",
+    "derivative of the position",
+    "second derivative of the position",
+    "derivative of the measured velocity",
+]
+#: Property in which a measured column differs from its reference.
+ColumnFault = Literal["delay", "factor", "offset"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ColumnCorrections:
+    """Corrections of a measured velocity or acceleration.
+
+    Attributes
+    ----------
+    column : str
+        Name in the log; ``NAME`` where it is not known.
+    faults : tuple of {"delay", "factor", "offset"}
+        To correct, in this order.
+    shift : AdvisedShift or None
+        Against a delay; None for a column that holds each value for several samples, which has to
+        be interpolated instead, and without a delay.
+    likely_unit : str or None
+        Usual unit that explains the factor.
+    is_reversed : bool
+        Whether the sign explains the factor.
+    scale_reference : {"position", "reference"}
+        Column whose unit and scale may be wrong instead.
+    """
+
+    column: str
+    faults: tuple[ColumnFault, ...]
+    shift: AdvisedShift | None
+    likely_unit: str | None
+    is_reversed: bool
+    scale_reference: Literal["position", "reference"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasuredMotion(Finding):
+    """Comparison of a measured velocity or acceleration with a computed one.
+
+    Attributes
+    ----------
+    role : str
+        ``velocity`` or ``acceleration``.
+    reference : str
+        Computed signal.
+    is_other_signal : bool
+        Whether too much is unexplained by a factor, a delay and a constant.
+    is_wrong : bool
+        Whether this or the factor, the delay or the constant exceeds its tolerance.
+    worst : float
+        Largest distance of the factor from 1, of the delay, the constant and the unexplained part
+        from 0, each relative to its tolerance.
+    worst_of : {"factor", "delay", "offset", "unexplained part"}
+    unexplained_percent : float
+        Root mean square, percent of the computed signal.
+    factor, factor_uncertainty : float
+        Measured over computed.
+    delay, delay_uncertainty : float
+        Of the measured column, samples; negative for early.
+    offset, offset_uncertainty : float
+        Measured minus computed, in `unit`.
+    unit : str
+    corrections : ColumnCorrections
+    """
+
+    role: str
+    reference: MotionReference
+    is_other_signal: bool
+    is_wrong: bool
+    worst: MaybeNan
+    worst_of: Literal["factor", "delay", "offset", "unexplained part"]
+    unexplained_percent: MaybeNan
+    factor: MaybeNan
+    factor_uncertainty: MaybeNan
+    delay: MaybeNan
+    delay_uncertainty: MaybeNan
+    offset: MaybeNan
+    offset_uncertainty: MaybeNan
+    unit: str
+    corrections: ColumnCorrections

@@ -1,0 +1,421 @@
+"""Findings of the comparison of a recorded control with the declared control law.
+
+Residuals are ``100 ||control - law|| / ||control||``, in percent of the recorded control.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from axisid.estimation.findings import Finding
+
+#: Samples of a record of uneven times that a law may have read: its rows, or its columns
+#: interpolated at even times.
+Reading = Literal["sampled rows", "even times"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LawReproduced(Finding):
+    """A recorded control that the declared control law reproduces.
+
+    Attributes
+    ----------
+    residual_percent : float
+        Percent of the recorded control.
+    open_percent : float or None
+        Part of the control that depends on what the law reads between the samples of the log,
+        percent; None of a law that reads the samples.
+    """
+
+    residual_percent: float
+    open_percent: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FoundByReading(Finding):
+    """A comparison with a law that read other samples than those of the record.
+
+    Attributes
+    ----------
+    reading : {"sampled rows", "even times"}
+        Samples that fit the control best.
+    finding : Finding
+        Of the law with these samples.
+    recorded_percent : float or None
+        Residual with the samples of the record, percent; None where the law fails with either.
+    """
+
+    reading: Reading
+    finding: Finding
+    recorded_percent: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LateControl(Finding):
+    """A recorded control that is the declared law's, some samples later or earlier.
+
+    Attributes
+    ----------
+    residual_percent : float
+        Percent of the recorded control, without the shift.
+    samples : int
+        By which the control comes later than the law gives it; negative for earlier.
+    is_at_least : bool
+        Whether that is the largest shift that was tried.
+    is_before_law : bool
+        Whether the control comes before the law could give it.
+    blame : {"law or log", "log", "position or reference", "law"}
+        What is wrong, by the motion; of a law or log the motion was not looked at, or does not
+        tell.
+    delay : int or None
+        Delay to declare for the law, samples; None where no delay gives the control.
+    shift : int
+        Samples to move the control by, or the position or the reference; 0 for a wrong law.
+    unknown : str
+        Reason why the motion does not tell which is wrong; empty where it was not looked at.
+    """
+
+    residual_percent: float
+    samples: int
+    is_at_least: bool
+    is_before_law: bool
+    blame: Literal["law or log", "log", "position or reference", "law"]
+    delay: int | None
+    shift: int
+    unknown: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConstantOrDrift(Finding):
+    """A constant or a drift of the recorded control next to the declared law.
+
+    Attributes
+    ----------
+    residual_percent : float
+        Percent of the recorded control.
+    constant : float or None
+    drift : float or None
+        Over the record.
+    unit : str
+        Of both: the drive's.
+    """
+
+    residual_percent: float
+    constant: float | None
+    drift: float | None
+    unit: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OtherGain:
+    """A gain of the law that has another value in the recorded control.
+
+    Attributes
+    ----------
+    name : str
+    value : float
+        In the recorded control.
+    declared : float
+    times : float
+        Ratio of both.
+    """
+
+    name: str
+    value: float
+    declared: float
+    times: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ControlScale:
+    """A factor by which a recorded control is too large.
+
+    Attributes
+    ----------
+    times : float
+        The factor; negative for the opposite sign.
+    units : (str, str) or None
+        Unit that stands for another one and that other one, where such a factor is known.
+    """
+
+    times: float
+    units: tuple[str, str] | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ControlDiffers(Finding):
+    """A recorded control that differs from the declared law's: base of findings that say by what.
+
+    Attributes
+    ----------
+    residual_percent : float
+        Percent of the recorded control.
+    is_large : bool
+        Whether the residual is beyond its threshold; otherwise a factor of the law is off.
+    """
+
+    residual_percent: float
+    is_large: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OtherGains(ControlDiffers):
+    """A recorded control that is the declared law's with other gains.
+
+    Attributes
+    ----------
+    alternatives : tuple of tuple of OtherGain
+        Sets of gains that explain the control equally well, the best first.
+    has_right_gains : bool
+        Whether the law has further gains, which are right.
+    scale : ControlScale or None
+        By which the recorded control may be too large instead; None for no factor.
+    injected_differs : bool
+        Whether the test signal has another size as well.
+    """
+
+    alternatives: tuple[tuple[OtherGain, ...], ...]
+    has_right_gains: bool
+    scale: ControlScale | None = None
+    injected_differs: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OtherScale(ControlDiffers):
+    """A recorded control of another scale or of the opposite sign.
+
+    Attributes
+    ----------
+    scale : ControlScale
+    scaled_percent : float
+        Residual with the right scale, percent.
+    """
+
+    scale: ControlScale
+    scaled_percent: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OtherInjectedSize(ControlDiffers):
+    """A test signal that has another size in the recorded control than in its column."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnexplainedControl(ControlDiffers):
+    """A recorded control that no change of the law's gains explains.
+
+    Attributes
+    ----------
+    may_be_injected : bool
+        Whether a test signal that the record does not name may have been added.
+    """
+
+    may_be_injected: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LawRepair(Finding):
+    """A change of the record or of the law with which the law fits: see `RepairedLaw`."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExchangedColumns(LawRepair):
+    """Position and reference, each of which is recorded as the other."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OtherTestSignal(LawRepair):
+    """A test signal that entered the loop in another way than declared.
+
+    Attributes
+    ----------
+    change : {"added to the control", "added to the reference", "opposite sign", "none"}
+        What fits the control: where it was added, its other sign, or no test signal.
+    """
+
+    change: Literal["added to the control", "added to the reference", "opposite sign", "none"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScaledColumn(LawRepair):
+    """A column with another scale than the law read.
+
+    Attributes
+    ----------
+    role : str
+        Or the name of a signal.
+    times : float
+        Factor with which the law gives the recorded control.
+    column : str
+        Its name in the log; ``NAME`` where that is not known.
+    unit : str or None
+        Usual unit that has this factor; None for no usual unit.
+    """
+
+    role: str
+    times: float
+    column: str
+    unit: str | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MovedColumn(LawRepair):
+    """A column that is recorded at another time than the law read it.
+
+    Attributes
+    ----------
+    role : str
+        Or the name of a signal.
+    samples : int
+        By which it has to move later; negative for earlier.
+    """
+
+    role: str
+    samples: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReferenceClock(LawRepair):
+    """A reference whose time stamps are of another clock than those of the position.
+
+    Attributes
+    ----------
+    rate : float
+        Relative to the clock of the position by which the clock of the reference is fast;
+        negative for slow.
+    """
+
+    rate: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MovedZero(LawRepair):
+    """A position that is recorded from another zero than the reference.
+
+    Attributes
+    ----------
+    position : float
+        By which the recorded position is too large.
+    unit : str
+        Of the position.
+    column : str
+        Its name in the log; ``NAME`` where that is not known.
+    control : float or None
+        Constant of the control that has the same effect; None for a law that integrates.
+    control_unit : str
+    exceeds_limit : bool
+        Whether that constant is more than the drive gives.
+    """
+
+    position: float
+    unit: str
+    column: str
+    control: float | None
+    control_unit: str
+    exceeds_limit: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OtherVelocity(LawRepair):
+    """A law that forms the velocity in another way than the declared one.
+
+    Attributes
+    ----------
+    law : str
+        Name of the ready law with that velocity, which has the same gains.
+    """
+
+    law: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UndeclaredLimit(LawRepair):
+    """A limit of the drive that is below the declared one.
+
+    Attributes
+    ----------
+    limit : float
+    unit : str
+        Of the limit: the drive's.
+    samples : int
+        In which the law asks for more.
+    """
+
+    limit: float
+    unit: str
+    samples: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RepairedLaw(Finding):
+    """A change of the record or of the law with which the law reproduces the recorded control.
+
+    Attributes
+    ----------
+    residual_percent : float
+        As declared and recorded, percent of the recorded control.
+    repaired_percent : float
+        With the change.
+    repair : LawRepair
+    """
+
+    residual_percent: float
+    repaired_percent: float
+    repair: LawRepair
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FoundGainsAgree(Finding):
+    """Gains of the recorded control that agree with those that a fit has found.
+
+    Attributes
+    ----------
+    finding : Finding
+        Of the law with the gains that the control has.
+    gains : mapping of str to float
+        Of the control, by name.
+    standard_errors : float
+        Joint distance from the gains of the fit.
+    """
+
+    finding: Finding
+    gains: Mapping[str, float]
+    standard_errors: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FoundGainsDiffer(Finding):
+    """Gains of the recorded control that differ from those that a fit has found.
+
+    Attributes
+    ----------
+    residual_percent : float or None
+        Of the law with the gains that the control has, percent of the recorded control.
+    gains : mapping of str to float
+        Of the control, by name.
+    found : mapping of str to float
+        Of the fit, by name.
+    standard_errors : float
+        Joint distance of both.
+    """
+
+    residual_percent: float | None
+    gains: Mapping[str, float]
+    found: Mapping[str, float]
+    standard_errors: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LawOfSecondRecord(Finding):
+    """A second record whose control does not follow the law of a result.
+
+    Attributes
+    ----------
+    lead : str
+        Beginning of the sentence, which names the result that does not hold.
+    finding : Finding
+        Of the second record.
+    """
+
+    lead: str
+    finding: Finding

@@ -1,0 +1,280 @@
+"""Findings of the checks of parameters, see `parameter_checks`."""
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from axisid.estimation.estimation_problem import ParameterAtBound
+from axisid.estimation.findings import Finding
+from axisid.estimation.signals import RestingAxis
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FewRows(Finding):
+    """Too few rows for the number of parameters.
+
+    Attributes
+    ----------
+    rows, parameters : int
+    samples_per_row : int or None
+        Of a fit: the number of samples that count as one row; None for the rows of a regression.
+    """
+
+    rows: int
+    parameters: int
+    samples_per_row: int | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RelativeError:
+    """The relative standard error of a parameter.
+
+    Attributes
+    ----------
+    name : str
+    percent : float or None
+        Of the value; None where the value is 0.
+    """
+
+    name: str
+    percent: float | None
+
+
+def relative_error(name: str, percent: float) -> RelativeError:
+    """Return the relative standard error of a parameter, for a finding."""
+    return RelativeError(name=name, percent=finite(percent))
+
+
+def finite(number: float) -> float | None:
+    """Return a number as Python's float; None where it is not finite."""
+    return float(number) if math.isfinite(number) else None
+
+
+#: Why a record does not identify a parameter: its column nearly repeats others, it acts in few
+#: rows, other terms cancel its part of the force, or the residual is larger than that.
+Obscurity = Literal["repeated column", "few rows", "cancelled", "below residual"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unidentified:
+    """Parameters that a record does not identify, for one reason.
+
+    Attributes
+    ----------
+    parameters : tuple of RelativeError
+    reason : {"repeated column", "few rows", "cancelled", "below residual"}
+    alike : tuple of str
+        Of a repeated column: the parameters whose columns it repeats.
+    rows : float
+        The equivalent number of rows in which the parameters act.
+    lacking : tuple of str
+        What the motion lacks.
+    """
+
+    parameters: tuple[RelativeError, ...]
+    reason: Obscurity
+    alike: tuple[str, ...]
+    rows: float
+    lacking: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Precision(Finding):
+    """Relative standard errors of the parameters of a regression.
+
+    Attributes
+    ----------
+    largest_percent : float or None
+        The largest of those that have to be small; None where one of a value of 0 is among them.
+    negligible : tuple of RelativeError
+        Parameters that cannot be distinguished from 0 and act by less than 1 % of the force.
+    unidentified : tuple of Unidentified
+        By reason; empty where every other parameter is precise enough.
+    """
+
+    largest_percent: float | None
+    negligible: tuple[RelativeError, ...]
+    unidentified: tuple[Unidentified, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OutsideBounds:
+    """A parameter that is not within its declared bounds.
+
+    Attributes
+    ----------
+    name, unit : str
+    value, lower, upper : float
+        SI.
+    is_at_bound : bool
+        Whether the value equals a bound; otherwise it is beyond.
+    """
+
+    name: str
+    unit: str
+    value: float
+    lower: float
+    upper: float
+    is_at_bound: bool
+
+
+#: What is to be looked at where a parameter is beyond its bounds: its 95 % interval reaches within,
+#: a model that lacks terms of other candidates, rests in the rows, signs and units, or those and
+#: the model.
+BoundsAdvice = Literal[
+    "interval reaches within",
+    "other candidates explain more",
+    "rests",
+    "signs, units and gain",
+    "signs, units and model",
+]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WithinBounds(Finding):
+    """Parameters within their declared bounds.
+
+    Attributes
+    ----------
+    parameters : tuple of str
+        Names of those with bounds.
+    """
+
+    parameters: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BeyondBounds(Finding):
+    """Parameters that are not within their declared bounds.
+
+    Attributes
+    ----------
+    parameters : tuple of OutsideBounds
+    advice : str
+        What is to be looked at, of `BoundsAdvice`.
+    rest : RestingAxis or None
+        Where rests are the cause.
+    """
+
+    parameters: tuple[OutsideBounds, ...]
+    advice: BoundsAdvice
+    rest: RestingAxis | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FixedAtBounds(Finding):
+    """Parameters that are fixed at their bounds.
+
+    Attributes
+    ----------
+    parameters : tuple of ParameterAtBound
+    distance : float
+        Of the farthest free value from its bound, in standard errors.
+    advice : str or None
+        What is to be looked at, of `BoundsAdvice`, where that is more than chance.
+    rest : RestingAxis or None
+        Where rests are the cause.
+    """
+
+    parameters: tuple[ParameterAtBound, ...]
+    distance: float
+    advice: BoundsAdvice | None
+    rest: RestingAxis | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FixedValue:
+    """A value that is known independently of the record.
+
+    Attributes
+    ----------
+    name, unit : str
+    value, standard_error : float
+        SI; the latter is 0 of an exact value.
+    of_record, standard_error_of_record : float or None
+        As estimated from the record alone, SI; None where the record does not determine it.
+    """
+
+    name: str
+    unit: str
+    value: float
+    standard_error: float
+    of_record: float | None
+    standard_error_of_record: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FixedValues(Finding):
+    """Fixed values and the record in Hotelling's test of their restrictions.
+
+    Attributes
+    ----------
+    values : tuple of FixedValue
+        Empty where the physical parameters alone are restricted.
+    statistic, restrictions, p_value : float, int, float
+    agree : bool
+        Whether the p-value is at least the level.
+    is_bias_known : bool
+        Whether the bias of filter and noise is known and corrected.
+    """
+
+    values: tuple[FixedValue, ...]
+    statistic: float
+    restrictions: int
+    p_value: float
+    agree: bool
+    is_bias_known: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FarFromNominal:
+    """A value of another order of magnitude than its nominal value.
+
+    Attributes
+    ----------
+    name, unit : str
+    value, nominal : float
+        SI.
+    ratio : float
+        Of the two.
+    """
+
+    name: str
+    unit: str
+    value: float
+    nominal: float
+    ratio: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FarFromNominalValues(Finding):
+    """Values of another order of magnitude than their nominal values.
+
+    Attributes
+    ----------
+    parameters : tuple of FarFromNominal
+    """
+
+    parameters: tuple[FarFromNominal, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IdentifiedGain(Finding):
+    """The identified drive gain and the declared one.
+
+    Attributes
+    ----------
+    identified, standard_error, declared : float
+    unit : str
+    distance : float or None
+        Of the two, in standard errors of their difference; None where these are 0.
+    agreement : {"same", "near", "far"}
+        Far is a factor of 2 or more, or the other sign.
+    """
+
+    identified: float
+    standard_error: float
+    declared: float
+    unit: str
+    distance: float | None
+    agreement: Literal["same", "near", "far"]

@@ -1,0 +1,91 @@
+"""Findings of the check that compares several records, see `pooling`."""
+
+from dataclasses import dataclass
+
+from axisid.estimation.findings import Finding
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DifferingParameter:
+    """A parameter that differs between a record and others.
+
+    Attributes
+    ----------
+    name : str
+    own : float
+        Estimate from the record alone, SI.
+    common : float
+        Estimate from the others, SI.
+    standard_error : float
+        Of the difference.
+    unit : str
+    is_load : bool
+        Whether it is a mass or an inertia, which another load changes.
+    """
+
+    name: str
+    own: float
+    common: float
+    standard_error: float
+    unit: str
+    is_load: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OddRecord:
+    """The record that differs most from the others.
+
+    Attributes
+    ----------
+    name : str
+    other : str or None
+        Name of the other record where there are two; None where there are more.
+    parameters : tuple of DifferingParameter
+    matters : bool
+        Whether the effect of the difference is more than the least share.
+    """
+
+    name: str
+    other: str | None
+    parameters: tuple[DifferingParameter, ...]
+    matters: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnidentifiedInRecord:
+    """Parameters that a record alone does not identify.
+
+    Attributes
+    ----------
+    record : str
+    parameters : tuple of str
+        Empty where the record cannot be compared at all.
+    """
+
+    record: str
+    parameters: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ComparedRecords(Finding):
+    """Comparison of each record with the others.
+
+    Attributes
+    ----------
+    odd : OddRecord or None
+        None where all records agree within chance.
+    largest_percent : float
+        Largest effect of the parameters of a record alone compared with those of the others, in
+        percent of the output of the record.
+    least_percent : float
+        Percent of the output, beyond which an effect matters.
+    output : str
+        ``force``, or ``output`` of a fit.
+    unidentified : tuple of UnidentifiedInRecord
+    """
+
+    odd: OddRecord | None
+    largest_percent: float
+    least_percent: float
+    output: str
+    unidentified: tuple[UnidentifiedInRecord, ...]

@@ -1,0 +1,349 @@
+"""Findings of the search for a misspecification: numbers, names, units and the advised numbers.
+
+A `Misspecification` has what the search found. Its finding adds what a sentence needs of the axis
+and of the record: units, the sample period, the advised setting of the drive or of the log.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from axisid.codegen.generated_axes import GeneratedAxis
+from axisid.estimation.findings import Finding
+from axisid.estimation.records import AdvisedShift, Record, shift_into_time
+from axisid.estimation.records.columns import likely_unit
+from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE
+
+from .hypotheses import GAIN
+from .search import Misspecification
+from .terms import TERMS
+
+_RIGID = 3.0  # times below an antiresonance, up to which an axis moves as a rigid body
+_MIN_SHIFT_ERROR = 0.5  # samples by which an advised shift may be another whole number
+_MIN_UNIT_ERROR = 0.02  # relative difference of a factor from that of another unit
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShareOfForce:
+    """The part of the force that something makes, root mean square.
+
+    Attributes
+    ----------
+    percent : float
+        All of it; above 100 where the model's own parameters cancel it.
+    beyond_percent : float
+        Without the part that the model's own parameters make of it, by which it matters.
+    """
+
+    percent: float
+    beyond_percent: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CandidateTerm:
+    """A force that the model may lack, at its place, and the numbers to declare it with.
+
+    Attributes
+    ----------
+    kind : str
+        As in `TERMS`.
+    at : float or None
+        Speed, period, frequency or force, in the unit of its kind; None for none.
+    cutoff : float or None
+        Of an antiresonance: the highest frequency at which a rigid model is valid, Hz.
+    dead_band : float or None
+        Of a drive with a dead band, as it should be declared, in the drive's unit.
+    limit : float or None
+        Of a drive that is limited, as it should be declared, in the drive's unit.
+    is_declared : bool
+        Whether the axis has an element of this kind already, with other fixed numbers.
+    what, declare : str
+        Words of a term of the user's own, see `Term`; empty for a built-in term.
+    """
+
+    kind: str
+    at: float | None = None
+    cutoff: float | None = None
+    dead_band: float | None = None
+    limit: float | None = None
+    is_declared: bool = False
+    what: str = ""
+    declare: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MissingTerm(Finding):
+    """A force of the motion that the model lacks.
+
+    Attributes
+    ----------
+    term : CandidateTerm
+    size : float
+        Factor of its column, or norm of the factors; in `unit`.
+    standard_error : float
+        Of the size.
+    unit : str
+        Of the size; empty for a term whose size has no meaning of its own.
+    share : ShareOfForce
+    coordinate, coordinate_unit, force_unit, drive_unit : str
+        Name of the coordinate, and units of the axis.
+    others : tuple of CandidateTerm
+        Terms that explain nearly as much of the force.
+    """
+
+    term: CandidateTerm
+    size: float
+    standard_error: float
+    unit: str
+    share: ShareOfForce
+    coordinate: str
+    coordinate_unit: str
+    force_unit: str
+    drive_unit: str
+    others: tuple[CandidateTerm, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChangedParameter(Finding):
+    """A parameter with another value than the given one, or whose value changes in the record.
+
+    Attributes
+    ----------
+    parameter : str
+        Its name; `GAIN` for the gain of the drive.
+    is_gain : bool
+        Whether it is the gain of the drive, which changes by a factor.
+    change : {"held", "drift", "step"}
+        It has a given value that is wrong; it changes slowly over the record; or at one time.
+    size : float
+        Change, in `unit`; of a held value the true one minus the given one.
+    standard_error : float
+        Of the size.
+    unit : str
+    percent : float or None
+        Change relative to the value before; None of a held value.
+    share : ShareOfForce
+        Explained by the change.
+    seconds : float or None
+        Time of a step after the first row; None for none.
+    """
+
+    parameter: str
+    is_gain: bool
+    change: Literal["held", "drift", "step"]
+    size: float
+    standard_error: float
+    unit: str
+    percent: float | None
+    share: ShareOfForce
+    seconds: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LateSignal(Finding):
+    """A recorded signal that is late or early relative to the force that it makes.
+
+    Attributes
+    ----------
+    signal : str
+    samples : float
+        Delay; negative for an early signal.
+    standard_error : float
+        Of the delay, in samples.
+    seconds : float
+        The delay.
+    share : ShareOfForce
+        Explained by the delay.
+    at_the_end : bool
+        Whether the delay is the end of the range that was searched, and so is not known.
+    shift : AdvisedShift or None
+        Puts the column in time; None at the end of the range.
+    """
+
+    signal: str
+    samples: float
+    standard_error: float
+    seconds: float
+    share: ShareOfForce
+    at_the_end: bool
+    shift: AdvisedShift | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScaledSignal(Finding):
+    """A recorded signal that has another size than its force needs.
+
+    Attributes
+    ----------
+    signal : str
+    factor : float
+        By which the recorded values have to be multiplied.
+    standard_error : float
+        Of the factor.
+    share : ShareOfForce
+        Explained by the factor.
+    column : str or None
+        Name in the log; None if the record does not have it.
+    likely_unit : str or None
+        Usual unit with this factor; None for none.
+    """
+
+    signal: str
+    factor: float
+    standard_error: float
+    share: ShareOfForce
+    column: str | None
+    likely_unit: str | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OutlyingSample(Finding):
+    """A single sample of a measured column that does not fit the samples around it.
+
+    Attributes
+    ----------
+    role : str
+    size : float
+        Distance from its expected value, in `unit`.
+    standard_error : float
+        Of the size.
+    unit : str
+    sample : int
+        Number of the sample, the first of the record is 1.
+    seconds : float
+        After the first sample.
+    share : ShareOfForce
+    """
+
+    role: str
+    size: float
+    standard_error: float
+    unit: str
+    sample: int
+    seconds: float
+    share: ShareOfForce
+
+
+def misspecification_finding(
+    lack: Misspecification, axis: GeneratedAxis, record: Record
+) -> MissingTerm | ChangedParameter | LateSignal | ScaledSignal | OutlyingSample:
+    """Return the finding of a misspecification, with the units and the advised numbers.
+
+    Parameters
+    ----------
+    lack : Misspecification
+    axis : GeneratedAxis
+    record : Record
+        In which it was found; a term needs none.
+    """
+    if lack.is_term:
+        return _missing_term(lack, axis)
+    if lack.kind == "late signal":
+        return _late_signal(lack, record)
+    if lack.kind == "scaled signal":
+        return _scaled_signal(lack, axis, record)
+    if lack.kind == "outlier":
+        return _outlying_sample(lack, record)
+    return _changed_parameter(lack)
+
+
+def _share(lack: Misspecification) -> ShareOfForce:
+    return ShareOfForce(percent=100 * lack.share, beyond_percent=100 * lack.own_share)
+
+
+def _missing_term(lack: Misspecification, axis: GeneratedAxis) -> MissingTerm:
+    coordinate = axis.coordinate
+    others = [_candidate(kind, at, axis) for kind, at in lack.others]
+    return MissingTerm(
+        term=_candidate(lack.kind, lack.at, axis, lack.size),
+        size=lack.size,
+        standard_error=lack.deviation,
+        unit=lack.unit,
+        share=_share(lack),
+        coordinate=coordinate.name,
+        coordinate_unit=coordinate.unit,
+        force_unit=str(coordinate.force_unit),
+        drive_unit=axis.drive.unit,
+        others=tuple(others),
+    )
+
+
+def _candidate(
+    kind: str, at: float, axis: GeneratedAxis, size: float | None = None
+) -> CandidateTerm:
+    """Return a term of `TERMS` at its place; the size of a dead band is its force."""
+    drive, term = axis.drive, TERMS[kind]
+    what, declare = term.what, term.declare
+    if term.opposite is not None and size is not None and size < 0:
+        what, declare = term.opposite
+    dead_band = None
+    if kind == "dead band" and size is not None:
+        dead_band = drive.deadband + size / abs(drive.gain)
+    return CandidateTerm(
+        kind=kind,
+        at=at if math.isfinite(at) else None,
+        cutoff=at / _RIGID if kind == "resonance" else None,
+        dead_band=dead_band,
+        limit=at / abs(drive.gain) if kind == "saturation" else None,
+        is_declared=kind == "stribeck" and axis.has_stribeck,
+        what=what,
+        declare=declare,
+    )
+
+
+def _changed_parameter(lack: Misspecification) -> ChangedParameter:
+    changes: dict[str, Literal["held", "drift", "step"]] = {"held": "held", "drift": "drift"}
+    return ChangedParameter(
+        parameter=lack.parameter,
+        is_gain=lack.parameter == GAIN,
+        change=changes.get(lack.kind, "step"),
+        size=lack.size,
+        standard_error=lack.deviation,
+        unit=lack.unit,
+        percent=100 * lack.size / lack.before if lack.before else None,
+        share=_share(lack),
+        seconds=lack.at if math.isfinite(lack.at) else None,
+    )
+
+
+def _late_signal(lack: Misspecification, record: Record) -> LateSignal:
+    shift = None
+    if not lack.at_the_end:
+        apart = max(MIN_DISTANCE_FROM_NOISE.value * lack.deviation, _MIN_SHIFT_ERROR)
+        shift = shift_into_time(lack.parameter, lack.size, apart)
+    return LateSignal(
+        signal=lack.parameter,
+        samples=lack.size,
+        standard_error=lack.deviation,
+        seconds=lack.size * record.period,
+        share=_share(lack),
+        at_the_end=lack.at_the_end,
+        shift=shift,
+    )
+
+
+def _scaled_signal(lack: Misspecification, axis: GeneratedAxis, record: Record) -> ScaledSignal:
+    factor = lack.size
+    (declared,) = (each for each in axis.signals if each.name == lack.parameter)
+    vague = _MIN_UNIT_ERROR + MIN_DISTANCE_FROM_NOISE.value * lack.deviation / abs(factor)
+    return ScaledSignal(
+        signal=lack.parameter,
+        factor=factor,
+        standard_error=lack.deviation,
+        share=_share(lack),
+        column=record.provenance.columns.get(lack.parameter),
+        likely_unit=likely_unit(str(declared.unit), 1 / factor, vague),
+    )
+
+
+def _outlying_sample(lack: Misspecification, record: Record) -> OutlyingSample:
+    sample = int(lack.at)
+    return OutlyingSample(
+        role=lack.parameter,
+        size=lack.size,
+        standard_error=lack.deviation,
+        unit=lack.unit,
+        sample=sample + 1,
+        seconds=float(record.time[sample] - record.time[0]),
+        share=_share(lack),
+    )

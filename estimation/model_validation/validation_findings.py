@@ -1,0 +1,165 @@
+"""Findings of the checks of a validation, see `validation_result`."""
+
+from dataclasses import dataclass
+
+from axisid.estimation.diagnostics import DifferingParameter
+from axisid.estimation.findings import Finding
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DoubtfulTimeBase(Finding):
+    """A time column that contradicts the period of the control law.
+
+    Attributes
+    ----------
+    reason : str
+    """
+
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KnownSamples(Finding):
+    """Samples of the second record that the estimates were made from.
+
+    Attributes
+    ----------
+    percent : float
+        Of the samples.
+    is_same_record : bool
+        Whether it is the estimates' own record, or a part of it.
+    """
+
+    percent: float
+    is_same_record: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EquationErrorOnRecord(Finding):
+    """Equation errors on the second record, compared with those on the estimates' own.
+
+    Attributes
+    ----------
+    failed : tuple of str
+        Methods whose error is too large.
+    largest_percent : float
+        The largest error (rms) of the force (rms) minus that by chance in a short record, %.
+    max_percent, max_ratio : float
+        An error is too large beyond both, the latter relative to that on the own record.
+    """
+
+    failed: tuple[str, ...]
+    largest_percent: float
+    max_percent: float
+    max_ratio: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SimulationOnRecord(Finding):
+    """Simulated loops on the second record, compared with those on the estimates' own.
+
+    Attributes
+    ----------
+    failed : tuple of str
+        Methods whose simulated loop is too far from the record.
+    tracking_error_percent : float
+        Their largest position error (rms) of the tracking error (rms), %.
+    """
+
+    failed: tuple[str, ...]
+    tracking_error_percent: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReestimatedParameters(Finding):
+    """Parameters estimated from the second record, compared with those of the result.
+
+    Attributes
+    ----------
+    failed : tuple of str
+        Methods by which parameters differ.
+    changed : tuple of DifferingParameter
+        Of the method by which the difference makes most of the force; `own` of the second record
+        and `common` of the result.
+    largest_percent : float
+        The largest force (rms) by the difference of all parameters, % of the force (rms).
+    """
+
+    failed: tuple[str, ...]
+    changed: tuple[DifferingParameter, ...]
+    largest_percent: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EstimatesHold(Finding):
+    """Estimates that hold on the second record.
+
+    Attributes
+    ----------
+    passed : tuple of Finding
+        Of the checks that passed.
+    is_reestimated : bool
+        Whether the parameters could be estimated from the second record as well.
+    """
+
+    passed: tuple[Finding, ...]
+    is_reestimated: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EstimatesDoNotHold(Finding):
+    """Estimates that do not hold on the second record.
+
+    Attributes
+    ----------
+    failed : tuple of str
+        Lines of the validation's verdict with a failed check.
+    """
+
+    failed: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NoSimulation(Finding):
+    """A closed loop that could not be simulated on the second record.
+
+    Attributes
+    ----------
+    reason : str
+    """
+
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SamplePeriods(Finding):
+    """The sample period of the second record and that of the fit's records.
+
+    Attributes
+    ----------
+    of_record, of_fit : float
+        s.
+    are_equal : bool
+    """
+
+    of_record: float
+    of_fit: float
+    are_equal: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OutputOnRecord(Finding):
+    """The simulated output on the second record, compared with that on the fit's own records.
+
+    Attributes
+    ----------
+    output : str
+    percent, own_percent : float
+        Error (rms) of the recorded output (rms), %; the latter is the largest of the fit's records.
+    holds : bool
+    """
+
+    output: str
+    percent: float
+    own_percent: float
+    holds: bool

@@ -1,0 +1,197 @@
+"""Sentences of the checks that compare the reported estimate with others, and with noise."""
+
+from collections.abc import Sequence
+
+from axisid.estimation.choices import open_loop_fit
+from axisid.estimation.diagnostics import (
+    AgreementOfEstimates,
+    DirectAgainstInverse,
+    EstimateComparison,
+    InstrumentsAgainstOutputError,
+    LeastSquaresAgainstInstruments,
+    NoiseBias,
+    ParameterBias,
+    ParameterDifference,
+    QuantisationBias,
+    WeakestInstrument,
+)
+from axisid.support.settings import setting
+
+from .dispatch import sentence
+from .words import listed, one_after_another
+
+
+@sentence.register
+def agreement_of_estimates(finding: AgreementOfEstimates) -> str:
+    """Return the sentences of all findings; where all pass, after the reported method."""
+    texts = [sentence(each) for each in finding.findings]
+    if finding.all_pass:
+        texts.insert(0, f"{finding.reported.upper()} is reported")
+    return one_after_another(texts)
+
+
+@sentence.register
+def instruments_against_output_error(finding: InstrumentsAgainstOutputError) -> str:
+    """Return the differences of IDM-IV and DIDIM, which of them is reported, and likely causes."""
+    comparison = finding.comparison
+    if not comparison.differences:
+        return (
+            f"{_agreement(comparison)}. The regressor of {comparison.second.upper()} has no noise "
+            "and no error of the prefilter"
+        )
+    reported = f"{_disagreement(comparison)}. {finding.reported.upper()} is reported"
+    if finding.law_passed and finding.less_precise:
+        return (
+            f"{reported} although the recorded control follows the declared law, because DIDIM is "
+            f"less precise in {listed(finding.less_precise)}. Likely causes: the steps of the "
+            "encoder or an unmodelled force (affect both)"
+        )
+    if finding.law_passed:
+        return (
+            f"{reported}, because the recorded control follows the declared law. Likely causes: a "
+            "coarse encoder or an unsuitable prefilter (affects IDM-IV), or an unmodelled force "
+            "(affects both)"
+        )
+    if finding.law_passed is None:
+        return (
+            f"{reported}, because DIDIM relies on the declared control law, which could not be "
+            "checked"
+        )
+    return (
+        f"{reported}, because DIDIM relies on the declared control law, which the recorded control "
+        "does not follow. Check the units and the columns of the log before you use IDM-IV"
+    )
+
+
+@sentence.register
+def least_squares_against_instruments(finding: LeastSquaresAgainstInstruments) -> str:
+    """Return the differences of least squares and instruments, which noise makes."""
+    comparison = finding.comparison
+    if not comparison.differences:
+        return _agreement(comparison)
+    return _disagreement(comparison, " because of noise")
+
+
+@sentence.register
+def direct_against_inverse(finding: DirectAgainstInverse) -> str:
+    """Return the differences of both forms of least squares; if large, what has less noise."""
+    comparison = finding.comparison
+    if not comparison.differences:
+        return _agreement(comparison)
+    text = (
+        f"{_disagreement(comparison)}. Noise of the acceleration makes an inertia by "
+        f"{comparison.second.upper()} too small, noise of the force makes one by "
+        f"{comparison.first.upper()} too large, and without instruments it is unknown which of "
+        "them applies"
+    )
+    if not comparison.is_large:
+        return text
+    return (
+        f"{text}. Fit the position under the recorded control instead, which has no noise of "
+        f"derivatives: {open_loop_fit()}"
+    )
+
+
+@sentence.register
+def noise_bias(finding: NoiseBias) -> str:
+    """Return the bias of least squares by noise, and the method without it."""
+    method = finding.method.upper()
+    if not finding.biases:
+        return (
+            f"noise biases {method} by at most {finding.largest:.2g} standard errors (less than "
+            f"{finding.most:g}), as simulated replicas of the record show"
+        )
+    text = (
+        f"noise biases {method}: {_biases(finding.biases)}, as simulated replicas of the record "
+        "show. The confidence intervals are corrected for this bias. Identify by instruments"
+    )
+    if not finding.instruments:
+        return text
+    return f"{text} with {setting('methods', finding.instruments)}"
+
+
+@sentence.register
+def quantisation_bias(finding: QuantisationBias) -> str:
+    """Return the bias of least squares by the steps of the position, and how to avoid it."""
+    method = finding.method.upper()
+    remedy = (
+        "Log the position as finely as the drive measures it, record the reference, from which "
+        "instruments are made, or lower the cut-off"
+    )
+    if finding.fewest_steps is not None:
+        return (
+            f"the steps of the logged position bias {method} by an unknown amount, because the "
+            f"whole motion has fewer than {finding.fewest_steps} steps. The confidence intervals "
+            f"do not include this bias. {remedy}"
+        )
+    if finding.biases:
+        return (
+            f"the steps of the logged position bias {method}: {_biases(finding.biases)}. The "
+            f"confidence intervals do not include this bias. {remedy}"
+        )
+    return (
+        f"the steps of the logged position bias {method} by at most {finding.largest or 0.0:.2g} "
+        f"standard errors (less than {finding.most:g})"
+    )
+
+
+@sentence.register
+def weakest_instrument(finding: WeakestInstrument) -> str:
+    """Return how well the simulated loop explains the regressor."""
+    if not finding.is_strong:
+        return (
+            "the instruments are weak: the simulated loop hardly explains the column of "
+            f"{finding.column}{_conditional_f(finding)}. Do not use the estimate of "
+            f"{finding.column} by instruments"
+        )
+    if finding.conditional_f is None:
+        return "the simulated loop explains every column of the regressor exactly"
+    return (
+        "the simulated loop explains every column of the regressor, that of "
+        f"{finding.column} least{_conditional_f(finding)}"
+    )
+
+
+def _conditional_f(finding: WeakestInstrument) -> str:
+    if finding.conditional_f is None:
+        return ""
+    return (
+        f" (conditional first-stage F = {finding.conditional_f:.3g}; at least "
+        f"{finding.least_f:g} is needed)"
+    )
+
+
+def _agreement(comparison: EstimateComparison) -> str:
+    """Return that two methods agree, with their largest difference."""
+    largest = comparison.largest
+    return (
+        f"{comparison.first.upper()} and {comparison.second.upper()} agree within chance: the "
+        f"largest difference is {largest.standard_errors:.2g} standard errors ({largest.name})"
+    )
+
+
+def _disagreement(comparison: EstimateComparison, cause: str = "") -> str:
+    """Return that two methods disagree, with every significant difference."""
+    second = comparison.second.upper()
+    differences = [_difference(each) for each in comparison.differences]
+    return (
+        f"{comparison.first.upper()} and {second} disagree{cause}: relative to {second}, "
+        f"{listed(differences)}"
+    )
+
+
+def _difference(difference: ParameterDifference) -> str:
+    percent = "" if difference.percent is None else f"{difference.percent:+.2g} %, "
+    size = f"{difference.difference:+.2g} {difference.unit}".rstrip()
+    return (
+        f"{difference.name} differs by {size} ({percent}{difference.standard_errors:.2g} standard "
+        "errors)"
+    )
+
+
+def _biases(biases: Sequence[ParameterBias]) -> str:
+    texts = []
+    for each in biases:
+        size = f"{each.bias:+.2g} {each.unit}".rstrip()
+        texts.append(f"{each.name} by about {size} ({each.standard_errors:.2g} standard errors)")
+    return listed(texts)

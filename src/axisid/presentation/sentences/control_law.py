@@ -1,0 +1,443 @@
+"""Sentences of the comparison of a recorded control with the declared control law."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from axisid.estimation.diagnostics import (
+    ControlScaleMoves,
+)
+from axisid.estimation.diagnostics.control_law import (
+    ConstantOrDrift,
+    ControlDiffers,
+    ControlScale,
+    ExchangedColumns,
+    FoundByReading,
+    FoundGainsAgree,
+    FoundGainsDiffer,
+    LateControl,
+    LawOfSecondRecord,
+    LawReproduced,
+    MovedColumn,
+    MovedZero,
+    NoiseGain,
+    OtherGain,
+    OtherGains,
+    OtherInjectedSize,
+    OtherScale,
+    OtherTestSignal,
+    OtherVelocity,
+    ReferenceClock,
+    RepairedLaw,
+    ScaledColumn,
+    UndeclaredLimit,
+    UnexplainedControl,
+)
+from axisid.estimation.records import AdvisedShift, OtherPeriod
+from axisid.support.settings import setting
+
+from .dispatch import sentence
+from .words import capitalised, listed
+
+_READINGS = {
+    "sampled rows": "the rows as they were sampled",
+    "even times": "samples interpolated at even times",
+}
+_CHECK_INJECTED_SIZE = (
+    "Check the size of the test signal, such as a gain or a filter between the point where it is "
+    "logged and the point where it is added"
+)
+
+
+@sentence.register
+def law_reproduced(finding: LawReproduced) -> str:
+    """Return the residual of a law that fits."""
+    text = (
+        "the declared control law reproduces the recorded control: rms residual "
+        f"{finding.residual_percent:.2g} % of the control"
+    )
+    if finding.open_percent is None:
+        return text
+    return (
+        f"{text}; {finding.open_percent:.2g} % of the control depends on what the law reads "
+        "between the samples of the log"
+    )
+
+
+@sentence.register
+def found_by_reading(finding: FoundByReading) -> str:
+    """Return the comparison, with the samples that the law read."""
+    samples = _READINGS[finding.reading]
+    if finding.recorded_percent is None:
+        return f"with {samples}, {sentence(finding.finding)}"
+    text = (
+        f"{sentence(finding.finding)}, with {samples}; with the samples of the record the residual "
+        f"is {finding.recorded_percent:.2g} %"
+    )
+    if finding.reading == "sampled rows":
+        text += ". If only the time stamps jitter, and not the sampling, remove resample"
+    return text
+
+
+@sentence.register
+def other_period(finding: OtherPeriod) -> str:
+    """Return both periods, and how to correct or to confirm them."""
+    period = setting("sample_period", _plain(finding.period))
+    text = (
+        f"the record is sampled every {finding.period:.6g} s, and the control law runs every "
+        f"{finding.law_period:.6g} s"
+    )
+    if finding.is_given:
+        return (
+            f"{text}. Compare {period}, which nothing else confirms, with the drive's period. If "
+            "the log does not record every period, give its time column, or declare how the "
+            "reference runs between its samples (reference_between), which says that the law has "
+            "a clock of its own"
+        )
+    log = "has a clock of its own"
+    if finding.kept is not None:
+        log = f"keeps one sample in {finding.kept}"
+    return (
+        f"{text}. Check the time column and its unit, or declare the drive's period. If the log "
+        f"{log}, confirm that with {period}"
+    )
+
+
+@sentence.register
+def late_control(finding: LateControl) -> str:
+    """Return by how much the control is late or early, and what corrects it."""
+    text = (
+        "the recorded control is not in time with the declared control law "
+        f"({_residual(finding.residual_percent)}): it comes "
+        f"{'at least ' * finding.is_at_least}{samples_text(abs(finding.samples))} "
+        f"{'later' if finding.samples > 0 else 'earlier'}"
+        f"{', before the law could give it' * finding.is_before_law}"
+    )
+    if finding.is_at_least:
+        return f"{text}. Check the clocks and the columns"
+    if finding.blame == "log":
+        return (
+            f"{text}. The motion shows that the log is wrong: the control acts at another time. "
+            f"{capitalised(shift_text('control', finding.shift))}"
+        )
+    if finding.blame == "position or reference":
+        return (
+            f"{text}. The motion shows that the control acts when it is recorded. If the reference "
+            f"or the position is written late, {shift_text('reference', finding.shift)}, or "
+            f"{shift_text('position', finding.shift)}"
+        )
+    if finding.blame == "law":
+        return (
+            f"{text}. Declare delay={finding.delay}. The motion supports this: the control acts "
+            "when it is recorded"
+        )
+    when = "after the drive applied it"
+    if finding.samples < 0:
+        when = "before the drive applies it"
+    by_log = f"if the log writes the control {when}, {shift_text('control', finding.shift)}"
+    if finding.delay is None:
+        text = f"{text}. {capitalised(by_log)}"
+    else:
+        text = f"{text}. Declare delay={finding.delay}, or, {by_log}"
+    if finding.unknown:
+        text += f". This record does not show whether law or log is wrong: {finding.unknown}"
+    return text
+
+
+@sentence.register
+def constant_or_drift(finding: ConstantOrDrift) -> str:
+    """Return the size of the constant and of the drift, and what to check."""
+    sizes = []
+    if finding.constant is not None:
+        sizes.append(f"a constant of {finding.constant:.3g} {finding.unit}")
+    if finding.drift is not None:
+        sizes.append(f"a drift of {finding.drift:.3g} {finding.unit} over the record")
+    return (
+        f"the recorded control follows the declared control law except for {listed(sizes)} "
+        f"({_residual(finding.residual_percent)}), which changes friction and offsets. Check the "
+        "offset of the control, the zero of the position relative to the reference, or an integral "
+        "of the drive that the law does not declare"
+    )
+
+
+@sentence.register
+def other_gains(finding: OtherGains) -> str:
+    """Return the gains that explain the control, and the scale that may explain it instead."""
+    ways = [_gains_text(gains) for gains in finding.alternatives]
+    text = f"{_differs(finding)}: {'; or '.join(ways)}"
+    is_single = len(finding.alternatives) == 1
+    if is_single and finding.has_right_gains:
+        text += ", and every other gain is right"
+    if finding.scale is not None:
+        text += f"; or {_scale_text(finding.scale)}. The law alone does not show which"
+    elif not is_single:
+        text += ". The record does not show which"
+    if not is_single:
+        text += ". Declare the gains of the drive"
+    elif len(finding.alternatives[0]) == 1:
+        text += ". Declare that gain"
+    else:
+        text += ". Declare these gains"
+    if finding.scale is not None:
+        text += f", or {_check_scale(finding.scale)}"
+    if finding.injected_differs:
+        text += f". {_CHECK_INJECTED_SIZE}"
+    return text
+
+
+@sentence.register
+def other_scale(finding: OtherScale) -> str:
+    """Return the scale or the sign of the control, and what to check."""
+    return (
+        f"{_differs(finding)}: {_scale_text(finding.scale)}; corrected, the "
+        f"{_residual(finding.scaled_percent)}. {capitalised(_check_scale(finding.scale))}"
+    )
+
+
+@sentence.register
+def other_injected_size(finding: OtherInjectedSize) -> str:
+    """Return that the test signal has another size, and what to check."""
+    return (
+        f"{_differs(finding)}: the test signal has another size in the control. "
+        f"{_CHECK_INJECTED_SIZE}"
+    )
+
+
+@sentence.register
+def unexplained_control(finding: UnexplainedControl) -> str:
+    """Return that no gains explain the control, and what to check."""
+    text = (
+        f"{_differs(finding)}: no change of its gains explains the difference. Check how the drive "
+        "forms the velocity, its feed-forward, filters, limits and anti-windup, the period and the "
+        "noise. Run axisid law (in Python: estimation.find_law) to find which ready law the "
+        "control follows, if of another kind"
+    )
+    if not finding.may_be_injected:
+        return text
+    return (
+        f"{text}. If a test signal was added to the control or to the reference, name it with "
+        f"{setting('columns', {'injected': 'NAME'})}, and the place with "
+        f"{setting('injected_at', 'control')} or {setting('injected_at', 'reference')}"
+    )
+
+
+@sentence.register
+def repaired_law(finding: RepairedLaw) -> str:
+    """Return the change with which the law fits, and how to make it."""
+    return (
+        "the recorded control does not follow the declared control law "
+        f"({_residual(finding.residual_percent)}), but it does (rms residual "
+        f"{finding.repaired_percent:.2g} %) {sentence(finding.repair)}"
+    )
+
+
+@sentence.register
+def exchanged_columns(_: ExchangedColumns) -> str:
+    """Return the end of the sentence of a repaired law: columns that are exchanged."""
+    return "with position and reference exchanged. Check which column is which"
+
+
+@sentence.register
+def other_test_signal(finding: OtherTestSignal) -> str:
+    """Return the end of the sentence of a repaired law: another test signal."""
+    if finding.change == "opposite sign":
+        return "with the test signal times -1. Check its sign"
+    if finding.change == "none":
+        return "without the test signal. Check which column it is"
+    place = finding.change.removeprefix("added to the ")
+    return f"with the test signal {finding.change}. Set {setting('injected_at', place)}"
+
+
+@sentence.register
+def scaled_column(finding: ScaledColumn) -> str:
+    """Return the end of the sentence of a repaired law: a column of another scale."""
+    unit = finding.unit or f"UNIT*{finding.times:.4g}"
+    column = setting("columns", {finding.role: f"{finding.column}:{unit}"})
+    return (
+        f"with the {finding.role} times {finding.times:.4g}. Correct its unit, scaling or sign. If "
+        f"no unit is given for it, use {column}"
+    )
+
+
+@sentence.register
+def moved_column(finding: MovedColumn) -> str:
+    """Return the end of the sentence of a repaired law: a column at another time."""
+    way = "later" if finding.samples > 0 else "earlier"
+    return (
+        f"with the {finding.role} {samples_text(abs(finding.samples))} {way}. If the log wrote it "
+        f"at another time, {shift_text(finding.role, finding.samples)}"
+    )
+
+
+@sentence.register
+def reference_clock(finding: ReferenceClock) -> str:
+    """Return the end of the sentence of a repaired law: a reference of another clock."""
+    length, clock = ("shorter", "fast") if finding.rate > 0 else ("longer", "slow")
+    return (
+        f"with the times of the reference {1e6 * abs(finding.rate):.4g} ppm {length}: the clock "
+        f"that stamps the reference is {clock} by as much relative to that of the position. Record "
+        "both with one clock"
+    )
+
+
+@sentence.register
+def moved_zero(finding: MovedZero) -> str:
+    """Return the end of the sentence of a repaired law: a position of another zero."""
+    text = (
+        f"if the position is recorded {finding.position:+.3g} {finding.unit} away from its zero "
+        "relative to the reference (a constant tracking error of the same size)"
+    )
+    value = f"{finding.column}:UNIT{-finding.position:+.3g}{finding.unit}"
+    corrected = setting("columns", {"position": value})
+    if finding.control is None:
+        return f"{text}. Subtract that from the position with {corrected}"
+    control = f"{finding.control:.3g} {finding.control_unit}"
+    if finding.exceeds_limit:
+        return (
+            f"{text}. The law makes {control} of it, more than the drive gives, so it is no "
+            f"constant of the control. Subtract it from the position with {corrected}"
+        )
+    return (
+        f"{text}, or if the control is recorded {control} too large, which the law makes of it. A "
+        "constant force that the model does not explain, or an offset that should be zero, would "
+        "show that it is the control. Subtract the former from the position with "
+        f"{corrected}, or check the offset of the control, or an integral of the drive that the "
+        "law does not declare"
+    )
+
+
+@sentence.register
+def other_velocity(finding: OtherVelocity) -> str:
+    """Return the end of the sentence of a repaired law: a velocity that is formed otherwise."""
+    return f"with the velocity of the law {finding.law}, which has the same gains. Declare that law"
+
+
+@sentence.register
+def undeclared_limit(finding: UndeclaredLimit) -> str:
+    """Return the end of the sentence of a repaired law: a lower limit of the drive."""
+    return (
+        f"with a drive that is at its limit of {finding.limit:.6g} {finding.unit} in "
+        f"{samples_text(finding.samples)}. Declare that limit"
+    )
+
+
+@sentence.register
+def found_gains_agree(finding: FoundGainsAgree) -> str:
+    """Return the gains of the control, their distance from those of the fit, and how they fit."""
+    return (
+        f"the recorded control has {_values_text(finding.gains)}, {finding.standard_errors:.2g} "
+        f"joint standard errors from the gains of the fit; with them, {sentence(finding.finding)}"
+    )
+
+
+@sentence.register
+def found_gains_differ(finding: FoundGainsDiffer) -> str:
+    """Return the gains of the control and those of the fit, and what to check."""
+    residual = ""
+    if finding.residual_percent is not None:
+        residual = f" ({_residual(finding.residual_percent)})"
+    those = "that gain and keep it" if len(finding.gains) == 1 else "these gains and keep them"
+    return (
+        f"the recorded control follows the law with {_values_text(finding.gains)}{residual}, but "
+        f"the fit finds {_values_text(finding.found)}, {finding.standard_errors:.2g} joint "
+        "standard errors away. An unmodelled force, or a delay that the law does not declare, "
+        f"moves the gains of the fit. Check those, or declare {those} fixed"
+    )
+
+
+@sentence.register
+def law_of_second_record(finding: LawOfSecondRecord) -> str:
+    """Return the comparison of a second record, with the result that it speaks against."""
+    return f"{finding.lead}{sentence(finding.finding)}"
+
+
+@sentence.register
+def control_scale_moves(finding: ControlScaleMoves) -> str:
+    """Return the parameter that a wrong scale of the control changes, then how the law fits."""
+    return (
+        f"the control may be recorded {finding.scale:.5g} times as large as it is, which changes "
+        f"{finding.parameter} by {finding.change:+.2g} {finding.unit} "
+        f"({finding.standard_errors:.2g} standard errors), although "
+        f"{sentence(finding.finding)}. Check the scale of the control and the gains of the law"
+    )
+
+
+@sentence.register
+def noise_gain(finding: NoiseGain) -> str:
+    """Return the size of the noise in the control, and what to check where it is wrong."""
+    text = (
+        f"the noise of the position returns in the control {finding.ratio:.3g} times as large as "
+        "the declared control law makes it"
+    )
+    if finding.agrees:
+        return text
+    return (
+        f"{text}. Check the units of the position and of the control, and the gains and the period "
+        "of the law"
+    )
+
+
+def samples_text(count: int) -> str:
+    """Return a number of samples: ``1 sample``, ``2 samples``."""
+    return f"{count} sample{'s' * (count != 1)}"
+
+
+def shift_text(role: str, samples: int) -> str:
+    """Return the instruction that moves a column by so many samples."""
+    return sentence(AdvisedShift(role=role, samples=float(samples), is_whole=True))
+
+
+def _plain(value: float) -> str:
+    """Return a number of six digits without a power of ten, as settings have it."""
+    return np.format_float_positional(float(f"{value:.6g}"), trim="-")
+
+
+def _residual(percent: float) -> str:
+    """Return a residual relative to the control."""
+    if percent < 100:
+        return f"rms residual {percent:.3g} % of the control"
+    return "rms residual larger than the control"
+
+
+def _differs(finding: ControlDiffers) -> str:
+    residual = _residual(finding.residual_percent)
+    if finding.is_large:
+        return f"the recorded control does not follow the declared control law ({residual})"
+    return f"the recorded control follows the declared control law except for a factor ({residual})"
+
+
+def _gains_text(gains: Sequence[OtherGain]) -> str:
+    return listed(
+        [
+            f"{gain.name} is {gain.times:.4g} times the declared gain ({gain.value:.5g} instead of "
+            f"{gain.declared:.5g})"
+            for gain in gains
+        ]
+    )
+
+
+def _values_text(gains: Mapping[str, float]) -> str:
+    return listed([f"{name} = {value:.5g}" for name, value in gains.items()])
+
+
+def _scale_text(scale: ControlScale) -> str:
+    if scale.times < 0:
+        return "its sign is opposite to the law's"
+    units = ""
+    if scale.units is not None:
+        units = f" (one unit stands for another, such as {scale.units[0]} for {scale.units[1]})"
+    return (
+        f"the control is recorded {scale.times:.4g} times as large as it is{units}, which scales "
+        "every estimate"
+    )
+
+
+def _check_scale(scale: ControlScale) -> str:
+    if scale.times < 0:
+        return (
+            "check the sign of the control, of the positions or of the gains, and which column is "
+            "the position and which the reference"
+        )
+    return (
+        "check the unit and the scaling of the control, or those that position and reference share"
+    )

@@ -1,0 +1,19 @@
+"""The sentence of a finding, by its type."""
+
+from functools import singledispatch
+
+from axisid.estimation.findings import Finding
+
+
+@singledispatch
+def sentence(finding: Finding) -> str:
+    """Return the sentence of a finding, without a full stop at its end.
+
+    A module of this room registers a function for each type of finding.
+
+    Raises
+    ------
+    TypeError
+        No sentence is registered for findings of this type.
+    """
+    raise TypeError(f"there is no sentence for a {type(finding).__name__}")

@@ -1,0 +1,151 @@
+"""Sentences of sudden steps, single samples and recorded signals, and of how to move a column."""
+
+from axisid.estimation.diagnostics import Outliers, RecordedSignals, SuddenSteps
+from axisid.estimation.misspecification import LateSignal, OutlyingSample, ScaledSignal
+from axisid.estimation.records import AdvisedShift
+from axisid.support.settings import setting
+
+from .dispatch import sentence
+from .missing_terms import share_text
+from .words import capitalised, one_after_another
+
+_LEAST_DELAY_ERROR = 0.01  # samples, as it is printed
+
+
+@sentence.register
+def sudden_steps(finding: SuddenSteps) -> str:
+    """Return the largest sudden step with its time, its cause, and the remedy."""
+    if finding.size is None:
+        return "the position has no sudden step"
+    others = ""
+    if finding.number > 1:
+        others = f" (the largest of {finding.number} such steps)"
+    return (
+        f"the position moves by {finding.size:.3g} {finding.unit} in one sample period, "
+        f"{finding.seconds:.6g} s into the log{others}, unlike the periods before and after it. "
+        f"{_cause_and_remedy(finding)}"
+    )
+
+
+def _cause_and_remedy(finding: SuddenSteps) -> str:
+    if finding.cause == "new turn":
+        return (
+            "It jumps back by its whole range, as a position that starts again after each turn "
+            f"does. Declare this range, such as {setting('wrap', '360:deg')}, or unwrap the "
+            "position first"
+        )
+    repair = "Leave these places out with windows of the log, or repair the recorder"
+    where = "there"
+    if finding.is_in_reference:
+        where = "there, as the reference makes the same step"
+    if finding.cause == "repeated sample":
+        return f"A sample is recorded twice {where}, or the encoder stood still. {repair}"
+    if finding.cause == "stuck encoder":
+        return (
+            f"The position stood still for {finding.held} periods before: the encoder was stuck. "
+            f"{repair}"
+        )
+    if finding.cause == "lost samples":
+        return f"Samples are missing {where}. {repair}"
+    return f"Samples are missing there, or the encoder lost counts. {repair}"
+
+
+@sentence.register
+def outliers(finding: Outliers) -> str:
+    """Return the samples that are outliers, and how to leave them out."""
+    if not finding.found:
+        return "no single sample is an outlier"
+    text = one_after_another([sentence(each) for each in finding.found])
+    if finding.is_bounded:
+        return text
+    return (
+        f"{text}. Empty these cells and read the log with {setting('resample', 'auto')}, or give "
+        f"such rows less weight with {setting('loss', 'huber')}"
+    )
+
+
+@sentence.register
+def outlying_sample(finding: OutlyingSample) -> str:
+    """Return the sample with its distance from the expected value."""
+    size = f"{finding.size:+.3g} +- {finding.standard_error:.1g} {finding.unit}".rstrip()
+    return (
+        f"the {finding.role} is off by {size} at sample {finding.sample}, {finding.seconds:.6g} s "
+        f"after the first sample ({share_text(finding.share)})"
+    )
+
+
+@sentence.register
+def recorded_signals(finding: RecordedSignals) -> str:
+    """Return the signals that are late or of another size, and the remedy for the first."""
+    if not finding.found:
+        return (
+            "the recorded signals are in time with the forces that they make, and have the right "
+            "size"
+        )
+    text = one_after_another([_signal_statement(each) for each in finding.found])
+    return f"{text}. {_signal_remedy(finding.found[0])}"
+
+
+@sentence.register
+def late_signal(finding: LateSignal) -> str:
+    """Return the delay of a signal, and how to correct it."""
+    return f"{_signal_statement(finding)}. {_signal_remedy(finding)}"
+
+
+@sentence.register
+def scaled_signal(finding: ScaledSignal) -> str:
+    """Return the factor of a signal, and how to correct it."""
+    return f"{_signal_statement(finding)}. {_signal_remedy(finding)}"
+
+
+def _signal_statement(finding: LateSignal | ScaledSignal) -> str:
+    part = share_text(finding.share)
+    if isinstance(finding, ScaledSignal):
+        return (
+            f"the model needs {finding.factor:.4g} +- {finding.standard_error:.1g} times the "
+            f"recorded {finding.signal} ({part})"
+        )
+    samples = abs(finding.samples)
+    if finding.at_the_end:
+        way = "earlier" if finding.samples > 0 else "later"
+        return (
+            f"the {finding.signal} does not fit the force that it makes: it fits best "
+            f"{samples:.4g} samples {way}, at the end of the range that was tried ({part})"
+        )
+    way = "late" if finding.samples > 0 else "early"
+    error = max(finding.standard_error, _LEAST_DELAY_ERROR)
+    return (
+        f"the {finding.signal} is logged {samples:.4g} +- {error:.1g} samples "
+        f"({1e3 * abs(finding.seconds):.4g} ms) {way} relative to the force that it makes ({part})"
+    )
+
+
+def _signal_remedy(finding: LateSignal | ScaledSignal) -> str:
+    """Return the instruction that corrects a signal."""
+    name = finding.signal
+    if isinstance(finding, LateSignal):
+        if finding.shift is not None:
+            return capitalised(sentence(finding.shift))
+        return f"Correct other failed checks first, then check the column of {name} and its clock"
+    column = finding.column or "NAME"
+    if finding.likely_unit is not None:
+        return f"Declare its unit: {setting('columns', {name: f'{column}:{finding.likely_unit}'})}"
+    scaled = setting("columns", {name: f"{column}:UNIT*{finding.factor:.4g}"})
+    return f"Check its unit and scale ({scaled}), and the known values of its force"
+
+
+@sentence.register
+def advised_shift(finding: AdvisedShift) -> str:
+    """Return the instruction that moves a column."""
+    way = "later" if finding.samples > 0 else "earlier"
+    samples = f"{finding.samples:.2f}"
+    if finding.is_whole:
+        samples = f"{finding.samples:.0f}"
+    many = "sample" if samples.lstrip("-") == "1" else "samples"
+    text = (
+        f"move the {finding.role} {samples.lstrip('-')} {many} {way}, in addition to a shift that "
+        f"it has ({setting('shift', {finding.role: samples})}"
+    )
+    if finding.is_whole:
+        return f"{text})"
+    return f"{text}, {setting('resample', 'auto')})"

@@ -1,0 +1,142 @@
+"""Sentences of the checks of a validation on a second record."""
+
+from axisid.estimation.model_validation import (
+    DoubtfulTimeBase,
+    EquationErrorOnRecord,
+    EstimatesDoNotHold,
+    EstimatesHold,
+    KnownSamples,
+    NoSimulation,
+    OutputOnRecord,
+    ReestimatedParameters,
+    SamplePeriods,
+    SimulationOnRecord,
+)
+from axisid.support.settings import setting
+
+from .dispatch import sentence
+from .several_records import differing
+from .words import listed
+
+
+@sentence.register
+def doubtful_time_base(finding: DoubtfulTimeBase) -> str:
+    """Return the reason to doubt the sampling period."""
+    return f"the time column contradicts the control law: {finding.reason}"
+
+
+@sentence.register
+def known_samples(finding: KnownSamples) -> str:
+    """Return the share of samples that the estimates were made from, and a remedy."""
+    if finding.is_same_record:
+        return (
+            f"the estimates were made from this record ({finding.percent:.0f} % of its samples), "
+            "so it is no independent check. Validate on another record"
+        )
+    return (
+        f"the estimates were made from {finding.percent:.2g} % of the samples, which are no "
+        "independent check. Validate on the other samples"
+    )
+
+
+@sentence.register
+def equation_error_on_record(finding: EquationErrorOnRecord) -> str:
+    """Return the methods whose equation error is too large, or that none is."""
+    limits = f"{finding.max_percent:g} % of the force and {finding.max_ratio:g} times the error"
+    if not finding.failed:
+        return (
+            "no equation error (rms) minus its part by chance, at most "
+            f"{finding.largest_percent:.3g} % of the force, exceeds both {limits} on the own record"
+        )
+    return (
+        f"{_methods(finding.failed)} not hold on this record: the equation error (rms) is "
+        f"{finding.largest_percent:.3g} % of the force, above both {limits} on the own record. "
+        "Check that the record is of the same axis, and check its units and signs"
+    )
+
+
+@sentence.register
+def simulation_on_record(finding: SimulationOnRecord) -> str:
+    """Return the methods whose simulated loop is too far from the record, or that all follow."""
+    error = f"{finding.tracking_error_percent:.3g} % of the tracking error"
+    if not finding.failed:
+        return (
+            "the simulated closed loops reproduce the recorded motion (position error at most "
+            f"{error}, rms)"
+        )
+    injected = setting("columns", {"injected": "NAME"})
+    return (
+        f"{_methods(finding.failed)} not hold on this record: the simulated position differs by "
+        f"{error} (rms), much more than on the own record. Check the gains and the period of the "
+        f"control law, and name an added test signal with {injected} and injected_at in run.toml"
+    )
+
+
+@sentence.register
+def reestimated_parameters(finding: ReestimatedParameters) -> str:
+    """Return the parameters that differ in the second record, or that none does."""
+    force = f"{finding.largest_percent:.2g} % of the force"
+    if not finding.failed:
+        return (
+            "parameters estimated from this record differ by no more than chance or a negligible "
+            f"force ({force}, rms)"
+        )
+    changed = differing(finding.changed, "this record", "the result")
+    load = ""
+    if any(each.is_load for each in finding.changed):
+        load = ", as with another load"
+    return (
+        f"{_methods(finding.failed)} not hold on this record: {changed}{load}; the difference is "
+        f"{force} (rms). Check the load and other changes of the machine, and check that friction "
+        "and motion are within the range of the model"
+    )
+
+
+def _methods(names: tuple[str, ...]) -> str:
+    return f"{listed([name.upper() for name in names])} {'does' if len(names) == 1 else 'do'}"
+
+
+@sentence.register
+def estimates_hold(finding: EstimatesHold) -> str:
+    """Return that the estimates hold, with the checks that passed."""
+    passed = "; ".join(sentence(each) for each in finding.passed)
+    if finding.is_reestimated:
+        return f"the estimates hold: {passed}"
+    return (
+        f"no check contradicts the estimates: {passed}. The parameters could not be estimated from "
+        "this record, so small changes of them are not excluded"
+    )
+
+
+@sentence.register
+def estimates_do_not_hold(finding: EstimatesDoNotHold) -> str:
+    """Return the lines of the validation's verdict with a failed check."""
+    lines = listed(finding.failed)
+    return f"the estimates do not hold on the second record ({lines}). See its own verdict"
+
+
+@sentence.register
+def no_simulation(finding: NoSimulation) -> str:
+    """Return the reason why no closed loop was simulated."""
+    return f"no simulation: {finding.reason}"
+
+
+@sentence.register
+def sample_periods(finding: SamplePeriods) -> str:
+    """Return the two sample periods, and what to check."""
+    if finding.are_equal:
+        return f"the sample period {finding.of_record:.6g} s is that of the fit"
+    return (
+        f"the record is sampled every {finding.of_record:.6g} s, the records of the fit every "
+        f"{finding.of_fit:.6g} s. Check that the record is of the same axis and drive"
+    )
+
+
+@sentence.register
+def output_on_record(finding: OutputOnRecord) -> str:
+    """Return the error of the simulated output on the second record and on the fit's own."""
+    text = (
+        f"the simulated {finding.output} differs from the recorded one by {finding.percent:.3g} % "
+        f"of it (rms), on the fit's own records by at most {finding.own_percent:.3g} %"
+    )
+    return text if finding.holds else f"{text}. Check that the axis and the load are the same"

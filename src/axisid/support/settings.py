@@ -1,0 +1,138 @@
+"""Settings in sentences, spelled as the user types them.
+
+A setting is an argument in Python, an option of the running command, or a key of a log's
+``run.toml``. Sentences are made with `setting`, so that no finished sentence is parsed.
+"""
+
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from typing import TypeAlias
+
+#: Placeholders of numbers; a name in capitals, such as the mass M, is none.
+_NUMBERS = ("VALUE", "V1", "V2", "SECONDS", "FACTOR")
+
+#: Options of the command line that are functions of an axis in Python.
+_FUNCTIONS = ("fix", "leave_out")
+
+SettingValue: TypeAlias = str | bool | tuple[str, ...] | Mapping[str, str | tuple[str, ...]]
+
+
+@dataclass(frozen=True, slots=True)
+class _Typed:
+    """Settings that the running command takes.
+
+    Attributes
+    ----------
+    options : mapping of str to str
+        Its options by the argument in Python.
+    keys : collection of str
+        Keys of a ``run.toml``.
+    """
+
+    options: Mapping[str, str]
+    keys: Collection[str]
+
+
+_TYPED: ContextVar[_Typed | None] = ContextVar("typed", default=None)
+
+
+@contextmanager
+def settings_typed(options: Mapping[str, str], keys: Collection[str]) -> Iterator[None]:
+    """Spell settings as options of a command and as keys of a ``run.toml``.
+
+    Parameters
+    ----------
+    options : mapping of str to str
+        Options of the command by the argument in Python: ``--skip-bad`` by ``skip_bad``.
+    keys : collection of str
+        Keys of a ``run.toml``.
+    """
+    token = _TYPED.set(_Typed(options, keys))
+    try:
+        yield
+    finally:
+        _TYPED.reset(token)
+
+
+def setting(name: str, value: SettingValue) -> str:
+    """Return a setting as the user types it.
+
+    Parameters
+    ----------
+    name : str
+        As the argument in Python: ``skip_bad``.
+    value : str, True, tuple of str, or mapping of str to str or tuple of str
+        A text in capitals stands for a value of the user's own.
+
+    Returns
+    -------
+    str
+        ``gaps="split"`` in Python, ``--gaps split`` for a command that has the option, otherwise
+        ``gaps = "split" in run.toml`` for a key of a ``run.toml``.
+    """
+    typed = _TYPED.get()
+    if typed is not None and name in typed.options:
+        return f"{typed.options[name]} {_as_option(value)}".rstrip()
+    if typed is not None and name in typed.keys:
+        return f"{name} = {_as_toml(value)} in run.toml"
+    if name in _FUNCTIONS and not isinstance(value, (str, bool, tuple)):
+        pairs = ", ".join(f"{key}={_as_python(each)}" for key, each in value.items())
+        return f"{name}(axis, {pairs})"
+    if name in _FUNCTIONS:
+        return f"{name}(axis, {_as_python(value)})"
+    return f"{name}={_as_python(value)}"
+
+
+def other_command(command: str, name: str, value: SettingValue) -> str:
+    """Return another command with one setting: ``axisid fit --output open-loop``.
+
+    In Python it is the function of that name: ``axisid.fit(..., output="open-loop")``.
+    """
+    if _TYPED.get() is None:
+        return f"axisid.{command}(..., {name}={_as_python(value)})"
+    return f"axisid {command} --{name.replace('_', '-')} {_as_option(value)}".rstrip()
+
+
+def _as_option(value: SettingValue) -> str:
+    if isinstance(value, bool):
+        return ""
+    if isinstance(value, tuple):
+        return ",".join(value)
+    if isinstance(value, str):
+        return value
+    return ",".join(f"{key}={_as_option(each)}" for key, each in value.items())
+
+
+def _as_toml(value: SettingValue) -> str:
+    if isinstance(value, bool):
+        return "true"
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_quoted, value))}]"
+    if isinstance(value, str):
+        return _quoted(value)
+    pairs = ", ".join(f"{key} = {_as_toml(each)}" for key, each in value.items())
+    return f"{{ {pairs} }}"
+
+
+def _as_python(value: SettingValue) -> str:
+    if isinstance(value, bool):
+        return "True"
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_quoted, value))}]"
+    if isinstance(value, str):
+        return _quoted(value)
+    pairs = ", ".join(f'"{key}": {_as_python(each)}' for key, each in value.items())
+    return f"{{{pairs}}}"
+
+
+def _quoted(value: str) -> str:
+    """Return a value in quotes; a number and a placeholder of a number without."""
+    if value in _NUMBERS:
+        return value
+    try:
+        float(value)
+    except ValueError:
+        return f'"{value}"'
+    return value
