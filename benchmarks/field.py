@@ -421,7 +421,7 @@ FAULTS: dict[str, Fault] = {
     "control's sign": (_logs(factor=-1.0), r"sign is (flipped|opposite)"),
     "feed-forward in the log": (
         _is(feed_forward=_forward),
-        r"feed-?forward|no change of its gains explains it",
+        r"feed-?forward|no change of its gains explains",
     ),
     "feed-forward out of the log": (
         _is(feed_forward=_forward, logs_feed_forward=lambda _: False),
@@ -435,7 +435,7 @@ FAULTS: dict[str, Fault] = {
     ),
     "saturates": (
         _is(limit=lambda c: 0.7 * _peak(c)),
-        r"at (its|the) limit|saturat",
+        r"at (its|the) limit|saturat|gives no more than",
     ),
     "offset": (
         _is(offset=lambda c: c.machine.offset + 0.15 * c.machine.coulomb),

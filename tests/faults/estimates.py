@@ -225,7 +225,7 @@ MISUSES: tuple[Misuse, ...] = (
             methods="ddm-ls",
         ),
         error=EstimationError,
-        says=r"leave it out \(leave-out Fs\)\.",
+        says=r"leave it out \(leave_out\(axis, \"Fs\"\)\)\.",
     ),
     Misuse(
         name="a place beyond the motion without a nominal value",

@@ -128,9 +128,14 @@ def _as_python(value: SettingValue) -> str:
 
 
 def _quoted(value: str) -> str:
-    """Return a value in quotes; a number and a placeholder of a number without."""
+    """Return a value in quotes; a number and a placeholder of a number without.
+
+    A number with its standard error, ``100+-1``, is the pair ``(100, 1)``.
+    """
     if value in _NUMBERS:
         return value
+    if "+-" in value:
+        return f"({value.replace('+-', ', ')})"
     try:
         float(value)
     except ValueError:

@@ -18,7 +18,7 @@ from axisid import (
 from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.control import cascade_pd_difference
 from axisid.elements import Drive
-from axisid.estimation.choices import OPEN_LOOP_FIT
+from axisid.estimation.choices import open_loop_fit
 from axisid.estimation.diagnostics.control_law import FoundGainsDiffer, OtherScale
 from axisid.estimation.diagnostics.parameter_findings import FewRows
 from axisid.estimation.output_error import OutputFit
@@ -660,4 +660,4 @@ def test_a_fit_of_an_open_loop_does_not_advise_itself(
     result = fit(axis, twin, "open-loop", bootstrap=0)
     told = [*result.remarks, *(check.meaning for check in result.checks)]
     assert result.started == "least-squares"
-    assert not any(OPEN_LOOP_FIT in each for each in told)
+    assert not any(open_loop_fit() in each for each in told)

@@ -104,10 +104,10 @@ def test_all_missing_columns_are_told_at_once(tmp_path: Path) -> None:
     declared = (
         "no column 'qm' for the position, 'qg' for the reference, 'vir' for the control. Found:"
     )
-    advice = "columns position=NAME,reference=NAME,control=NAME"
+    advice = 'columns={"position": "NAME", "reference": "NAME", "control": "NAME"}'
     with refuses("columns", says=f"{declared} t, pos, ref, volts.*{advice}"):
         read_record(file, load_axis("emps"))
-    with refuses("columns", says="position=NAME,time=NAME,reference=NAME,control=NAME"):
+    with refuses("columns", says='"position": "NAME", "time": "NAME", "reference": "NAME"'):
         read_record(file)
 
 

@@ -55,7 +55,12 @@ def _bounded() -> GeneratedAxis:
         (generated, {"tau0": [0.0, 1.0]}, ("tau0",), "leave one of the two out"),
         (_bounded, {"M": [90.0, (-90.0, 0.01)]}, ("tau0",), r"90, -90 \+- 0.01"),
         (leaning, {}, ("f0",), "enters nonlinearly"),
-        (lambda: build(fix(stage(), M=(100.0, 1.0))), {}, ("tau0",), r"known M=100.0\+-1.0,100"),
+        (
+            lambda: build(fix(stage(), M=(100.0, 1.0))),
+            {},
+            ("tau0",),
+            r"known=.*\"M\": \[\(100.0, 1.0\)",
+        ),
     ],
 )
 def test_what_records_cannot_share_is_refused_with_what_to_say(

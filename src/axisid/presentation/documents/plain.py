@@ -177,7 +177,9 @@ def _judged(judged: CheckGroup) -> Sentence:
     """What failed stands out by name, what passed by its head alone."""
     head, names = _STATUS_HEADS[judged.status], ", ".join(judged.names)
     unmade = "not evaluated, " if judged.status == "not evaluated" else ""
-    text = f"{names}: {unmade}{judged.meaning}" if judged.meaning else names
+    text = names
+    if judged.meaning:
+        text = f"{names}: {unmade}{judged.meaning.removesuffix('.')}."
     named = f"{names}:" if judged.status == "fail" and judged.meaning else ""
     return Sentence(
         lead=head + named, text=text.removeprefix(named), hang=len(head), kind=judged.status

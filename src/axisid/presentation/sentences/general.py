@@ -10,7 +10,7 @@ from axisid.estimation.findings import (
 )
 
 from .dispatch import sentence
-from .words import listed
+from .words import listed, one_after_another
 
 
 @sentence.register
@@ -34,7 +34,7 @@ def read(finding: ReadFinding) -> str:
 @sentence.register
 def several(finding: SeveralFindings) -> str:
     """Return the sentences one after another."""
-    return ". ".join(sentence(each) for each in finding.findings)
+    return one_after_another([sentence(each) for each in finding.findings])
 
 
 @sentence.register
