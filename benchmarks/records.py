@@ -22,7 +22,7 @@ from axisid.estimation.simulation import twin_record
 from axisid.estimation.verdict_checks import DEFAULT_LEVELS
 from axisid.modeling.declaration import Axis, leave_out
 from axisid.modeling.quantities import Parameter
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 
 PAYLOADS = (0.05, 0.2, 0.5)  # of the mass
 WRONG_GAIN = 1.02

@@ -120,14 +120,15 @@ write_log("tuesday.csv", (0.2, 0.4), seed=2)
 # Read it from the top:
 #
 # - **assumed** says how the file was read. If a unit is wrong there, everything below is wrong.
-# - **The table** shows the judged method. This is `DIDIM` if the recorded control follows the declared law. DIDIM is least
+# - **The table** shows the reported method. This is `DIDIM` if the recorded control follows the declared law. DIDIM is least
 #   squares with regressors from the simulated loop, which have no noise. Otherwise it is instrumental variables,
 #   which noise in the position does not bias. Values are minus the bias found with simulated replicas of the record.
 #   `sd` is the standard error, calibrated with the replicas. The interval contains the true value in 95 of 100
 #   records. `IDM-LS` is plain least squares. `--all` prints every method, also those of the direct model: the same
 #   physics, solved for the acceleration.
-# - **The verdict** says whether to use the numbers, then lists the checks. A failed check says what to do. The printed
-#   standard errors allow for notes. Here the control law and the alignment of force and motion pass, which matters most.
+# - **The verdict** says whether to use the numbers, and why not. Then it lists the checks. A failed check says what to do.
+#   The printed standard errors allow for notes. Here the control law and the alignment of force and motion pass, which
+#   matters most.
 #
 # The true values, known only because the log is simulated, are m = 6.2 kg, b = 14 N/(m/s), c = 7.5 N.
 #
@@ -144,7 +145,7 @@ print(f"report.html: {size / 1e6:.1f} MB")
 # `--validate` compares the frozen estimates with a second log. The errors should not grow.
 
 # %%
-# !axisid identify stage.toml monday.csv --validate tuesday.csv --method idm-iv | tail -9
+# !axisid identify stage.toml monday.csv --validate tuesday.csv --method idm-iv | tail -16
 
 # %% [markdown]
 # ## Use it
@@ -162,7 +163,7 @@ print(f"report.html: {size / 1e6:.1f} MB")
 axis = axisid.load_axis("stage.toml")
 record = axisid.read_record("monday.csv", axis)
 result = axisid.identify(axis, record, axisid.Prefilter(cutoff=60.0, decimate=10))
-estimate = result.preferred  # the one that the verdict judges; result["idm-iv"] is another
+estimate = result.preferred  # the reported one; result["idm-iv"] is another
 print(estimate.method)
 print(estimate.parameters["m"])
 print(estimate.derive("m/b"))

@@ -122,15 +122,16 @@ print(type(METHODS["idm-iv"]).__name__, "->", estimate_by(problem, METHODS["idm-
 # %% [markdown]
 # ## Identification and diagnosis
 #
-# `identify` runs the methods on one record. The `Identification` holds an `Estimate` for each method and, on request,
-# the `Diagnosis`: a `Check` from each row of the table `DIAGNOSTICS`.
+# `identify` runs the methods on one record. The `Identification` holds an `Estimate` for each method and the
+# `Diagnosis`: a `Check` from each row of the table `DIAGNOSTICS`. `identify(judge=False)` leaves it until it is read.
+# The finding of a check is data; the room `presentation` has its sentence.
 
 # %%
 result = axisid.identify(generated, record)
 for method, estimate in result.estimates.items():
     print(method, estimate.parameters["M"])
 for check in result.diagnosis.verdict[:3]:
-    print(type(check).__name__, check.name, check.status)
+    print(type(check).__name__, check.name, check.status, check.finding)
 
 # %% [markdown]
 # ## Studies

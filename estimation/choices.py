@@ -1,7 +1,7 @@
-"""What users choose by name, a row for each: methods, covariances, outputs of fits, keys of a log.
+"""Choices by name: methods, covariances, outputs and losses of fits, keys of a log.
 
-In: nothing. Out: rows that say where it lives, from which `axisid.estimation.methods` has it.
-Knows nothing of how anything is computed, so that help and completion load no stage.
+In: nothing. Out: rows with the module of each choice, which `axisid.estimation.methods` loads.
+Knows nothing of computations, so that help and completion load no stage.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,7 +13,7 @@ from axisid.support.settings import other_command
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MethodRow:
-    """A method, and where it lives.
+    """A method, with the module and class that implement it.
 
     Attributes
     ----------
@@ -24,13 +24,13 @@ class MethodRow:
     form : str
         ``module:class`` of the `Form` that it regresses.
     compares : bool
-        Whether `compare` can judge models by it, which solves the rows of the inverse model that
-        are not held out by least squares, or by the estimate's instruments.
+        True if `compare` can use the method: `compare` solves the rows of the inverse model that
+        are not held out, by least squares or with the instruments of the estimate.
     same_as : str
         The method that solves the same equations for the same estimate; empty for none.
     output_error : bool
-        Whether its rows are the simulated loop's, so that nothing that was measured of the motion
-        is among them, and what it leaves is the simulation error.
+        True if its rows are those of the simulated loop: they contain no measured motion, and the
+        residual is the simulation error.
     """
 
     name: str
@@ -46,7 +46,7 @@ _LEAST_SQUARES = f"{_METHODS}.least_squares:LeastSquares"
 _INSTRUMENTS = f"{_METHODS}.instrumental:Instruments"
 
 INVERSE, DIRECT = (f"axisid.estimation.regression:{side}Form" for side in ("Inverse", "Direct"))
-#: In the order in which they are run, and of help and messages.
+#: Methods in the order in which they are run, which is also that of help and messages.
 METHOD_ROWS = (
     MethodRow(name="idm-ls", method=_LEAST_SQUARES, form=INVERSE, compares=True),
     MethodRow(name="ddm-ls", method=_LEAST_SQUARES, form=DIRECT),
@@ -56,58 +56,59 @@ METHOD_ROWS = (
 )
 
 LEAST_SQUARES_START, NOMINAL_START = "least-squares", "nominal"
-#: Where instruments may start, first the one by default.
+#: Starts of the instruments, the default first.
 INSTRUMENT_STARTS = (LEAST_SQUARES_START, NOMINAL_START)
 
 SQUARES_LOSS, HUBER_LOSS, BISQUARE_LOSS = "squares", "huber", "bisquare"
-#: How rows count, in the order of help, first the one by default.
+#: Loss functions of rows in the order of help, the default first.
 ROW_LOSSES = (SQUARES_LOSS, HUBER_LOSS, BISQUARE_LOSS)
 
 
 def method_names() -> tuple[str, ...]:
-    """Return the names, in the order of help."""
+    """Return the names of the methods, in the order of help."""
     return tuple(row.name for row in METHOD_ROWS)
 
 
 def instruments_of(name: str) -> str:
-    """Return the method that solves least squares' form by instruments; empty for other methods."""
+    """Return the method by instruments with the form of a least-squares method; else empty."""
     forms = [row.form for row in METHOD_ROWS if (row.name, row.method) == (name, _LEAST_SQUARES)]
     able = (row for row in METHOD_ROWS if row.method == _INSTRUMENTS and row.form in forms)
     return next((row.name for row in able), "")
 
 
 def is_output_error(name: str) -> bool:
-    """Return whether the rows of a method are the simulated loop's."""
+    """Return True if the rows of a method are those of the simulated loop."""
     return any(row.output_error for row in METHOD_ROWS if row.name == name)
 
 
 def comparison_methods() -> tuple[str, ...]:
-    """Return the methods that `compare` can judge models by."""
+    """Return the methods that `compare` can use."""
     return tuple(row.name for row in METHOD_ROWS if row.compares)
 
 
 def same_estimates(names: Sequence[str]) -> dict[str, str]:
-    """Return those of some methods whose estimate is that of another one of them, with that one."""
+    """Return the methods with the same estimate as another given method, with that method."""
     same = {row.name: row.same_as for row in METHOD_ROWS if row.same_as}
     return {name: same[name] for name in names if same.get(name) in names}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CovarianceRow:
-    """A covariance of an estimate, and where it lives.
+    """A covariance of an estimate, with the module and class that implement it.
 
     Attributes
     ----------
     name : str
         As users give it, ``hac``.
     label : str
-        In tables.
+        Name in tables.
     covariance : str
         ``module:class`` of the `Covariance`.
     allows_autocorrelation : bool
-        Whether residuals that follow one another may be correlated.
+        True if consecutive residuals may be correlated.
     takes_lags : bool
-        Whether the class takes lags, None letting the data choose; else it takes nothing.
+        True if the class takes a number of lags, None for a choice from the data; otherwise it
+        takes no argument.
     """
 
     name: str
@@ -118,7 +119,7 @@ class CovarianceRow:
 
 
 _REGRESSION = "axisid.estimation.regression"
-#: In the order of help and tables, first the one by default.
+#: Covariances in the order of help and tables, the default first.
 COVARIANCE_ROWS = (
     CovarianceRow(
         name="hac",
@@ -140,7 +141,7 @@ COVARIANCE_ROWS = (
 )
 
 CONTROL, POSITION, FORCE, OPEN_LOOP = "control", "position", "force", "open-loop"
-#: In the order of help, first the one by default.
+#: Outputs of fits in the order of help, the default first.
 OUTPUTS: Mapping[str, str] = MappingProxyType(
     {
         CONTROL: "the control of the simulated loop",
@@ -152,61 +153,60 @@ OUTPUTS: Mapping[str, str] = MappingProxyType(
 
 
 def open_loop_fit() -> str:
-    """Return the command that fits the position under the recorded control."""
+    """Return the command that fits the position simulated with the recorded control."""
     return other_command("fit", "output", OPEN_LOOP)
 
 
-#: What the name of a fit begins with among other methods.
+#: Prefix of the names of fits among other methods.
 FIT = "fit:"
 
 
 def fit_names() -> tuple[str, ...]:
-    """Fits by one output each that twins record, as they are named among other methods."""
+    """Return the names of fits of one output that twins record, as in lists of methods."""
     return tuple(f"{FIT}{output}" for output in OUTPUTS if output != FORCE)
 
 
 def fitted_output(method: str) -> str:
-    """What a method fits; empty for one that is no fit."""
+    """Return the output that a method fits; empty for a method that is not a fit."""
     return method.removeprefix(FIT) if method.startswith(FIT) else ""
 
 
 SQUARES, SOFT_L1, HUBER = "squares", "soft-l1", "huber"
-#: In the order of help, first the one by default.
+#: Losses of fits in the order of help, the default first.
 LOSSES: Mapping[str, str] = MappingProxyType(
     {
-        SQUARES: "all samples alike",
-        SOFT_L1: "large errors for less, smoothly",
-        HUBER: "errors beyond 1.345 deviations for less",
+        SQUARES: "all samples have equal weight",
+        SOFT_L1: "large errors have less weight, smoothly",
+        HUBER: "errors above 1.345 standard deviations have less weight",
     }
 )
 
 INSTRUMENTS_START = "instruments"
-#: Where a fit may start, first the one by default.
+#: Starts of a fit, the default first.
 FIT_STARTS = (INSTRUMENTS_START, LEAST_SQUARES_START, NOMINAL_START)
 
-#: What becomes of samples near rests and reversals, first the choice by default.
+#: Treatments of samples near standstill and velocity reversals, the default first.
 RESTS = ("leave-out", "keep")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogKey:
-    """What may be said of a log, by a key of its run.toml and an argument in Python.
+    """A key of the run.toml of a log, which is also an argument in Python.
 
     Attributes
     ----------
     name : str
-        Of the key, and of the argument of `read_record` or of `Repairs`.
+        Name of the key, and of the argument of `read_record` or `Repairs`.
     said : str
-        What it means, for help and for comments.
+        Its meaning, for help and for comments.
     example : str
-        A value as TOML has it.
+        A value in TOML.
     option : str
-        What it is called on the command line, without dashes; empty where it stands in the file
-        alone.
+        Name on the command line, without dashes; empty for a key of the file only.
     metavar : str
-        Of the option.
+        Placeholder of the option's value in help.
     is_repair : bool
-        Whether it is one of `Repairs`.
+        True for an argument of `Repairs`.
     """
 
     name: str
@@ -217,7 +217,7 @@ class LogKey:
     is_repair: bool = False
 
 
-#: By name, in the order of a file, whose tables are last.
+#: Keys by name, in the order of a file, whose tables are last.
 LOG_KEYS: Mapping[str, LogKey] = {
     key.name: key
     for key in (
@@ -230,7 +230,8 @@ LOG_KEYS: Mapping[str, LogKey] = {
         ),
         LogKey(
             name="windows",
-            said="Use only these parts of the log, s. Each is filtered and simulated separately.",
+            said="Use only these parts of the log, s. Each part is filtered and simulated "
+            "separately.",
             example='["2..8.5", "12.."]',
             option="window",
             metavar="FROM..TO",
@@ -243,7 +244,7 @@ LOG_KEYS: Mapping[str, LogKey] = {
         ),
         LogKey(
             name="resample",
-            said="Interpolate uneven samples, or columns with different times, onto one even grid.",
+            said="Resample columns with uneven or different times to one even grid.",
             example='"auto"',
             option="resample",
             metavar="HZ|auto",
@@ -286,10 +287,10 @@ LOG_KEYS: Mapping[str, LogKey] = {
         ),
         LogKey(
             name="columns",
-            said="Columns for the roles, by name or number (#3). Roles are time, position, "
-            "velocity and acceleration (measured), reference, control, force, injected (a test "
-            "signal), and signals that the axis declares. Units are mm, deg, rpm, ms, mA and "
-            "others, or a scaling, as in inc:counts*360deg/4096/50+0.2deg.",
+            said="Columns by name or number (#3). Roles: time, position, velocity and acceleration "
+            "(measured), reference, control, force, injected (a test signal), and signals that the "
+            "axis declares. Units are mm, deg, rpm, ms, mA, ..., or a scaling such as "
+            "inc:counts*360deg/4096/50+0.2deg.",
             example='{ time = "t:ms", position = "pos:mm" }',
             option="columns",
             metavar="ROLE=NAME[:UNIT],...",

@@ -1,4 +1,4 @@
-"""Findings: what a check measured or saw, as numbers, names and units.
+"""Findings: the result of a check as numbers, names and units.
 
 In: nothing. Out: the base class of findings, and findings that any check may have. Knows nothing of
 the subject of a check: a finding of one subject is defined next to the check that makes it.
@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from axisid.support.errors import plain_numbers
 from axisid.support.presentable import sentence_of
+from axisid.support.wording import plain_numbers
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,18 +19,18 @@ class Finding:
 
     @property
     def sentence(self) -> str:
-        """Return the sentence that tells a user of it, without a full stop at its end."""
+        """Return the sentence for the user, without a full stop at its end."""
         return plain_numbers(sentence_of(self))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Said(Finding):
-    """A finding that has no numbers: a sentence alone.
+    """A finding without numbers: only a sentence.
 
     Attributes
     ----------
     text : str
-        A reason why a check could not be made, or what a check of the user's own says.
+        Reason why a check could not be made, or the sentence of a check of the user's own.
     """
 
     text: str
@@ -66,7 +66,7 @@ class ReadFinding(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SeveralFindings(Finding):
-    """Findings of one check that are told one after another.
+    """Several findings of one check, reported one after another.
 
     Attributes
     ----------
@@ -83,13 +83,13 @@ class FindingOfRecords(Finding):
     Attributes
     ----------
     finding : Finding
-        Of the record that is farthest beyond the threshold.
+        Finding of the record that is farthest beyond the threshold.
     records : tuple of str
         Names of the records with the same finding.
     others : tuple of str
         Names of the records with the same status and another finding.
     fails : bool
-        Whether the check fails there; otherwise it is a note.
+        Whether the check fails for these records; otherwise it is a note.
     """
 
     finding: Finding
@@ -100,13 +100,13 @@ class FindingOfRecords(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FindingExceptFor(Finding):
-    """A finding of those of several records for which the check could be made.
+    """A finding of several records without those for which the check could not be made.
 
     Attributes
     ----------
     finding : Finding
     unmade : tuple of str
-        Names of the records for which it could not be made.
+        Names of the records for which the check could not be made.
     """
 
     finding: Finding

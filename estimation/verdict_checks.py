@@ -21,18 +21,12 @@ from axisid.estimation.findings import (
     Said,
 )
 from axisid.estimation.thresholds import CHECK_LEVEL, LEAST_SHARE
-from axisid.support.errors import (
-    AxisidError,
-    CandidateError,
-    Found,
-    Missing,
-    UsageError,
-    asks_for_tracebacks,
-    is_real,
-    quoted,
-)
+from axisid.support.checks import is_real
+from axisid.support.errors import AxisidError, CandidateError, UsageError, asks_for_tracebacks
+from axisid.support.missing import Found, Missing
+from axisid.support.wording import quoted
 
-#: How far the numbers of a result can be used.
+#: How far the estimates of a result can be used.
 Belief = Literal["believed", "with care", "not believed"]
 Status = Literal["pass", "note", "fail", "not evaluated"]
 
@@ -43,7 +37,7 @@ WORST_FIRST: tuple[Status, ...] = ("fail", "note", "pass")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Levels:
-    """Thresholds from which a model error is reported.
+    """Thresholds above which a model error is reported.
 
     Attributes
     ----------
@@ -86,14 +80,15 @@ class Check:
     status : {"pass", "note", "fail", "not evaluated"}
         A note is beyond its threshold as well, but the printed numbers allow for it.
     finding : Finding
-        As data.
+        Result of the check as data.
     figure : float or None
         The measured quantity.
     threshold : float or None
-        Of the figure.
+        Threshold of the figure.
     p_value : float or None
     source : str
-        Origin of the threshold.
+        Definition of the figure with its unit, and the condition under which the check fails, or
+        the origin of the threshold.
     leaves_open : bool
         Whether the numbers rely on something that this check could not test, in any record.
     """
@@ -109,19 +104,19 @@ class Check:
 
     @property
     def meaning(self) -> str:
-        """Return the sentence for the user: the finding, and a remedy.
+        """Return the sentence for the user: the finding and a remedy.
 
-        A sentence that cannot be made, by a fault of the program, says so.
+        If the sentence cannot be made because of a fault of the program, the text says so.
         """
         made = unless_faulty(lambda: self.finding.sentence)
         return made.reason if isinstance(made, Missing) else made
 
     @classmethod
     def not_evaluated(cls, name: str, missing: Missing) -> "Check":
-        """Return a check that could not be made, as a verdict lists it; by a fault it fails.
+        """Return a check that could not be made, as a verdict lists it; it fails for a fault.
 
-        It leaves something open where its kind is `needed`, unless the result does not use the
-        subject of the check.
+        It leaves a question open if its kind is `needed` and the result uses the subject of the
+        check.
         """
         leaves_open = kind_of(name).needed and not isinstance(missing, NotUsed)
         status: Status = "not evaluated"
@@ -141,7 +136,7 @@ class Check:
         *,
         matters: bool = True,
     ) -> "Check":
-        """Return a check that fails by a fault, where there is one; else it passes."""
+        """Return a check that fails if there is a fault, and otherwise passes."""
         found = fault or held
         return cls(
             name=name,
@@ -153,12 +148,12 @@ class Check:
 
     @property
     def line(self) -> str:
-        """The line of a verdict that it is of, as in `KINDS`."""
+        """Line of the verdict that the check belongs to, as in `KINDS`."""
         return kind_of(self.name).line
 
     @property
     def is_faulty(self) -> bool:
-        """Whether it failed by a fault of its own, not by what it found."""
+        """True if the check failed because of a fault of the program, not because of a finding."""
         finding = self.finding
         if isinstance(finding, FindingOfRecords):
             finding = finding.finding
@@ -180,19 +175,20 @@ def status_of(good: bool, *, matters: bool = True) -> Status:
 
 @dataclass(frozen=True, slots=True)
 class Fault(Missing):
-    """The reason why something is missing that is a fault of the program."""
+    """Reason for a missing result that is a fault of the program."""
 
 
 @dataclass(frozen=True, slots=True)
 class NotUsed(Missing):
-    """The reason why something was not checked that the result does not use."""
+    """Reason for a missing check of something that the result does not use."""
 
 
 def unless_faulty(find: Callable[[], Found]) -> Found | Missing:
-    """Return what a check finds, or the reason why it could not be made, whatever it raises.
+    """Return the result of a check, or the reason why it could not be made, whatever it raises.
 
-    A fault is raised where tracebacks are asked for; lack of memory is no fault of a check. A
-    user's own candidate that fails counts as a fault, as the other candidates were not compared.
+    A fault is raised where tracebacks are requested. Lack of memory is not a fault of a check. A
+    user's own candidate that fails counts as a fault, because the other candidates were not
+    compared.
 
     Parameters
     ----------
@@ -212,20 +208,20 @@ def unless_faulty(find: Callable[[], Found]) -> Found | Missing:
 
 
 def value_or(otherwise: Else, find: Callable[[], Found | Missing]) -> Found | Else:
-    """Return what a check measures, or a default where it could not be measured."""
+    """Return the result of a measurement, or a default where it could not be made."""
     found = unless_faulty(find)
     return otherwise if isinstance(found, Missing) else found
 
 
 def joined(found: Sequence[Check | None], records: Sequence[str]) -> Check | None:
-    """Return the worst of the checks, with its records; of one record its own check.
+    """Return the worst check of several records, with their names; for one record its check.
 
     Parameters
     ----------
     found : sequence of Check or None
-        By record, as a diagnostic gives them.
+        Checks by record, of one diagnostic.
     records : sequence of str
-        Their names.
+        Names of the records.
     """
     if len(records) == 1:
         return found[0]
@@ -265,15 +261,16 @@ class Kind:
     ----------
     line : str
         The question of the verdict that it answers. Law: the control follows the declared law.
-        Timing: everything is logged at its time. Loop: the simulated closed loop reproduces the
-        recorded motion. Model: no term is missing. Outliers: there are none. Precision: the record
-        shows every parameter. Records: they are of one machine. Method: the methods agree.
+        Timing: all signals are logged at the time that they act. Loop: the simulated closed loop
+        reproduces the recorded motion. Model: no term is missing. Outliers: there are none.
+        Precision: the record shows every parameter. Records: they are of one machine. Method: the
+        methods agree.
     rank : int
-        Its place among those that fail, a cause before its consequences.
+        Its place among failed checks, a cause before its consequences.
     grave : bool
-        Whether the numbers may not be those of their names where it fails.
+        Whether the estimates must not be used where it fails.
     needed : bool
-        Whether the numbers rely on it, so that they are to be used with care without it.
+        Whether the estimates rely on it, so that they are to be used with care without it.
     """
 
     line: str
@@ -328,7 +325,7 @@ KINDS: dict[str, Kind] = {
 
 
 def kind_of(check: str) -> Kind:
-    """Return the kind of a check; one without a row has its own line, the last."""
+    """Return the kind of a check; a check without a row in `KINDS` has its own line, the last."""
     return KINDS.get(check) or Kind(line=check)
 
 
@@ -355,11 +352,11 @@ class Conclusion:
     decisive : str or None
         Name of the failed check that decides; None where checks of several lines do.
     is_faulty : bool
-        Whether the decisive check failed by a fault of its own, not by what it found.
+        Whether the decisive check failed because of a fault of the program.
     unchecked : tuple of str
         Lines of the verdict that were not checked and have to be named.
     left_open : tuple of str
-        Names of the checks that were not made although the numbers rely on them.
+        Names of the checks that were not made although the estimates rely on them.
     """
 
     belief: Belief
@@ -372,11 +369,11 @@ class Conclusion:
 
 
 def conclusion(checks: Sequence[Check]) -> Conclusion:
-    """Return whether the numbers can be used, the failed checks, and what was not checked."""
+    """Return the conclusion: how far the estimates can be used, failed and missing checks."""
     how = belief(checks)
     failed = [check for check in by_weight(checks) if check.status == "fail"]
     lines = lines_of(check.name for check in failed)
-    # The grave check, and those before it, of which it may be a consequence.
+    # The grave check and those before it, which may be its cause.
     grave = [i for i, check in enumerate(failed) if kind_of(check.name).grave]
     deciding = failed[: min(grave) + 1] if grave else failed
     first = lines_of(check.name for check in deciding)
@@ -402,10 +399,10 @@ def conclusion(checks: Sequence[Check]) -> Conclusion:
 
 
 def belief(checks: Iterable[Check]) -> Belief:
-    """Return how far the numbers of a result can be used.
+    """Return how far the estimates of a result can be used.
 
-    They are not believed where any grave check fails, whatever else fails. They are to be used with
-    care where another check fails, or where something that they rely on could not be checked.
+    They must not be used where any grave check fails. They are to be used with care where another
+    check fails, or where something that they rely on could not be checked.
     """
     found: Belief = "believed"
     for check in checks:
@@ -429,15 +426,15 @@ class Checked:
 
     @property
     def belief(self: _HasChecks) -> Belief:
-        """Belief in the numbers: "believed", "with care", "not believed"."""
+        """Usability of the estimates: "believed", "with care" or "not believed"."""
         return belief(self.checks)
 
     @property
     def believed(self: _HasChecks) -> bool:
-        """Whether no check fails, and nothing that the numbers rely on was left unchecked."""
+        """True if no check fails, and everything that the estimates rely on was checked."""
         return belief(self.checks) == "believed"
 
 
 def by_weight(checks: Sequence[Check]) -> list[Check]:
-    """Return checks by the weight of their failure for the numbers, the gravest first."""
+    """Return checks by the weight of their failure for the estimates, the gravest first."""
     return sorted(checks, key=lambda check: kind_of(check.name).rank)

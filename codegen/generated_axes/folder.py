@@ -1,4 +1,4 @@
-"""The folder of generated code: write it, and prove that nothing in it is stale."""
+"""The folder of generated code: write it, and check that no file in it is outdated."""
 
 import difflib
 from collections.abc import Iterable, Mapping
@@ -16,22 +16,23 @@ from .texts import FUNCTIONS, MANIFEST, axis_artefacts
 
 _FOLDER = "output"
 _MOST_SHOWN = 12  # lines of a difference
-_LOOP = Path("loop.h")  # that the native code of every axis includes
+_LOOP = Path("loop.h")  # a header that the native code of every axis includes
 _MARKS = (FUNCTIONS, MANIFEST)  # of a folder that was generated
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OutdatedFile:
-    """One file that is not as it would be generated.
+    """A file that differs from the generated one.
 
     Attributes
     ----------
     path : Path
         The file, inside the folder.
     state : str
-        ``missing``, ``stale`` or ``orphan``, which is of none of the axes.
+        ``missing``, ``stale`` or ``orphan``, a file of none of the axes.
     diff : str
-        The first lines, unified, from the file to what would be generated; empty for an orphan.
+        The first lines of a unified difference from the file to the generated text; empty for an
+        orphan.
     """
 
     path: Path
@@ -46,14 +47,14 @@ def expected_files(axes: Iterable[Axis], progress: Progress | None = None) -> di
     ----------
     axes : iterable of Axis
     progress : callable, optional
-        Told before each axis how many are done, of how many, and which it is.
+        Called before each axis with the number done, the total, and the axis's name.
 
     Raises
     ------
     ModelError
         An axis cannot be derived or lowered: nothing is generated for any.
     UsageError
-        Two axes have one name.
+        Two axes have the same name.
     """
     files = {_LOOP: print_c_loop_header()}
     for axis in with_progress(axes, progress, lambda axis: axis.name):
@@ -66,12 +67,12 @@ def expected_files(axes: Iterable[Axis], progress: Progress | None = None) -> di
 
 
 def write_files(folder: Path, files: Mapping[Path, str]) -> list[Path]:
-    """Write what differs, each file complete or not at all; a manifest after its folder's files.
+    """Write changed files, each complete or not at all; a manifest after the files of its folder.
 
     Returns
     -------
     list of Path
-        What was written, inside the folder.
+        Files written, inside the folder.
 
     Raises
     ------
@@ -96,7 +97,7 @@ def write_files(folder: Path, files: Mapping[Path, str]) -> list[Path]:
 def check_files(
     folder: Path, files: Mapping[Path, str], *, others: Iterable[str] | None = None
 ) -> list[OutdatedFile]:
-    """Compare the folder with what would be generated.
+    """Compare the folder with the files that would be generated.
 
     Parameters
     ----------
@@ -104,8 +105,8 @@ def check_files(
     files : mapping of Path to str
         From `expected_files`.
     others : iterable of str, optional
-        Names of further axes that may be generated there. What stands beside the folders of axes is
-        then not looked at; without it all of the folder should be of the axes.
+        Names of further axes that may be generated there. Anything next to the folders of axes is
+        then ignored; without it the whole folder must belong to the axes.
     """
     outdated = []
     for path, text in sorted(files.items()):
@@ -118,12 +119,12 @@ def check_files(
     found = {
         path.relative_to(folder)
         for path in folder.rglob("*")
-        # Names that begin with a dot are temporary: of a run beside this one, or of one cut short.
+        # Names that begin with a dot are temporary, of a concurrent or an interrupted run.
         if not (path.is_dir() or "__pycache__" in path.parts or path.name.startswith("."))
     }
     named = {path.parts[0] for path in found}
     empty = (p.name for p in folder.glob("[!.]*") if p.is_dir() and p.name not in named)
-    present = {*found, *map(Path, empty)} - set(files)  # as a folder of an axis that is gone
+    present = {*found, *map(Path, empty)} - set(files)  # such as folders of former axes
     if others is not None:
         axes = {path.parts[0] for path in files}
         made = {p.name for p in folder.glob("*") if {Path(p.name, x) for x in _MARKS} <= present}
@@ -147,7 +148,7 @@ def _read(path: Path) -> str | None:
 
 
 def _diff(path: Path, found: str, wanted: str) -> str:
-    """The first lines that differ, and how many more there are."""
+    """Return the first differing lines, and the number of further ones."""
     lines = [
         *difflib.unified_diff(
             found.splitlines(keepends=True),

@@ -1,6 +1,6 @@
-"""The generated axis: what estimation knows of an axis. No SymPy beyond this point."""
+"""The generated axis, the form of an axis that estimation uses. No SymPy beyond this point."""
 
-from __future__ import annotations  # as they are written, in what help() prints
+from __future__ import annotations  # so that help() prints them as written
 
 import pickle
 from collections.abc import Iterable, Mapping, Sequence
@@ -45,14 +45,10 @@ from axisid.modeling.quantities import (
     Signal,
 )
 from axisid.support.arrays import Array
-from axisid.support.errors import (
-    Missing,
-    ModelError,
-    UsageError,
-    quoted,
-    real_array,
-    unless_missing,
-)
+from axisid.support.checks import real_array
+from axisid.support.errors import ModelError, UsageError
+from axisid.support.missing import Missing, unless_missing
+from axisid.support.wording import quoted
 
 from .loop_by_gains import LoopByGains
 from .texts import FUNCTIONS, NATIVE, axis_artefacts, signature, single_result
@@ -60,7 +56,7 @@ from .texts import FUNCTIONS, NATIVE, axis_artefacts, signature, single_result
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Quantity:
-    """A named number's label: ``M`` in ``kg``; `expression` says how it is made, if it is."""
+    """A named number's label: ``M`` in ``kg``; `expression` is its formula, if it has one."""
 
     name: str
     unit: str
@@ -68,11 +64,11 @@ class Quantity:
 
     @property
     def label(self) -> str:
-        """Return how it was made, otherwise its name."""
+        """Return its formula, otherwise its name."""
         return self.expression or self.name
 
 
-#: Properties of an axis that are worked out from its expressions, which takes time.
+#: Properties of an axis that are computed once from its expressions, because this is slow.
 _AXIS_PROPERTIES = (
     "drives_by_motion",
     "jumps",
@@ -94,13 +90,13 @@ class GeneratedAxis:
     base : BaseModel
         Base parameters from the declared ones.
     signature : str
-        Sha256 of what the functions were generated from.
+        SHA-256 of the content from which the functions were generated.
     parameters : tuple of Quantity
-        Length p; physical, or the base parameters where those declared are not linear or not
-        told apart, which then have an `expression`.
+        Length p; physical, or the base parameters if the declared ones are not linear or not
+        distinguishable, which then have an `expression`.
     ddm_parameters : tuple of Quantity or Missing
-        Of the direct model, length m; missing where there is no direct regressor, or no way back
-        from it.
+        Parameters of the direct model, length m; missing if there is no direct regressor, or no
+        inverse of its map.
     uniform : bool
         Whether the plant, and a continuous law, have the same damping and stiffness everywhere.
     evenly_damped : bool
@@ -108,21 +104,23 @@ class GeneratedAxis:
     has_direction : bool
         Whether the force depends on the direction of motion, as friction does.
     nonlinear : tuple of bool
-        Which parameters enter nonlinearly, length p; the inverse regressor is then linearised.
+        Whether each parameter enters nonlinearly, length p; the inverse regressor is then
+        linearised.
     unidentifiable : tuple of str
-        Parameters that no motion tells apart, in words; empty if there are none.
+        Sentences on parameters that no motion distinguishes; empty if there are none.
     functions : mapping of str to casadi.Function
         See `axisid.codegen.lowering.axis_functions`.
     native : Native
-        The same functions and the closed loop, compiled; empty-handed where there is no compiler.
+        The same functions and the closed loop, compiled; without a library if there is no compiler.
     states : tuple of Quantity
         States of its friction.
     loop : LoopByGains or None
-        The closed loop by the gains of its law, where these can change without being compiled anew.
+        The closed loop with the gains of its law as arguments, which can change without compiling
+        again.
     drives_by_motion, jumps, holds_force, has_stribeck : bool
         Properties of `axis`, found once, because a verdict asks for them hundreds of times.
     response : Response or None
-        Of the drive to a sampled law, see `Axis`.
+        Response of the drive to a sampled law, see `Axis`.
     of_law_samples : tuple of str
         See `Axis`.
     """
@@ -156,7 +154,7 @@ class GeneratedAxis:
         return f"generated axis {self.axis.name}: {', '.join(self.names)} ({self.signature[:12]})"
 
     def __reduce__(self) -> tuple[Any, tuple[bytes, bool]]:
-        """The declaration, from which another process makes the same again."""
+        """Return the declaration, from which another process makes the same axis."""
         return _rebuilt, (pickle.dumps(self.declared), self.native.enabled)
 
     def __eq__(self, other: object) -> bool:
@@ -167,11 +165,11 @@ class GeneratedAxis:
         return hash(self.signature)
 
     def __deepcopy__(self, _: dict[int, Any]) -> GeneratedAxis:
-        return self  # nothing in it changes
+        return self  # the object never changes
 
     @property
     def declared(self) -> Axis:
-        """The axis as it was declared."""
+        """Return the axis as declared."""
         return self.base.declared
 
     @property
@@ -235,22 +233,22 @@ class GeneratedAxis:
         return tuple(p.name for p in self.parameters)
 
     def with_gains(self, gains: Mapping[str, float]) -> GeneratedAxis:
-        """The axis with other gains of its control law, for which nothing is compiled.
+        """Return the axis with other gains of its control law, without compiling again.
 
         Parameters
         ----------
         gains : mapping of str to float
-            SI, by name; others stay as they are.
+            Gains, SI, by name; the others are unchanged.
 
         Raises
         ------
         ModelError
-            The axis has no sampled law with gains, or a gain is none of it or no finite number.
+            The axis has no sampled law with gains, or a gain is unknown or not a finite number.
         """
         loop, law = self.loop_with(gains)
         law, base = replace(law, gains={**law.gains, **gains}), self.base
         axis = replace(loop.model.axis, control=law)
-        # No text of the loop knows the numbers.
+        # The text of the loop does not contain the numbers.
         loop = replace(loop, law=law, model=replace(loop.model, axis=axis))
         return replace(
             self,
@@ -263,7 +261,7 @@ class GeneratedAxis:
         )
 
     def loop_with(self, gains: Iterable[str]) -> tuple[LoopByGains, ControlLaw]:
-        """The closed loop and its law, of which gains can change.
+        """Return the closed loop and its law, with gains that can change.
 
         Raises
         ------
@@ -289,7 +287,7 @@ class GeneratedAxis:
         return self.loop, law
 
     def describe(self, parameters: Array) -> str:
-        """Physical parameters in words, as ``M = 95.1 kg, Fv = 203.5 N/(m/s)``."""
+        """Return the physical parameters as text, such as ``M = 95.1 kg, Fv = 203.5 N/(m/s)``."""
         pairs = zip(self.parameters, parameters, strict=True)
         return ", ".join(f"{p.name} = {value:.6g} {p.unit}" for p, value in pairs)
 
@@ -301,9 +299,9 @@ class GeneratedAxis:
         function : str
             Its name.
         *arguments : array_like, (N,)
-            One per argument, all of one length; where a vector is taken, as of the parameters, the
-            same for all samples, (p,), or one a sample, (N, p). Recorded signals, in the axis's
-            order, stand before a vector and after all else.
+            One per argument, all of the same length; a vector argument, such as the parameters, is
+            the same for all samples, (p,), or has one row per sample, (N, p). Recorded signals, in
+            the axis's order, come before a vector and after all other scalars.
 
         Returns
         -------
@@ -329,9 +327,9 @@ class GeneratedAxis:
     def force_by_gain(
         self, control: Array, position: Array, velocity: Array, recorded: Sequence[Array] = ()
     ) -> Array:
-        """Slope of the drive's force by the logarithm of its gain at N samples, (N,).
+        """Return the slope of the drive's force by the logarithm of its gain at N samples, (N,).
 
-        By control, motion, and the recorded signals in the axis's order.
+        Its arguments are control, motion, and the recorded signals in the axis's order.
         """
         motion = (control, position, velocity)
         return self._driven(drive_force(self.axis, by_gain=True), motion, recorded)
@@ -344,7 +342,7 @@ class GeneratedAxis:
         direction: Array,
         recorded: Sequence[Array] = (),
     ) -> Array:
-        """The drive's force in friction directions, (N,), which at rest no velocity tells."""
+        """Return the drive's force in friction directions, (N,), unknown from velocity at rest."""
         motion = (control, position, velocity, direction)
         return self._driven(drive_force(self.axis, directed=True), motion, recorded)
 
@@ -442,7 +440,7 @@ def build(axis: Axis, *, native: bool = True) -> GeneratedAxis:
 
 @lru_cache(maxsize=32)
 def _rebuilt(declared: bytes, native: bool) -> GeneratedAxis:
-    """Build a pickled declaration, once in a process: every task of a worker brings it along."""
+    """Build a pickled declaration once per process, because every task of a worker carries it."""
     return build(pickle.loads(declared), native=native)  # noqa: S301
 
 
@@ -472,7 +470,7 @@ def as_generated(axis: Axis | GeneratedAxis) -> GeneratedAxis:
     Raises
     ------
     UsageError
-        It is neither.
+        The object is neither.
     """
     return axis if isinstance(axis, GeneratedAxis) else build(axis)
 
@@ -483,7 +481,7 @@ def as_declared(axis: Axis | GeneratedAxis | None) -> Axis | None:
     Raises
     ------
     UsageError
-        It is none of them.
+        The object is none of them.
     """
     declared = axis.axis if isinstance(axis, GeneratedAxis) else axis
     if declared is not None:

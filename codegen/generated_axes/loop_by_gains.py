@@ -1,8 +1,8 @@
-"""The closed loop of an axis, and its law by itself, with the gains of the law as arguments.
+"""The closed loop of an axis, and its law alone, with the gains of the law as arguments.
 
-Generated files have the gains as numbers, so that each can be read and taken elsewhere by itself.
-What is compiled and run takes them as arguments: its text is the same whatever they are, so that
-another gain needs no compiler, and many can be tried side by side.
+Generated files contain the gains as numbers, so that each can be read and used elsewhere alone. The
+code that is compiled and run takes them as arguments: its text does not depend on their values, so
+that another gain needs no compiler, and many can be tried in parallel.
 """
 
 from collections.abc import Mapping
@@ -23,7 +23,7 @@ from .texts import by_gains_artefacts, functions_text
 
 
 def law_functions(law: ControlLaw, signals: tuple[sympy.Symbol, ...]) -> Mapping[str, Any]:
-    """``law_step`` and ``law_start``; see `law_by_gains`.
+    """Return ``law_step`` and ``law_start``; see `law_by_gains`.
 
     Parameters
     ----------
@@ -39,10 +39,10 @@ def law_functions(law: ControlLaw, signals: tuple[sympy.Symbol, ...]) -> Mapping
 
 
 def law_over_block(step: Any, evaluations: int) -> Any:
-    """A law over so many evaluations in a row: memories and outputs, (m, M) and (1, M).
+    """Return a law over consecutive evaluations: memories and outputs, (m, M) and (1, M).
 
-    From the memory at the first, what is read, (1, M) each, and the gains if any, which are there
-    once.
+    Its arguments are the memory at the first evaluation, the signals that are read, (1, M) each,
+    and the gains if any, given once.
 
     Parameters
     ----------
@@ -73,10 +73,10 @@ class LoopByGains:
     law : ControlLaw
         The model's.
     functions : mapping of str to casadi.Function
-        As of the axis. The loop's step takes the gains behind the parameters, the law's functions
-        as their last argument.
+        Functions like those of the axis. The loop's step takes the gains after the parameters, the
+        law's functions as their last argument.
     native : Native
-        The same, compiled.
+        The same functions, compiled.
     """
 
     model: AxisModel
@@ -86,10 +86,10 @@ class LoopByGains:
 
     @classmethod
     def of(cls, model: AxisModel, *, enabled: bool) -> "LoopByGains | None":
-        """The loop of a model; None without a law, with one that has no gains or is continuous.
+        """Return the loop of a model; None without a law, without gains, or for a continuous law.
 
         A continuous law is part of the plant's motion, whose functions have its gains as numbers.
-        Without `enabled` no native code is compiled and run.
+        If not `enabled`, no native code is compiled and run.
         """
         law = model.axis.control
         if law is None or law.continuous or not law.gains:
@@ -100,19 +100,19 @@ class LoopByGains:
         return cls(model=model, law=law, functions=functions, native=native)
 
     def native_at(self, gains: Mapping[str, float]) -> Native:
-        """The native code with gains filled in."""
+        """Return the native code with gains filled in."""
         filled, enabled = np.array([*gains.values()]), self.native.enabled
         return Native(self.native.text, self.functions, enabled=enabled, gains=filled)
 
     def functions_at(self, gains: Mapping[str, float]) -> dict[str, Any]:
-        """The functions of the law and of the loop's step with gains as numbers."""
+        """Return the functions of the law and of the loop's step with gains as numbers."""
         numbers = np.array([*gains.values()])
         found = {name: _bound(self.functions[name], numbers) for name in _OF_THE_LAW}
         return found | {_STEP: _bound(self.functions[_STEP], numbers, "parameters")}
 
 
 def _bound(function: Any, gains: Array, behind: str = "") -> Any:
-    """A function with gains as numbers, which are its last argument, or come behind another."""
+    """Return a function with gains as numbers, its last argument or after another argument."""
     names = function.name_in() if behind else function.name_in()[:-1]
     symbols = {
         name: casadi.SX.sym(name, function.size1_in(name) - len(gains) * (name == behind))

@@ -1,7 +1,7 @@
-"""The text files of one axis: functions, equations and the manifest that ties them together.
+"""The text files of one axis: functions, equations and the manifest that links them.
 
-Everything here is a function of the declaration alone, so that it is byte-identical on every
-machine: no time, no path, no version of a library.
+Every text depends on the declaration alone, so that it is byte-identical on every machine: no time,
+no path, no version of a library.
 """
 
 import hashlib
@@ -25,25 +25,27 @@ from axisid.modeling.derivation import AxisModel, derived_sections
 from axisid.modeling.library import LIBRARY
 from axisid.modeling.quantities import CONTROL, FORCE, Formula, with_numbers, with_own_symbols
 from axisid.support.arrays import Array
-from axisid.support.errors import Missing, ModelError
+from axisid.support.errors import ModelError
+from axisid.support.missing import Missing
 
-# Controls as shares of the limit, position and velocity, SI; of no simple ratio to one another.
+# Controls as shares of the limit, position and velocity, SI, without simple ratios to one another.
 _SHARES = np.array([-0.83, -0.31, -0.07, 0.011, 0.29, 0.61, 0.97])
 _POSITIONS = np.array([0.317, -0.8137, 0.0113, 2.71, -0.05, 0.2, -1.3])
 _VELOCITIES = np.array([0.73, -0.21, -0.013, 3.1, 0.0, -0.4, 0.09])
-_RECORDED = np.array([0.91, 1.3, 0.77, 1.9, 0.63, 1.1, 2.3])  # of every signal
+_RECORDED = np.array([0.91, 1.3, 0.77, 1.9, 0.63, 1.1, 2.3])  # for every signal
 _LEAST = 1e-300
 # of the largest control, up to which an inverse, which may cancel, undoes the force
 _MAX_CONTROL_DIFFERENCE = 1e-9
 
 
 def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
-    """Compare controls with those that the drive's inverse makes of their forces.
+    """Compare controls with those that the drive's inverse returns for their forces.
 
     Raises
     ------
     ModelError
-        The inverse does not undo the force, or a gain that has a deviation is not in it.
+        The inverse does not undo the force, or the force does not contain a gain that has a
+        standard deviation.
     """
     axis, of_name = model.axis, {program.name: program for program in programs}
     most = axis.drive.limit if np.isfinite(axis.drive.limit) else 1.0
@@ -60,11 +62,11 @@ def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
         )
     again = single_result(of_name["drive_control"], {**motion, str(FORCE): force})
     size = np.abs(force)
-    held = (size > _LEAST) & np.isfinite(size)  # elsewhere nothing tells the control
+    held = (size > _LEAST) & np.isfinite(size)  # elsewhere the control is undetermined
     wrong = held & ~(np.abs(again - controls) <= _MAX_CONTROL_DIFFERENCE * most)
-    # A force at the end of what the drive can make has many controls: any of them will do.
+    # A force at the limit of the drive belongs to many controls, any of which is right.
     remade = single_result(of_name["drive_force"], {**motion, str(CONTROL): again})
-    with np.errstate(invalid="ignore"):  # forces that no number holds, which are not held to it
+    with np.errstate(invalid="ignore"):  # overflowing forces, which are not compared
         wrong &= ~(np.abs(remade - force) <= _MAX_CONTROL_DIFFERENCE * size)
     if not np.any(wrong):
         return
@@ -78,12 +80,12 @@ def check_drive(model: AxisModel, programs: Sequence[Program]) -> None:
 
 
 def single_result(program: Program, elements: Mapping[str, Array]) -> Array:
-    """The one result of a program at N points, (N,)."""
+    """Return the single result of a program at N points, (N,)."""
     (values,) = evaluate(program, elements).values()
     return values[:, 0]
 
 
-#: Counts changes of what is emitted; part of every signature.
+#: Version of the generated text's form; part of every signature.
 SCHEMA = 6
 
 FUNCTIONS, NATIVE, EQUATIONS, MANIFEST = (
@@ -92,7 +94,7 @@ FUNCTIONS, NATIVE, EQUATIONS, MANIFEST = (
     "equations.txt",
     "manifest.json",
 )
-_START = "state_start"  # of parameters alone: there are no samples of it
+_START = "state_start"  # depends on parameters alone: there are no samples of it
 #: Functions that the native time loop calls.
 LOOP = (
     _START,
@@ -116,7 +118,7 @@ ROWS = (
     "control_terms",
     "wave_number",
 )
-# What the time loop's C is printed for: how long which argument of a step is.
+# Sizes for which the time loop's C is printed: the length of each argument of a step.
 _SIZES = {"HELD": "held", "MEMORY": "state", "PARAMETERS": "parameters", "SIDES": "sides"}
 
 
@@ -142,9 +144,9 @@ def axis_artefacts(model: AxisModel) -> dict[str, str]:
 
 
 def by_gains_artefacts(model: AxisModel) -> tuple[str, str]:
-    """The functions and the native code of an axis, with the gains of its law as arguments.
+    """Return the functions and the native code of an axis, with its law's gains as arguments.
 
-    They are the same whatever the gains are; no file has them.
+    They do not depend on the values of the gains, and are not written to files.
     """
     programs = axis_programs(model, by_gains=True)
     about = "The gains of its control law are arguments.\n"
@@ -155,7 +157,7 @@ def by_gains_artefacts(model: AxisModel) -> tuple[str, str]:
 
 
 def signature(model: AxisModel) -> str:
-    """Sha256 over the emitter's schema and all that the generated text depends on."""
+    """Return the SHA-256 of the schema and of all that the generated text depends on."""
     axis, law = model.axis, model.axis.control
     content = {
         "schema": SCHEMA,
@@ -184,7 +186,7 @@ def signature(model: AxisModel) -> str:
         },
     }
     times = () if axis.response is None else (axis.drive.lag, axis.drive.delay)
-    # Of which an axis that has none says nothing.
+    # Left out for an axis that has none.
     further: dict[str, Collection[object]] = {
         "response": [repr(float(time)) for time in times],
         "path": {name: repr(x) for name, x in axis.drive.path.declared.items()},
@@ -199,18 +201,18 @@ def signature(model: AxisModel) -> str:
 
 
 def _with_numbers(value: sympy.Expr) -> str:
-    """An expression as text, each constant's number in its place."""
+    """Return an expression as text, with each constant replaced by its number."""
     return _as_text(with_numbers(value))
 
 
-# An axis with other gains, of which there may be hundreds, has the same expressions.
+# Axes that differ only in gains, of which there may be hundreds, have the same expressions.
 @lru_cache(maxsize=128)
 def _as_text(value: sympy.Expr) -> str:
     return str(sympy.srepr(value))
 
 
 def _header(name: str, mark: str) -> str:
-    # Another axis than the library's is generated from its file, which its name does not tell.
+    # An axis outside the library is generated from its file, which its name does not give.
     command = f"axisid generate {name}" if name in LIBRARY else "axisid generate"
     of = "" if name in LIBRARY else f" from the file that declares the axis {name}"
     return (
@@ -220,7 +222,7 @@ def _header(name: str, mark: str) -> str:
 
 
 def functions_text(name: str, header: str, programs: tuple[Program, ...]) -> str:
-    """A module whose ``FUNCTIONS`` are those of CasADi by name."""
+    """Return a module whose ``FUNCTIONS`` are CasADi functions by name."""
     operations = sum(program.operation_count for program in programs)
     about = f"CasADi functions of the axis {name}.\n\n{header}{operations} operations"
     names = "".join(f'    "{program.name}": {program.name},\n' for program in programs)
@@ -252,7 +254,7 @@ def _native(
         }
         deciding = by_name["switching"].inputs if sizes["SIDES"] else ()
         limited = sum(state.limit is not None for state in model.states)
-        # What an axis has none of is not defined at all; the first of the limits may be 0.
+        # A size that an axis lacks is not defined at all; the first of the limits may be 0.
         further = {
             "GAINS": len(law.gains) if by_gains else None,
             "SIGNALS": len(model.axis.signals) or None,

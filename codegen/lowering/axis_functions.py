@@ -1,4 +1,4 @@
-"""The set of functions every axis gets, as programs built from its model.
+"""The set of functions of every axis, as programs built from its model.
 
 All arguments are SI. ``parameters`` are the physical ones in the axis's order; ``direction`` is the
 friction direction (sign of the velocity while sliding). Recorded signals, if the axis declares any,
@@ -23,7 +23,7 @@ from axisid.modeling.quantities import (
     UNLIMITED_OUTPUT,
     with_numbers,
 )
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 
 from .drive import acting_control, drive_control, drive_force, within
 from .expressions import Arguments, Lowering
@@ -35,7 +35,7 @@ _INJECTED = sympy.Symbol("injected", real=True)
 
 
 def axis_programs(model: AxisModel, *, by_gains: bool = False) -> tuple[Program, ...]:
-    """Build every function the model allows.
+    """Build all functions that the model permits.
 
     Without a direct regressor there are no ``ddm_regressor`` and no parameter map; without a
     control law there is no closed loop.
@@ -44,13 +44,13 @@ def axis_programs(model: AxisModel, *, by_gains: bool = False) -> tuple[Program,
     ----------
     model : AxisModel
     by_gains : bool
-        Whether the gains of a sampled law are arguments and no numbers: of the loop's step behind
-        the parameters, of the law's other functions a vector of their own, the last.
+        Whether the gains of a sampled law are arguments instead of numbers: in the loop's step they
+        follow the parameters, in the law's other functions they are a separate vector, the last.
     """
     about, name = "Acceleration that the force causes", model.axis.coordinate.acceleration.name
     acceleration = _dynamics(model, "direct_dynamics", about, name, model.acceleration, force=True)
     programs = [inverse_dynamics(model)]
-    # With states there are no rows of measured signals.
+    # With internal states there is no regressor of measured signals.
     programs += [acceleration] if model.states else [_idm_regressor(model), acceleration]
     programs += [*_direct_regressor(model), drive_force(model.axis), drive_control(model)]
     law = model.axis.control
@@ -75,7 +75,7 @@ def _motion(model: AxisModel, *, force: bool) -> Arguments:
 
 
 def inverse_dynamics(model: AxisModel) -> Program:
-    """The force that a motion needs, by friction direction and parameters."""
+    """Build the force that a motion needs, by friction direction and parameters."""
     about = "Force that the motion needs"
     return _dynamics(model, "inverse_dynamics", about, "tau", model.force, force=False)
 
@@ -124,7 +124,7 @@ def _control_start(model: AxisModel, law: ControlLaw, gains: tuple[sympy.Symbol,
         .scalars(REFERENCE, MEASURED_POSITION, *model.axis.signal_symbols)
         .vector_if_any(GAINS, gains)
     )
-    # What balances is found where the load is known.
+    # A memory that balances a load is found where the load is known.
     lowering = Lowering(builder, {**builder.values, BALANCED: builder.constant(0.0)})
     memory = [lowering(with_numbers(memory.start)) for memory in law.memory]
     values = {m.symbol: index for m, index in zip(law.memory, memory, strict=True)}
@@ -139,7 +139,7 @@ def _control_start(model: AxisModel, law: ControlLaw, gains: tuple[sympy.Symbol,
         commands = [acting] * (len(response.forces) - 1) if response.holds_control else []
         state += [*last, *commands, *made["tau"] * (len(response.forces) - len(commands))]
     builder.output("state", [[index] for index in state])
-    return builder.program("control_start", "What the drive remembers of an axis at rest.")
+    return builder.program("control_start", "Memory of law and drive for an axis at rest.")
 
 
 def _output(
@@ -149,7 +149,7 @@ def _output(
     values: dict[sympy.Symbol, int],
     injected: int | None = None,
 ) -> int:
-    """The law's output, with what is added to it, within the drive's limit."""
+    """Return the law's output, with the added test signal, within the drive's limit."""
     control = _law_lowering(law, builder, values)(with_numbers(law.output))
     if injected is not None:
         control = builder.apply("add", control, injected)
@@ -157,7 +157,7 @@ def _output(
 
 
 def _law_lowering(law: ControlLaw, builder: Builder, values: dict[sympy.Symbol, int]) -> Lowering:
-    """What lowers the law; gains that are no arguments are numbers."""
+    """Return the lowering of a law; gains that are not arguments are numbers."""
     numbers = {gain(name): value for name, value in law.gains.items() if gain(name) not in values}
     gains = {symbol: builder.constant(value) for symbol, value in numbers.items()}
     return Lowering(builder, {**values, **gains, PERIOD: builder.constant(law.period)})
@@ -170,11 +170,11 @@ def _control_law(
     *,
     injected: bool = False,
 ) -> Program:
-    """The law by itself, or as the loop has it: with a test signal that is added to its output."""
+    """Build the law alone, or as part of the loop, with a test signal added to its output."""
     builder, line = _measured(model, law, gains, injected=injected)
     values = builder.values
     control = _output(model, law, builder, values, values.get(_INJECTED))
-    # Without a test signal, which no integral of the law knows of.
+    # Without a test signal, on which no integral of the law depends.
     if any(each.following.has(UNLIMITED_OUTPUT) for each in law.memory):
         values[UNLIMITED_OUTPUT] = _law_lowering(law, builder, values)(with_numbers(law.output))
     if any(each.following.has(LIMITED_OUTPUT) for each in law.memory):
@@ -193,10 +193,10 @@ def _control_law(
 def _measured(
     model: AxisModel, law: ControlLaw, gains: tuple[sympy.Symbol, ...], *, injected: bool = False
 ) -> tuple[Arguments, tuple[int, ...]]:
-    """What a law reads and remembers at a sample, and its delay line."""
+    """Declare the signals that a law reads, its memory at a sample, and its delay line."""
     motion = (REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, *model.axis.signal_symbols)
     arguments = Arguments().scalars(*motion, *(_INJECTED,) * injected)
-    # What the drive remembers between samples.
+    # Values that the drive remembers between samples.
     remembered = (*(memory.name for memory in law.memory), *law.delay_line)
     state = arguments.vector("state", remembered)
     arguments.vector_if_any(GAINS, gains)
@@ -209,13 +209,11 @@ def _control_terms(model: AxisModel, law: ControlLaw, gains: tuple[sympy.Symbol,
     lower = _law_lowering(law, arguments, arguments.values)
     terms = [lower(with_numbers(factor * signal)) for factor, signal in law.terms]
     arguments.output("row", [terms])
-    return arguments.program(
-        "control_terms", "What the law adds up, one number for each product of gains."
-    )
+    return arguments.program("control_terms", "Summands of the law, one for each product of gains.")
 
 
 def law_by_gains(law: ControlLaw, signals: Sequence[sympy.Symbol]) -> tuple[Program, Program]:
-    """A law's step, and what it remembers at rest.
+    """Build a law's step, and its memory at rest.
 
     Parameters
     ----------
@@ -226,14 +224,14 @@ def law_by_gains(law: ControlLaw, signals: Sequence[sympy.Symbol]) -> tuple[Prog
     Returns
     -------
     tuple of Program
-        ``law_step``: from what the law reads, the limit that its output has there (infinite for
-        none), its gains and its memory to the next memory and the output as it is, without its
-        delay. ``law_start``: from reference and position at rest to the memory; what balances is 0.
+        ``law_step``: from the signals that the law reads, the limit of its output (infinite for
+        none), its gains and its memory to the next memory and the output without its delay.
+        ``law_start``: from reference and position at rest to the memory; balancing values are 0.
     """
     builder = Arguments().scalars(REFERENCE, MEASURED_POSITION)
     lower = Lowering(builder, {**builder.values, BALANCED: builder.constant(0.0)})
     builder.output("state", [[lower(with_numbers(memory.start))] for memory in law.memory])
-    start = builder.program("law_start", "What the law remembers at rest.")
+    start = builder.program("law_start", "Memory of the law at rest.")
     builder = Arguments().scalars(REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, *signals)
     limit = builder.scalar("output_limit")
     builder.vector_of("gains", [gain(name) for name in law.gains])
@@ -247,4 +245,4 @@ def law_by_gains(law: ControlLaw, signals: Sequence[sympy.Symbol]) -> tuple[Prog
         "next_state", [[following(with_numbers(memory.following))] for memory in law.memory]
     )
     builder.output("control", [[output]])
-    return builder.program("law_step", "The law at a sample, by its gains."), start
+    return builder.program("law_step", "The law at a sample, with its gains as arguments."), start

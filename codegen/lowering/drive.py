@@ -1,9 +1,10 @@
-"""The drive as programs: the force of a control, its inverse, and what follows a command.
+"""The drive as programs: the force of a control, its inverse, and the response to a command.
 
-With a lag the force is ``target + (tau - target) exp(-t/lag)`` some time t on. A Runge-Kutta step
-looks at a force four times. Of an exponential that is much shorter than the step these values would
-say little: taken are the one at the start and three of which the step makes exactly the force's
-integral and the two integrals after that, as they enter velocity, position, and damping.
+With a lag the force is ``target + (tau - target) exp(-t/lag)`` after a time t. A Runge-Kutta step
+evaluates the force four times. For an exponential that is much shorter than the step these values
+would say little: instead the step uses the value at the start and three values with which it gives
+exactly the force's integral and the next two integrals, as they enter velocity, position, and
+damping.
 """
 
 import math
@@ -21,22 +22,23 @@ from .program import Builder, Program
 
 
 def drive_force(axis: Axis, *, directed: bool = False, by_gain: bool = False) -> Program:
-    """Build the force of a control and the motion, as it is in generated files.
+    """Build the force of a control and the motion, as in generated files.
 
     Parameters
     ----------
     axis : Axis
     directed : bool
-        In a friction direction, behind the velocity, which at rest no sign tells.
+        Whether it takes a friction direction, after the velocity, whose sign does not give it at
+        rest.
     by_gain : bool
-        The slope of the force by the logarithm of the gain in its place.
+        Whether it is the slope of the force by the logarithm of the gain instead of the force.
     """
     q, drive = axis.coordinate, axis.drive
     direction = (DIRECTION,) if directed else ()
     arguments = Arguments().scalars(CONTROL, q.symbol, q.velocity, *direction, *axis.signal_symbols)
     value = drive.force_by_gain if by_gain else drive.force
     arguments.output("tau", [[_lowered(arguments, axis, value)]])
-    about = "Force that the drive makes of a control within its limit."
+    about = "Force that the drive produces for a control within its limit."
     return arguments.program("drive_force", about)
 
 
@@ -46,14 +48,14 @@ def drive_control(model: AxisModel) -> Program:
     arguments = Arguments().scalars(FORCE, q.symbol, q.velocity, *model.axis.signal_symbols)
     arguments.output("control", [[_lowered(arguments, model.axis, drive.inverse)]])
     return arguments.program(
-        "drive_control", "Control of which the drive makes a force, whatever its limit."
+        "drive_control", "Control for which the drive produces a force, ignoring its limit."
     )
 
 
 def acting_control(
     builder: Builder, model: AxisModel, command: int, last: int | None
 ) -> tuple[int, tuple[int, ...]]:
-    """What acts of a command, and what the drive remembers of it: nothing without a limited rate.
+    """Return the acting control of a command, and the drive's memory: none without a rate limit.
 
     Parameters
     ----------
@@ -62,7 +64,7 @@ def acting_control(
     command : int
         Within the drive's limit.
     last : int or None
-        What it remembers of the sample before.
+        Acting control of the sample before, if it is remembered.
     """
     build, path, response = builder.apply, model.axis.drive.path, model.axis.response
     acting = command
@@ -80,17 +82,17 @@ def acting_control(
 
 
 def within(limit: float, builder: Builder, value: int) -> int:
-    """A value clipped at plus and minus a limit; infinite for none."""
+    """Return a value clipped at plus and minus a limit; infinite for none."""
     if limit == float("inf"):
         return value
-    # Selected, not min and max: those would turn a control that is not a number into the limit.
+    # Selected, instead of min and max, which would turn a control that is NaN into the limit.
     upper, lower = builder.constant(limit), builder.constant(-limit)
     value = builder.apply("select", builder.apply("lt", upper, value), upper, value)
     return builder.apply("select", builder.apply("lt", value, lower), lower, value)
 
 
 def _lowered(arguments: Arguments, axis: Axis, value: sympy.Expr) -> int:
-    """An expression of the drive; without a friction direction that is the velocity's sign."""
+    """Lower an expression of the drive; without a friction direction it is the velocity's sign."""
     values, drive = arguments.values, axis.drive
     for symbol, here in drive.along(axis.coordinate).items():
         values[symbol] = values[here]
@@ -104,12 +106,12 @@ def _lowered(arguments: Arguments, axis: Axis, value: sympy.Expr) -> int:
     return Lowering(arguments, {**values, **constants})(value)
 
 
-# Below it the mean of an exponential is a series, above it a formula, which would lose digits.
+# Below it the mean of an exponential is a series; the formula would lose digits there.
 _SMALL, _TERMS = 1.0, 18
 
 
 def drive_response(response: Response) -> Program:
-    """Build what the time loop asks of a drive that does not follow at once."""
+    """Build the response of a drive that does not follow at once, for the time loop."""
     builder = Builder()
     tau, target, span = map(builder.scalar, ("tau", "target", "span"))
     later = later_force(builder, response.lag, (tau, target), span) if response.lag else tau
@@ -118,12 +120,12 @@ def drive_response(response: Response) -> Program:
     builder.output("until", [[until]])
     return builder.program(
         "drive_response",
-        "The drive's force later, and when a command acts within a sample of such a length.",
+        "Force of the drive some time later, and the time in a sample at which a command acts.",
     )
 
 
 def later_force(builder: Builder, lag: float, held: Sequence[int], span: int) -> int:
-    """The force some time on, from what is held: the force, and what it goes to."""
+    """Return the force after a time, from the held values: the force, and its final value."""
     build, (tau, target) = builder.apply, held
     decay = build("exp", build("neg", build("div", span, builder.constant(lag))))
     return build("add", target, build("mul", build("sub", tau, target), decay))
@@ -132,12 +134,12 @@ def later_force(builder: Builder, lag: float, held: Sequence[int], span: int) ->
 def forces_in_step(
     builder: Builder, lag: float, held: Sequence[int], step: int
 ) -> tuple[int, int, int]:
-    """The forces that a Runge-Kutta step takes where it looks a second, third and fourth time.
+    """Return the forces of a Runge-Kutta step at its second, third and fourth evaluation.
 
     With x = step/lag and p0 = exp(-x), p1 = (1 - p0)/x, p2 = (1 - p1)/x, p3 = (1/2 - p2)/x the
-    force's integral, that one's own and the next are ``target/k! + (tau - target) pk`` over powers
-    of the step, k = 1, 2 and 3. The step makes (f1 + 2 f2 + 2 f3 + f4)/6, (f1 + f2 + f3)/6 and
-    (f1 + f2)/12 of them.
+    force's single, double and triple integral are ``target/k! + (tau - target) pk`` over powers of
+    the step, k = 1, 2 and 3. The step computes them as (f1 + 2 f2 + 2 f3 + f4)/6, (f1 + f2 + f3)/6
+    and (f1 + f2)/12.
     """
     build, number, (tau, target) = builder.apply, builder.constant, held
     x = build("div", step, number(lag))
@@ -156,7 +158,7 @@ def forces_in_step(
 
 
 def _third_mean(builder: Builder, x: int) -> int:
-    """``(1/2 - (1 - (1 - exp(-x))/x)/x)/x`` of a number that is not negative."""
+    """Return ``(1/2 - (1 - (1 - exp(-x))/x)/x)/x`` for a number that is not negative."""
     build, number = builder.apply, builder.constant
     few, many = build("min", x, number(_SMALL)), build("max", x, number(_SMALL))
     series = number(0)
@@ -172,7 +174,7 @@ def _third_mean(builder: Builder, x: int) -> int:
 
 @dataclass(frozen=True, slots=True)
 class DriveInMode:
-    """A drive in a friction direction, beside the values of the recorded signals."""
+    """A drive in a friction direction, with the values of the recorded signals."""
 
     builder: Builder
     model: AxisModel
@@ -180,7 +182,7 @@ class DriveInMode:
     signals: Sequence[tuple[int]]
 
     def force(self, control: int, q: int, dq: int) -> int:
-        """The force of a control at a position and velocity."""
+        """Return the force of a control at a position and velocity."""
         directed = self.model.axis.drive.force.has(DIRECTION)
         program = drive_force(self.model.axis, directed=directed)
         mode = (self.direction,) if directed else ()
@@ -195,7 +197,7 @@ def acting_from_sample(
     remembered: tuple[int, ...],
     slope: Callable[[int], int],
 ) -> tuple[int, tuple[int, ...], tuple[int, ...]]:
-    """Force at a sample, what is held from it on, and what the drive remembers at the next.
+    """Return the force at a sample, the values held from then on, and the drive's next memory.
 
     `slope` is the acceleration under a force there.
     """
@@ -208,8 +210,8 @@ def acting_from_sample(
     new = acting
     if not response.holds_control:
         if response.by_motion:
-            # Taken half a sample later it is as early as late: what a drive with a lag makes of the
-            # motion is held as the command is.
+            # Taken half a sample later its mean delay is zero: with a lag, the force by the motion
+            # is held like the command.
             build, half, (q, dq) = builder.apply, builder.constant(response.period / 2), motion
             sliding = build("abs", drive.direction[0])
             change = build("mul", slope(forces[-1]), sliding)
@@ -218,7 +220,7 @@ def acting_from_sample(
                 build("add", dq, build("mul", half, change)),
             )
         new = drive.force(acting, *motion)
-    # The newest first; behind them is the force that was kept, if one is.
+    # The newest first, followed by the force that was kept, if there is one.
     pending = (new, *forces[: len(forces) - response.keeps_force])
     then = pending[response.whole]
     first = pending[-1] if response.share else then

@@ -1,10 +1,10 @@
-"""SymPy expressions to operations, one method per node class.
+"""SymPy expressions to operations, with one method per node class.
 
-An unknown node is a named error, not a guess. The memo belongs to the caller, so that expressions
+An unknown node raises an error that names it. The memo belongs to the caller, so that expressions
 lowered together share their common subexpressions.
 
-SymPy has one zero, floating point two. All targets give a zero the same sign, but for ``sign``,
-the smaller or larger of two zeros, and what a condition chooses, which CasADi's virtual machine
+SymPy has one zero, floating point two. All targets give a zero the same sign, except for ``sign``,
+the smaller or larger of two zeros, and values chosen by a condition, which CasADi's virtual machine
 computes as a sum; only an angle of ``atan2`` on its cut could show it.
 """
 
@@ -53,7 +53,7 @@ _RELATIONS: dict[type[sympy.Basic], tuple[str, bool]] = {
     sympy.GreaterThan: ("le", True),
     sympy.Equality: ("eq", False),
 }
-# Classes with a method of their own; by class, since a function may bear any name.
+# Classes with a method of their own; found by class, since a function may have any name.
 _MAPPED = frozenset(
     {
         sympy.Symbol,
@@ -78,7 +78,7 @@ class Lowering:
     builder : Builder
         Receives the operations.
     values : mapping of sympy.Symbol to int
-        What each free symbol is, as an index into the builder.
+        Value of each free symbol, as an index into the builder.
     """
 
     def __init__(self, builder: Builder, values: Mapping[sympy.Symbol, int]) -> None:
@@ -183,7 +183,7 @@ class Lowering:
         if exponent.is_Integer and 1 < exponent <= _LARGEST_REPEATED_POWER:
             return self._chain("mul", [self(base)] * int(exponent))
         if exponent.is_Rational and exponent.q == 2 and 1 < exponent <= _LARGEST_REPEATED_POWER:
-            root = self._builder.apply("sqrt", self(base))  # much quicker than a power
+            root = self._builder.apply("sqrt", self(base))  # much faster than a power
             return self._chain("mul", [self(base)] * int(exponent) + [root])
         return self._builder.apply("pow", self(base), self(exponent))
 
@@ -203,7 +203,7 @@ class Lowering:
         return result
 
     def map_Heaviside(self, node: sympy.Heaviside) -> int:
-        """The step, with the value at the step itself (1/2) that the node bears."""
+        """Lower a step, with the value at the step itself (1/2) that the node contains."""
         argument, middle = self(node.args[0]), self(node.args[1])
         zero, one = self._builder.constant(0), self._builder.constant(1)
         above = self._builder.apply("lt", zero, argument)
@@ -264,14 +264,14 @@ class Arguments(Builder):
 def over_time(values: Mapping[str, sympy.Expr]) -> Program:
     """Build a program from the time, s, to a number for each name: recorded signals of a twin."""
     rows = {name: [[with_numbers(value)]] for name, value in values.items()}
-    return Arguments().scalars(TIME).lower(**rows).program("over_time", "Signals by the time.")
+    return Arguments().scalars(TIME).lower(**rows).program("over_time", "Signals over time.")
 
 
 def _joined_powers(product: sympy.Mul) -> Sequence[sympy.Expr]:
-    """Factors, each base once: the derivative ``p x**p / x`` of ``x**p`` is 0/0 where x is 0."""
+    """Join factors with one base: the derivative ``p x**p / x`` of ``x**p`` is 0/0 where x is 0."""
     numbers = [factor for factor in product.args if not factor.free_symbols]
     symbolic = [factor for factor in product.args if factor.free_symbols]
-    # Numbers stay apart: SymPy writes their joined powers as products again, ``2*sqrt(2)``.
+    # Numbers stay separate: SymPy writes their joined powers as products again, ``2*sqrt(2)``.
     exponents: dict[sympy.Expr, sympy.Expr] = {}
     for factor in symbolic:
         base, exponent = factor.as_base_exp()

@@ -1,8 +1,8 @@
 """The feed-forward of an identified axis: its inverse dynamics with the parameters as numbers.
 
-It is made from the same lowering as every other function of the axis. What it needs besides is the
-friction direction: the sign of the velocity, 0 at rest, since a feed-forward is given the
-reference's velocity, which is exactly 0 at rest.
+It is made by the same lowering as every other function of the axis. In addition it needs the
+friction direction: the sign of the velocity, 0 at rest, because a feed-forward gets the reference's
+velocity, which is exactly 0 at rest.
 """
 
 import math
@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 from axisid.modeling.derivation import AxisModel
 from axisid.modeling.quantities import FORCE, SignalSymbol, signals_in
-from axisid.support.errors import ModelError, UsageError, refuse
+from axisid.support.checks import refuse
+from axisid.support.errors import ModelError, UsageError
 
 from .axis_functions import inverse_dynamics
 from .drive import drive_control, within
@@ -20,7 +21,7 @@ from .program import Builder, Program
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExportedConstant:
-    """A parameter as a number, and what is said of it."""
+    """A parameter as a number, with a comment."""
 
     name: str
     value: float
@@ -34,7 +35,7 @@ class FeedForward:
     Attributes
     ----------
     name : str
-        Of the axis.
+        Name of the axis.
     about : tuple of str
         Lines of the text's heading.
     constants : tuple of ExportedConstant
@@ -42,9 +43,11 @@ class FeedForward:
     motion : mapping of str to str
         Unit of position, velocity and acceleration, and of recorded signals, by name.
     force : Program
-        From the motion and the parameters; its summary says what it gives, in a sentence or two.
+        Force from the motion and the parameters; its summary describes the result in one or two
+        sentences.
     control : Program
-        From ``tau``, position and velocity: what the drive makes it of, within its limit.
+        Control from ``tau``, position and velocity, with which the drive produces ``tau``, within
+        its limit.
     """
 
     name: str
@@ -83,7 +86,7 @@ def feed_forward(
     UsageError
         The dead zone is negative, or a value is not finite.
     ModelError
-        The friction remembers, so that no motion gives a force.
+        The friction has internal states, so that a motion alone does not give the force.
     """
     if model.states:
         raise ModelError(
@@ -148,12 +151,12 @@ def _force(model: AxisModel, dead_zone: float, about: str) -> Program:
 
 
 def _needed(model: AxisModel) -> frozenset[SignalSymbol]:
-    """The recorded signals that force and control depend on, beside those of the law alone."""
+    """Return the recorded signals on which force and control depend."""
     return signals_in(model.force, model.axis.drive.inverse)
 
 
 def _recorded(builder: Builder, model: AxisModel) -> list[int]:
-    """The recorded signals, of which only those needed are arguments."""
+    """Return the recorded signals, of which only the needed ones are arguments."""
     needed = _needed(model)
     return [
         builder.scalar(s.name) if s.symbol in needed else builder.constant(0.0)

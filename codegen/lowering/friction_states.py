@@ -1,10 +1,10 @@
-"""Friction that remembers, as programs: a step of motion and states together, and how fast it is.
+"""Friction with internal states, as programs: a step of motion and states, and their rates.
 
-Bristles are stiff: beside the inertia they swing at ``sqrt(s0/M)``, and while the axis slides they
-relax in the time of a way of some micrometres. A step is one of Rodas4 [HairerWanner1996]_, of
-fourth order and L-stable, so that what is faster than the step, and has died out, asks for no more
-of them. Within a step the friction direction is given, and the side of each limit, so that motion
-and states are smooth there.
+Bristles are stiff: with the inertia they oscillate at ``sqrt(s0/M)``, and while the axis slides
+they relax within a travel of some micrometres. A step is one of Rodas4 [HairerWanner1996]_, of
+fourth order and L-stable, so that components that are faster than the step, and have decayed, need
+no shorter steps. Within a step the friction direction is given, and the side of each limit, so that
+motion and states are smooth there.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,11 +19,11 @@ from .expressions import Arguments
 from .program import Builder, Program
 from .switching import Switching
 
-#: What the vector of the internal states is called.
+#: Name of the vector of the internal states.
 STATES = "states"
 
-_NOTHING = 1e-150  # beside any damping, 1/s
-# Rodas4: the stages' arguments, and what they add to the right-hand side, over the step.
+_NOTHING = 1e-150  # in addition to any damping, 1/s
+# Rodas4: the stages' arguments, and their terms in the right-hand side, over the step.
 _GAMMA = 0.25
 _STAGES = (
     (),
@@ -52,7 +52,7 @@ Vector = tuple[int, ...]
 
 
 def state_start(model: AxisModel, found: Switching) -> Program:
-    """Build where the states start, by the parameters, and which side is the first of a limit."""
+    """Build the start of the states, by the parameters, and the first side of each limit."""
     arguments = Arguments().vector_of("parameters", [p.symbol for p in model.axis.parameters])
     builder = arguments.lower(states=[[state.start] for state in model.states])
     builder.output("first_limit", [[builder.constant(len(found.sides) - len(found.limits))]])
@@ -63,7 +63,7 @@ def state_dynamics(model: AxisModel, found: Switching) -> Program:
     """Build acceleration and rates of the states in one mode, and all their slopes.
 
     The slopes are by position, velocity and states, one row for the acceleration and one for each
-    state; ``curvature`` is how the relaxation of the states changes with the velocity.
+    state; ``curvature`` is the slope of the states' relaxation by the velocity.
     """
     q = model.axis.coordinate
     arguments = Arguments(reciprocals=True).scalars(q.symbol, q.velocity, FORCE, DIRECTION)
@@ -99,7 +99,7 @@ class Remembering:
     ----------
     builder : Builder
     dynamics : Program
-        Of `state_dynamics`.
+        Program of `state_dynamics`.
     force : int
         Held.
     mode : tuple of tuple of int
@@ -117,18 +117,18 @@ class Remembering:
     limited: tuple[tuple[int, int] | None, ...]
 
     def _at(self, motion: Sequence[int]) -> dict[str, Vector]:
-        """Rates and slopes at position, velocity and states."""
+        """Return rates and slopes at position, velocity and states."""
         q, dq, *states = motion
         state = (*self.mode, tuple(states), self.parameters)
         return self.builder.inline(self.dynamics, (q,), (dq,), (self.force,), *state)
 
     def rate(self, motion: Sequence[int]) -> int:
-        """How fast motion and states may change, 1/s, for steps to be as short.
+        """Return the largest rate of change of motion and states, 1/s, which bounds the step.
 
-        Velocity v and state z have the rates that solve ``r**2 + T r + S = 0``, with
-        ``S = a_v g_z - a_z g_v`` and ``T = -(a_v + g_z)``: they swing with ``sqrt(S)`` where T is
-        little; else the one rate is about T, and what has it dies out within a step, the other
-        ``S/T``. The relaxation itself changes with the speed, from nothing where the axis turns.
+        Velocity v and state z have the rates that solve ``r**2 + T r + S = 0``, with ``S = a_v g_z
+        - a_z g_v`` and ``T = -(a_v + g_z)``: they oscillate with ``sqrt(S)`` if T is small;
+        otherwise one rate is about T, and its component decays within a step, and the other is
+        ``S/T``. The relaxation itself changes with the speed, from zero at a velocity reversal.
         """
         build, found, width = self.builder.apply, self._at(motion), len(motion)
         slopes = found["slopes"]
@@ -146,7 +146,7 @@ class Remembering:
         return build("max", swinging, build("sqrt", relaxing))
 
     def step(self, motion: Vector, step: int) -> Vector:
-        """Position, velocity and states `step` seconds later."""
+        """Return position, velocity and states after `step` seconds."""
         build, number = self.builder.apply, self.builder.constant
         here = self._at(motion)
         solve = self._solver(here["slopes"], step, len(motion))
@@ -164,7 +164,7 @@ class Remembering:
         return (*end[:2], *states)
 
     def _kept(self, state: int, index: int) -> int:
-        """A state at the end of a step, at its limit while it slips."""
+        """Return a state at the end of a step, at its limit while it slips."""
         limited = self.limited[index]
         if limited is None:
             return state
@@ -182,14 +182,14 @@ class Remembering:
         return start
 
     def _solver(self, slopes: Vector, step: int, width: int) -> Callable[[Vector], Vector]:
-        """What solves ``(1/(gamma h) - J) u = right``; the position follows from the velocity.
+        """Return a solver of ``(1/(gamma h) - J) u = right``, with the position from the velocity.
 
-        The states are eliminated first, whose pivots are positive as they relax.
+        The states are eliminated first, whose pivots are positive because they relax.
         """
         build, number = self.builder.apply, self.builder.constant
         short = build("mul", number(_GAMMA), step)
         scale, none = build("div", number(1), short), number(0)
-        # Unknowns: the states, then the velocity; (row, column) of what they are multiplied by.
+        # Unknowns: the states, then the velocity; (row, column) of their factors.
         order = (*range(2, width), 1)
         rows = [[slopes[(r - 1) * width + c] for c in order] for r in order]
         by_position = [slopes[(r - 1) * width] for r in order]
@@ -220,7 +220,7 @@ class Remembering:
         return solve
 
     def _eliminate(self, matrix: list[list[int]], none: int) -> dict[tuple[int, int], int]:
-        """Make a matrix upper triangular; what of which row was subtracted from which."""
+        """Make a matrix upper triangular; return the multiples of rows that were subtracted."""
         build, factors = self.builder.apply, {}
         for k in range(len(matrix)):
             for i in range(k + 1, len(matrix)):

@@ -1,4 +1,4 @@
-"""The plant between samples as programs: one mode's motion, and how fast that may change.
+"""The plant between samples as programs: the motion of one mode, and its rate of change.
 
 A mode is a friction direction and, where the acceleration has kinks or jumps over the position, the
 side of each; see `switching`. Only then do programs take `sides`.
@@ -26,7 +26,7 @@ from .loop_interface import (
 from .program import Program
 from .switching import Switching, largest_wave, switching, wave_number
 
-#: What the vector of the law's gains is called, where they are arguments.
+#: Name of the vector of the law's gains, if they are arguments.
 GAINS = "law_gains"
 _Lines = tuple[tuple[int, int], ...]  # value and rate of each signal
 
@@ -34,7 +34,7 @@ _Lines = tuple[tuple[int, int], ...]  # value and rate of each signal
 def plant_programs(
     model: AxisModel, law: Program | None, acceleration: Program
 ) -> tuple[Program, ...]:
-    """Build what the time loop asks of the plant.
+    """Build the plant's programs for the time loop.
 
     Parameters
     ----------
@@ -66,7 +66,8 @@ def plant_programs(
     held.builder.output("tau", [[held.force(*held.motion, None)]])
     programs = [
         held.builder.program(
-            "held_acceleration", "Acceleration and force under what is held since the last sample."
+            "held_acceleration",
+            "Acceleration and force under the values held since the last sample.",
         ),
         _plant_step(_plant(model, law, acceleration, found)),
     ]
@@ -85,9 +86,9 @@ def plant_programs(
 
 
 def _switching(model: AxisModel, found: Switching) -> Program:
-    """With recorded signals among what decides they are taken `step` seconds later."""
+    """Build the switching functions; recorded signals among them are taken `step` seconds later."""
     q = model.axis.coordinate
-    # A state at its limit is exactly there: the limit is divided here as in a step.
+    # A state at its limit is exactly at it: the limit is divided here as in a step.
     arguments = Arguments(reciprocals=bool(model.states)).scalars(q.symbol, q.velocity)
     lines: _Lines = ()
     if found.moved_by:
@@ -99,7 +100,7 @@ def _switching(model: AxisModel, found: Switching) -> Program:
         for name, by in (("by_position", {q.symbol, *following}), ("by_velocity", {q.velocity}))
     }
     if found.moved_by:
-        # The signals are where their lines are `step` seconds later.
+        # The signals are on their lines, `step` seconds later.
         step = arguments.scalar("step")
         rates: dict[Signal, sympy.Symbol] = {}
         for signal, (value, rate) in zip(model.axis.signals, lines, strict=True):
@@ -108,30 +109,32 @@ def _switching(model: AxisModel, found: Switching) -> Program:
             arguments.values |= {signal.symbol: later, rates[signal]: rate}
         slopes["by_time"] = [
             [
-                sum(slope(each, s.symbol, "what decides a side") * rates[s] for s in found.moved_by)
+                sum(
+                    slope(each, s.symbol, "a switching function") * rates[s] for s in found.moved_by
+                )
                 for each in found.functions
             ]
         ]
     return arguments.lower(switches=[found.functions], **slopes).program(
-        "switching", "What changes its sign where a side changes, and how it changes."
+        "switching", "Values whose signs are the sides, and their rates of change."
     )
 
 
 def _slope(value: sympy.Expr, by: set[sympy.Symbol], following: set[sympy.Symbol]) -> sympy.Expr:
-    """How what decides a side changes; states with a limit change as the position does."""
+    """Return the rate of a switching function; states with a limit change like the position."""
     own = by if value.free_symbols & following else by - following
-    return sum(slope(value, each, "what decides a side") for each in own)
+    return sum(slope(value, each, "a switching function") for each in own)
 
 
 @dataclass(frozen=True, slots=True)
 class _Plant:
-    """The plant under what is held between samples, as operations of one builder.
+    """The plant under the values held between samples, as operations of one builder.
 
-    A sampled law holds its force; of a drive with a lag it goes to another, which is held too, and
-    of one whose force depends on the motion the control is. A
-    continuous law is evaluated inside the plant's derivative; held
-    are the line that the reference follows, the error of the measurement and the test signal that
-    is added to the control. Recorded signals follow a line each.
+    A sampled law holds its force; with a lag the force moves to a final value, which is held too,
+    and if the drive's force depends on the motion, the control is held. A continuous law is
+    evaluated inside the plant's derivative; the held values are the line that the reference
+    follows, the error of the measurement and the test signal that is added to the control. Each
+    recorded signal follows a line.
     """
 
     model: AxisModel
@@ -147,7 +150,7 @@ class _Plant:
     states: tuple[int, ...] = ()
 
     def force(self, q: int, dq: int, elapsed: int | None) -> int:
-        """Force at a state, some time into the period."""
+        """Return the force at a state, some time into the period."""
         if self.law is None:
             response = self.model.axis.response
             of_control = response is not None and response.holds_control
@@ -166,7 +169,7 @@ class _Plant:
         return DriveInMode(self.builder, self.model, self.mode[0], signals).force(control, q, dq)
 
     def accelerate(self, q: int, dq: int, elapsed: int | None, tau: int | None = None) -> int:
-        """Acceleration at a state, some time into the period, under its force or another."""
+        """Return the acceleration at a state, some time into the period, under a force."""
         tau = self.force(q, dq, elapsed) if tau is None else tau
         direction, *sides = self.mode
         motion = ((q,), (dq,), (tau,), direction, *self._signals(elapsed))
@@ -180,14 +183,14 @@ class _Plant:
         return [(self._later(value, rate, elapsed),) for value, rate in self.recorded]
 
     def _later(self, value: int, rate: int, elapsed: int | None) -> int:
-        """What follows a line, some time into the period."""
+        """Return the value of a signal on a line, some time into the period."""
         if elapsed is None:
             return value
         return self.builder.apply("add", value, self.builder.apply("mul", rate, elapsed))
 
 
 def _remembering(plant: _Plant) -> Remembering:
-    """Motion and states together, under the force that is held."""
+    """Return motion and states together, under the held force."""
     limits, lower = plant.found.limits, Lowering(plant.builder, plant.builder.values)
     return Remembering(
         builder=plant.builder,
@@ -203,10 +206,10 @@ def _remembering(plant: _Plant) -> Remembering:
 
 
 def _held_names(model: AxisModel) -> tuple[str, ...]:
-    """What is held between samples.
+    """Return the names of the values held between samples.
 
-    Under a sampled law that is the force; with a drive that lags, what it goes to as well, and the
-    control where the motion makes another force of it all the time.
+    Under a sampled law that is the force; with a lag its final value as well, and the control if
+    the force changes with the motion.
     """
     law, response = model.axis.control, model.axis.response
     if law is not None and law.continuous:
@@ -221,7 +224,7 @@ def _recorded_names(model: AxisModel) -> tuple[str, ...]:
 
 
 def _held(arguments: Arguments, model: AxisModel) -> tuple[tuple[int, ...], _Lines]:
-    """What is held, and value and rate of each recorded signal."""
+    """Declare the held values, and value and rate of each recorded signal."""
     names = _held_names(model)
     vector = arguments.vector("held", (*names, *_recorded_names(model)))
     lines = vector[len(names) :]
@@ -275,7 +278,7 @@ def _plant_step(plant: _Plant) -> Program:
 
 
 def _runge_kutta(plant: _Plant, step: int) -> tuple[int, int, int, int]:
-    """Classical fourth-order step: position, velocity, and acceleration at both ends."""
+    """Build a classical fourth-order step: position, velocity, and acceleration at both ends."""
     builder, build = plant.builder, plant.builder.apply
     q, dq = plant.motion
 
@@ -311,7 +314,7 @@ def _runge_kutta(plant: _Plant, step: int) -> tuple[int, int, int, int]:
 
 
 def _plant_rate(plant: _Plant, found: Switching) -> Program:
-    """Rate times step must be at most `RESOLVED`: of damping, stiffness, and waves that pass."""
+    """Build the rate, from damping, stiffness and waves; rate times step is at most `RESOLVED`."""
     builder, build, (q, dq) = plant.builder, plant.builder.apply, plant.motion
     wave, resolved = builder.constant(0), builder.constant(RESOLVED / PHASE_PER_STEP)
     if found.wave_numbers:
@@ -322,8 +325,8 @@ def _plant_rate(plant: _Plant, found: Switching) -> Program:
     else:
         rate = _probed_rate(plant, wave if found.wave_numbers else None)
         if found.by_velocity:
-            # What varies with the velocity, such as a Stribeck peak, lies about rest: a step
-            # changes the velocity by at most a part of itself, or of how far the peak reaches.
+            # Variation with the velocity, such as a Stribeck peak, is around rest: a step
+            # changes the velocity by at most a part of itself, or of the width of the peak.
             widest = largest_wave(plant.builder, found.by_velocity)
             speed, change = build("abs", dq), build("abs", plant.accelerate(q, dq, None))
             reach = build("add", builder.constant(1), build("mul", widest, speed))
@@ -331,11 +334,11 @@ def _plant_rate(plant: _Plant, found: Switching) -> Program:
             rate = build("max", rate, build("mul", resolved, share))
     passing = build("mul", resolved, build("mul", build("abs", dq), wave))
     builder.output("plant_rate", [[build("max", rate, passing)]])
-    return builder.program("plant_rate", "How fast the motion may change in one mode, 1/s.")
+    return builder.program("plant_rate", "Largest rate of change of the motion in one mode, 1/s.")
 
 
 def _probed_rate(plant: _Plant, wave: int | None) -> int:
-    """Damping and stiffness, by how the acceleration changes over a probe."""
+    """Return damping and stiffness, from the change of the acceleration over a probe."""
     builder, build, (q, dq) = plant.builder, plant.builder.apply, plant.motion
     probe = way = builder.constant(PROBE)
     if wave is not None:
@@ -359,7 +362,8 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     ----------
     model : AxisModel
     law : Program
-        To which a test signal may be added. Gains that it takes come behind the parameters.
+        Control law, to which a test signal may be added. Gains that it takes come after the
+        parameters.
     plant : Program
         ``plant_step``.
     """
@@ -377,7 +381,7 @@ def closed_loop_step(model: AxisModel, law: Program, plant: Program) -> Program:
     held = tuple(map(builder.scalar, HELD_REFERENCE))
     reference, _, error, injected = held
     names = _recorded_names(model)
-    lines = builder.vector("signals", names) if names else ()  # of each its value, and its rate
+    lines = builder.vector("signals", names) if names else ()  # of each its value and its rate
     signals = [(value,) for value in lines[::2]]
     names = ports[GAINS].elements if GAINS in ports else ()
     # The direction, the sides if there are any, the parameters with the gains, and the step.

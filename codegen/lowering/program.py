@@ -1,4 +1,4 @@
-"""Straight-line programs: what lies between SymPy and the text of any target.
+"""Straight-line programs, between SymPy and the text of any target.
 
 A program is a list of operations on scalars, each used by index and written once: equal operations
 share an index (value numbering), which is the common-subexpression elimination. A printer turns a
@@ -55,7 +55,7 @@ OPERATIONS = (
 
 @dataclass(frozen=True, slots=True)
 class Operation:
-    """One operation: its name, the indices of its operands, and what a leaf holds."""
+    """An operation: its name, the indices of its operands, and the content of a leaf."""
 
     name: str
     operands: tuple[int, ...] = ()
@@ -91,16 +91,16 @@ class Program:
 
     @property
     def operation_count(self) -> int:
-        """Arithmetic operations, leaves not counted."""
+        """Return the number of arithmetic operations, leaves not counted."""
         return sum(bool(operation.operands) for operation in self.operations)
 
 
 @dataclass(slots=True)
 class Builder:
-    """Collects operations; equal ones get one index.
+    """Collects operations; equal ones share an index.
 
     With `reciprocals` a division is a product with the reciprocal, which is computed once for all
-    that are divided by the same: right for steps that divide by the inertia again and again.
+    divisions by the same value: suitable for steps that divide by the inertia repeatedly.
     """
 
     inputs: list[Input] = field(default_factory=list)
@@ -119,7 +119,7 @@ class Builder:
         return tuple(self._intern(Operation("input", symbol=element)) for element in elements)
 
     def constant(self, value: float) -> int:
-        """A literal number.
+        """Return a literal number.
 
         Raises
         ------
@@ -144,7 +144,7 @@ class Builder:
         return self._intern(Operation(name, operands))
 
     def inline(self, program: Program, *arguments: Sequence[int]) -> dict[str, tuple[int, ...]]:
-        """Copy another program's operations, its arguments bound to results of this one.
+        """Copy another program's operations, with its arguments bound to results of this one.
 
         Returns
         -------
@@ -173,7 +173,7 @@ class Builder:
         self.outputs.append(Output(name, tuple(map(tuple, rows))))
 
     def program(self, name: str, summary: str) -> Program:
-        """Finish; operations that no output needs are left out."""
+        """Return the program, without operations that no output needs."""
         needed = {i for port in self.outputs for row in port.rows for i in row}
         for index in range(len(self.operations) - 1, -1, -1):
             if index in needed:
@@ -225,7 +225,7 @@ _FUNCTIONS: dict[str, Callable[..., Array]] = {
 
 
 def evaluate(program: Program, elements: Mapping[str, Array]) -> dict[str, Array]:
-    """Results of a program at N points.
+    """Return the results of a program at N points.
 
     Parameters
     ----------

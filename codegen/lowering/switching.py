@@ -1,11 +1,11 @@
 """Kinks and jumps of the acceleration between samples, and its scale of variation.
 
 Such a place is where a *switching function* of the motion is zero: the argument of an ``Abs``, the
-difference of what a ``Max`` compares. With the *side* (+1 or -1) in place of what decides there,
-the acceleration is smooth on each side and beyond it: one mode of the motion, as the friction
-direction makes one of the velocity's sign. The time loop locates where a side changes. A recorded
-signal that runs straight between samples moves such a place, or passes one by itself; a held one
-moves it at the samples.
+difference of the arguments of a ``Max``. With the *side* (+1 or -1) in place of the decision, the
+acceleration is smooth on each side and beyond it: one mode of the motion, just as the friction
+direction gives one for the velocity's sign. The time loop locates the change of a side. A recorded
+signal that runs straight between samples moves such a place, or passes one without a motion; a held
+one moves it at the samples.
 """
 
 import math
@@ -54,12 +54,12 @@ class Switching:
     functions : tuple of sympy.Expr
         Each has the sign of its side; one may depend on the sides of those before it.
     wave_numbers, by_velocity : tuple of sympy.Expr
-        Over how short a way, and how small a change of the velocity, the acceleration may vary:
-        their reciprocals.
+        Reciprocals of the shortest way, and of the smallest change of the velocity, over which the
+        acceleration may vary.
     moved_by : tuple of Signal
         Recorded signals that stand in the switching functions.
     rates : tuple of sympy.Expr
-        Of the internal states, by their limits' sides.
+        Rates of the internal states, by their limits' sides.
     limits : mapping of int to sympy.Symbol
         The side of each state that has a limit, by the state's place: the last sides, +1 within.
     """
@@ -81,7 +81,7 @@ def switching(model: AxisModel) -> Switching:
     running = {signal.symbol for signal in model.axis.signals if not signal.is_held}
     moving = {q.symbol} | running
     deciding = acceleration.atoms(sympy.Abs, sympy.sign, sympy.Heaviside, Max, Min, *_RELATIONS)
-    # What decides by what runs between samples, or by velocity and signal, has kinks there.
+    # A decision by a signal that runs between samples, or by velocity and signal, has kinks there.
     if any(
         moving & node.free_symbols or (q.velocity in node.free_symbols and signals_in(node))
         for node in deciding
@@ -106,9 +106,10 @@ def switching(model: AxisModel) -> Switching:
 def _with_limits(
     model: AxisModel, sides: dict[sympy.Expr, sympy.Symbol]
 ) -> tuple[tuple[sympy.Expr, ...], dict[int, sympy.Symbol]]:
-    """Rates of the states; one that slips at its limit has none. Its side is added.
+    """Return the rates of the states; a slipping one has none. The side of its limit is added.
 
-    At the limit its function is exactly 0, and from there a motion outwards goes on to slip.
+    At the limit its switching function is exactly 0, and a motion outwards from there continues to
+    slip.
     """
     rates, limits = list[sympy.Expr](), dict[int, sympy.Symbol]()
     for i, state in enumerate(model.states):
@@ -122,10 +123,10 @@ def _with_limits(
 
 
 class _Sides:
-    """Rewrites what decides by the motion in terms of sides, which it collects.
+    """Rewrites decisions by the motion in terms of sides, which it collects.
 
-    `running` is what changes between samples beside the velocity. What decides by the sign of the
-    velocity alone is left: there the friction direction changes.
+    `running` are the symbols that change between samples in addition to the velocity. Decisions by
+    the sign of the velocity alone are kept: there the friction direction changes.
     """
 
     def __init__(
@@ -159,7 +160,7 @@ class _Sides:
         if arguments == list(node.args):
             return node
         if node.is_Pow and not node.exp.is_Integer and node.base.is_nonnegative:
-            # A step may look beyond its side, where the base is negative.
+            # A step may pass its side, where the base is negative.
             return Max(0, arguments[0]) ** arguments[1]
         return node.func(*arguments)
 
@@ -175,7 +176,7 @@ class _Sides:
         return kind(a, b) if side is None else sympy.Piecewise((a, side > 0), (b, True))
 
     def _side(self, value: sympy.Expr) -> sympy.Expr | None:
-        """The side of a value, if it is decided by more than the velocity's sign."""
+        """Return the side of a value, if more than the velocity's sign decides it."""
         if not value.free_symbols & self._motion:
             return None
         slope = value.diff(self._velocity)
@@ -196,18 +197,18 @@ def wave_number(model: AxisModel, found: Switching) -> Program:
     arguments.vector_of("parameters", [p.symbol for p in axis.parameters])
     arguments.output("wave_number", [[largest_wave(arguments, found.wave_numbers)]])
     return arguments.program(
-        "wave_number", "Reciprocal of the way on which the acceleration may vary."
+        "wave_number", "Reciprocal of the shortest way on which the acceleration varies."
     )
 
 
 def largest_wave(arguments: Arguments, numbers: Iterable[sympy.Expr]) -> int:
-    """The largest of the wave numbers, as an operation."""
+    """Return the largest of the wave numbers, as an operation."""
     lowering = Lowering(arguments, arguments.values)
     return reduce(partial(arguments.apply, "max"), map(lowering, numbers))
 
 
 def _wave_numbers(values: Iterable[sympy.Expr], position: sympy.Symbol) -> tuple[sympy.Expr, ...]:
-    """Wave numbers of all in the expressions that is no polynomial of position, or of velocity."""
+    """Return the wave numbers of all nodes that are no polynomial of position, or of velocity."""
     nodes = (node for value in values for node in dict.fromkeys(sympy.preorder_traversal(value)))
     depending = (node for node in nodes if position in node.free_symbols)
     found = dict.fromkeys(number for node in depending for number in _of_node(node, position))
@@ -215,7 +216,7 @@ def _wave_numbers(values: Iterable[sympy.Expr], position: sympy.Symbol) -> tuple
 
 
 def _of_node(node: sympy.Basic, position: sympy.Symbol) -> Iterator[sympy.Expr]:
-    """Wave numbers of one function of what depends on the position, or of one root or quotient."""
+    """Return the wave numbers of one function of the position, or of one root or quotient."""
     if isinstance(node, _PERIODIC):
         yield sympy.Abs(node.args[0].diff(position))
     elif isinstance(node, sympy.Function) and not isinstance(node, (Max, Min, sympy.Piecewise)):
@@ -224,16 +225,16 @@ def _of_node(node: sympy.Basic, position: sympy.Symbol) -> Iterator[sympy.Expr]:
         yield _width(node.exp * sympy.log(node.base), position)
     elif node.is_Pow and not (node.exp.is_Integer and node.exp > 0):
         base = node.base
-        if base.is_polynomial(position):  # what else is in it has wave numbers of its own
+        if base.is_polynomial(position):  # nodes inside it have wave numbers of their own
             first, second = base.diff(position), base.diff(position, 2)
             yield sympy.Abs(first / base)
             yield sympy.sqrt(sympy.Abs(second / base))
 
 
 def _width(inside: sympy.Expr, position: sympy.Symbol) -> sympy.Expr:
-    """Reciprocal of the way on which a step or a bell changes, from the argument that makes it.
+    """Return the reciprocal of the width of a step or a bell, from the argument that makes it.
 
-    The highest derivative gives the width of ``exp(-((q - q0)/w)**2)`` also where that is nothing.
+    The highest derivative gives the width of ``exp(-((q - q0)/w)**2)`` also where its value is 0.
     """
     slope = inside
     for degree in range(1, _HIGHEST_DEGREE + 1):
@@ -246,7 +247,7 @@ def _width(inside: sympy.Expr, position: sympy.Symbol) -> sympy.Expr:
 def stiffest_term(
     axis: Axis, parameters: Sequence[float], motion: tuple[float, float], recorded: Sequence[float]
 ) -> tuple[str, float]:
-    """The term whose damping, stiffness or waves are the fastest, and how many steps in a second.
+    """Return the term with the fastest damping, stiffness or waves, and its steps per second.
 
     Parameters
     ----------
@@ -275,7 +276,7 @@ def stiffest_term(
 
 
 def _size(value: sympy.Expr, point: dict[sympy.Symbol, float]) -> float:
-    """Amount at a point, away from jumps; 0 where it has none."""
+    """Return the amount at a point, away from jumps; 0 where it has none."""
     smooth = value.replace(sympy.DiracDelta, lambda *_: sympy.S.Zero)
     size = abs(float_at(smooth, point))
     return 0.0 if math.isnan(size) else size

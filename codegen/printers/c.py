@@ -25,9 +25,9 @@ _INCLUDES = """\
 #include <math.h>
 #include <stddef.h>
 """
-# What printed functions may call beside <math.h>; written so that loops vectorise.
+# Helpers that printed functions call in addition to <math.h>, written so that loops vectorise.
 _HELPERS = {
-    # as fmin and fmax, what is not a number loses
+    # like fmin and fmax, a NaN is not chosen
     "minimum": "(double a, double b) { return a < b || b != b ? a : b; }",
     "maximum": "(double a, double b) { return a > b || b != b ? a : b; }",
     "sign": "(double a) { return (double)((a > 0.0) - (a < 0.0)); }",
@@ -39,10 +39,10 @@ _HELPERS = {
     "either": "(double a, double b) { return (double)(a != 0.0 || b != 0.0); }",
     "select": "(double c, double a, double b) { return c != 0.0 ? a : b; }",
 }
-#: Parts of the time loop in the order of its text, each of which calls those before it.
+#: Parts of the time loop in the order of its text; each calls those before it.
 _LOOP = ("modes.c", "events.c", "sample.c", "batch.c", "between.c", "start.c")
 _INCLUDE_LOOP = '#include "../loop.h"\n'
-#: How C writes a program.
+#: C syntax of a program.
 C = Language(
     calls={
         "abs": "fabs",
@@ -97,9 +97,9 @@ def print_c_function(program: Program) -> str:
 def print_c_rows(program: Program) -> str:
     """Return the text of an exported C function that evaluates a program at many samples.
 
-    Scalar arguments become arrays, one value a sample. A vector is followed by what lies from one
-    sample's to the next's: its length, or 0 where it is the same for every sample. Outputs are
-    arrays with one row a sample.
+    Scalar arguments become arrays, one value a sample. A vector is followed by its stride from one
+    sample to the next: its length, or 0 if it is the same for every sample. Outputs are arrays with
+    one row a sample.
     """
     arguments, call = [], []
     for port in program.inputs:
@@ -123,24 +123,24 @@ def print_c_loop(
     continuous: bool,
     response: Mapping[str, float],
 ) -> str:
-    """Return what includes the closed loop over time, for the sizes of one axis.
+    """Return the part that includes the closed loop over time, for the sizes of one axis.
 
     Parameters
     ----------
     sizes : mapping of str to int
         ``PARAMETERS``, ``MEMORY``, ``HELD`` and ``SIDES``; ``SIGNALS`` where there are any, and
         ``GAINS`` where those of the law are arguments, the last of the parameters; ``MOVING`` where
-        signals move places in which sides change; ``STATES`` where friction remembers, and
+        signals move places in which sides change; ``STATES`` for friction with internal states, and
         ``FIRST_LIMIT`` where some of the sides, from there on, are those of states' limits;
         ``WAVES`` where the acceleration has waves over the position.
     continuous : bool
-        Whether the law is.
+        Whether the law is continuous.
     response : mapping of str to float
-        Of a drive whose force changes between samples: whether it is ``LAGGED``, and after what
-        part of a sample a command begins to act, ``SPLIT``, unless at the sample.
+        Sizes of a drive whose force changes between samples: whether it is ``LAGGED``, and the part
+        of a sample after which a command begins to act, ``SPLIT``, unless it acts at the sample.
     """
     values: dict[str, float] = {**sizes, **response, "CONTINUOUS": int(continuous)}
-    rates = not (sizes["SIDES"] or "STATES" in sizes)  # are told where a loop starts
+    rates = not (sizes["SIDES"] or "STATES" in sizes)  # are given where a loop starts
     if sizes["SIDES"]:
         values |= {
             "RESOLVED": RESOLVED,
@@ -157,23 +157,23 @@ def print_c_loop(
     lines = "".join(f"#define {name} {value}\n" for name, value in values.items())
     if "SIGNALS" in sizes:
         lines += _start_of(sizes["SIGNALS"], by_gains="GAINS" in sizes)
-    # What gives a function the values of recorded signals, one by one, after its other scalars.
+    # Macro that passes the recorded signals to a function, one by one, after its other scalars.
     values_of = "".join(f", (values)[{i}]" for i in range(sizes.get("SIGNALS", 0)))
     return f"{lines}{f'#define WITH(values) {values_of}'.rstrip()}\n{_INCLUDE_LOOP}"
 
 
 def print_c_loop_header() -> str:
-    """Return the text of the loop itself, which is of no axis: what native code includes."""
+    """Return the text of the loop itself, independent of an axis, which native code includes."""
     return _joined("loop", _LOOP)
 
 
 def with_loop_header(text: str) -> str:
-    """Return native code with what it includes in its place, as one text to compile."""
+    """Return native code with the included header in its place, as one text to compile."""
     return text.replace(_INCLUDE_LOOP, print_c_loop_header())
 
 
 def _start_of(signals: int, *, by_gains: bool) -> str:
-    """What the drive remembers, from the values among values and rates of recorded signals."""
+    """Return a function for the starting memory, from values and rates of recorded signals."""
     values = ", ".join(f"recorded[{2 * i}]" for i in range(signals))
     taken, given = ("const double *gains, ", "gains, ") if by_gains else ("", "")
     return (
@@ -220,7 +220,7 @@ def print_c99(export: FeedForward) -> str:
         )
     )
     helpers = print_c_helpers(functions)
-    # Helpers bear the function's name: a header that the file is joined with may have a `select`.
+    # Helpers have the function's name: a header that the file is joined with may have a `select`.
     for name in re.findall(r"static inline double (\w+)\(", helpers):
         helpers, functions = (
             re.sub(rf"\b{name}\(", f"{force}_{name}(", text) for text in (helpers, functions)
@@ -242,7 +242,7 @@ def _body(program: Program, elements: list[str]) -> list[str]:
     return [*unused, *lines, f"    return {texts[program.outputs[0].rows[0][0]]};"]
 
 
-#: In the order of the text, each of which calls those before it.
+#: Parts in the order of the text; each calls those before it.
 _PARTS = ("sections.c", "motion.c", "rows.c", "products.c", "turns.c")
 _FILTER = ("sections.c", "filter.c")
 _HEADERS = "#include <math.h>\n#include <stddef.h>\n#include <stdint.h>\n#include <string.h>\n"
@@ -254,9 +254,9 @@ def print_c_lanes(native: str, parameters: int) -> str:
     Parameters
     ----------
     native : str
-        With its functions of one sample first.
+        Its native code, with the functions of one sample first.
     parameters : int
-        How many it has.
+        Number of parameters.
     """
     functions = native[: native.index("\nvoid ")]
     functions = re.sub(r"^#include .*\n", "", functions, flags=re.MULTILINE)
@@ -266,12 +266,12 @@ def print_c_lanes(native: str, parameters: int) -> str:
 
 
 def print_c_filter() -> str:
-    """Return the C text that filters columns, which is of no axis."""
+    """Return the C text that filters columns, independent of an axis."""
     return f"{_HEADERS}#define WIDE 4\n\n{_joined('batched_rows', _FILTER)}"
 
 
 def _joined(name: str, parts: Iterable[str]) -> str:
-    """The text of parts that lie in a folder of this name."""
+    """Return the joined text of the parts in the folder of this name."""
     folder = resources.files(__package__) / name
     return "".join((folder / part).read_text() for part in parts)
 

@@ -1,4 +1,4 @@
-"""Programs to Python text: what builds CasADi functions, and the feed-forward of plain Python.
+"""Programs to Python text: builders of CasADi functions, and the feed-forward in plain Python.
 
 The text that builds CasADi functions is committed and reviewed, and it is the text that runs. The
 feed-forward needs nothing but ``math``, and has the values of C.
@@ -77,28 +77,28 @@ def _quoted(name: str) -> str:
 
 
 _NUMBER = "float({})"
-#: What the text calls, beside helpers; these begin with an underscore, which no declared name does.
+#: Functions that the text calls, and helpers, which begin with an underscore unlike declared names.
 _TAKEN = frozenset({"abs", "any", "float", "hasattr", "math", "numpy", "tau"})
 _EACH = '''\
 def _each(function, *motion):
-    """Values for arrays, element by element; who has arrays has NumPy."""
+    """Return values for arrays, element by element, with NumPy."""
     import numpy
 
     with numpy.errstate(all="ignore"):
         return numpy.vectorize(function, otypes=[float])(*motion)
 '''
-# What C gives where Python raises. A division by a number other than 0 needs no helper.
+# Values of C where Python raises. A division by a number other than 0 needs no helper.
 _HELPERS = {
     "quotient": '''\
 def _quotient(a, b):
-    """a / b, infinite or not a number where b is 0."""
+    """Return a / b, infinite or NaN if b is 0."""
     if b:
         return a / b
     return math.copysign(math.inf, a) * math.copysign(1.0, b) if a and a == a else math.nan
 ''',
     "power": '''\
 def _power(a, b):
-    """a to the power of b, infinite or not a number where Python raises."""
+    """Return a to the power of b, infinite or NaN where Python raises."""
     odd = math.isfinite(b) and math.fmod(b, 2.0) in (1.0, -1.0)
     try:
         return math.pow(a, b)
@@ -109,7 +109,7 @@ def _power(a, b):
 ''',
     "exp": '''\
 def _exp(a):
-    """Infinite where it is too large."""
+    """Return the function's value, infinite if it is too large."""
     try:
         return math.exp(a)
     except OverflowError:
@@ -117,7 +117,7 @@ def _exp(a):
 ''',
     "sinh": '''\
 def _sinh(a):
-    """Infinite where it is too large."""
+    """Return the function's value, infinite if it is too large."""
     try:
         return math.sinh(a)
     except OverflowError:
@@ -125,7 +125,7 @@ def _sinh(a):
 ''',
     "cosh": '''\
 def _cosh(a):
-    """Infinite where it is too large."""
+    """Return the function's value, infinite if it is too large."""
     try:
         return math.cosh(a)
     except OverflowError:
@@ -133,12 +133,12 @@ def _cosh(a):
 ''',
     "log": '''\
 def _log(a):
-    """Infinite at 0, not a number below."""
+    """Return the logarithm, minus infinity at 0, NaN below."""
     return math.log(a) if a > 0.0 else math.nan if a else -math.inf
 ''',
     "within": '''\
 def _within(function, a):
-    """Not a number where the function has no value."""
+    """Return a function's value, NaN where it has none."""
     try:
         return function(a)
     except ValueError:
@@ -146,19 +146,19 @@ def _within(function, a):
 ''',
     "least": '''\
 def _least(a, b):
-    """The smaller one; what is not a number loses."""
+    """Return the smaller number; NaN is not chosen."""
     return a if a < b or b != b else b
 ''',
     "largest": '''\
 def _largest(a, b):
-    """The larger one; what is not a number loses."""
+    """Return the larger number; NaN is not chosen."""
     return a if a > b or b != b else b
 ''',
 }
 _HELPED = {"quotient": "_quotient", "pow": "_power", "min": "_least", "max": "_largest"} | {
     name: f"_{name}" for name in ("exp", "sinh", "cosh", "log")
 }
-_WITHIN = ("sqrt", "sin", "cos", "tan", "asin", "acos")  # what has no value everywhere
+_WITHIN = ("sqrt", "sin", "cos", "tan", "asin", "acos")  # functions without a value everywhere
 
 
 def print_python(export: FeedForward) -> str:
@@ -201,7 +201,7 @@ def _body(program: Program, language: Language) -> list[str]:
 
 
 def _with_quotients(program: Program) -> Program:
-    """The program with another name for divisions by what may be 0."""
+    """Return the program with another name for divisions by a value that may be 0."""
 
     def named(operation: Operation) -> Operation:
         if operation.name != "div":

@@ -1,6 +1,6 @@
 """Shared parts of the printers: operations to expressions of one language.
 
-An operation used once stands where it is used; one used more often gets a name that starts with an
+An operation used once is written at its place; one used more often gets a name that starts with an
 underscore, which no declared name does.
 """
 
@@ -12,7 +12,7 @@ from unicodedata import combining, normalize
 
 from axisid.codegen.lowering import Operation, Program
 
-Text = tuple[str, int]  # an expression, and how strongly it binds
+Text = tuple[str, int]  # an expression, and the strength of its binding
 
 _INFIX = {"add": ("+", 1), "sub": ("-", 1), "mul": ("*", 2), "div": ("/", 2)}
 _NEGATION, ATOM = 3, 4
@@ -20,13 +20,13 @@ _WIDTH = 80
 
 
 class BooleanText(str):
-    """Text of a number that is 1 where a condition holds, else 0; made of the condition's text."""
+    """Text of a number that is 1 if a condition holds, otherwise 0, from the condition's text."""
 
     __slots__ = ("condition",)
     condition: str
 
     def __new__(cls, condition: str, form: str) -> "BooleanText":
-        """Put the condition into a form, where it stands as ``{}``."""
+        """Insert the condition into a form, in place of ``{}``."""
         made = super().__new__(cls, form.format(condition))
         made.condition = condition
         return made
@@ -44,8 +44,8 @@ class Language:
     Attributes
     ----------
     calls : mapping of str to str or callable
-        Function that an operation calls, or what makes a call of the texts of its operands; the
-        operation's own name where one is missing.
+        Function that an operation calls, or a callable that makes the call from the texts of its
+        operands; if missing, the operation's own name.
     variable : callable
         Text of an argument's element by its name.
     name : callable
@@ -53,7 +53,7 @@ class Language:
     constant : callable
         Text of a number, from Python's.
     temporary : str
-        What a name of an expression starts with; a number follows.
+        Beginning of the name of an expression; a number follows.
     """
 
     calls: Mapping[str, str | Callable[..., str]]
@@ -100,7 +100,7 @@ def _expression(operation: Operation, texts: list[Text], language: Language) -> 
 
 
 def comment(text: str) -> str:
-    """Text that no language takes for the end of a comment, in ASCII; accents are left out."""
+    """Return a text that no language reads as the end of a comment, in ASCII, without accents."""
     letters = (c for c in normalize("NFKD", " ".join(text.split())) if not combining(c))
     plain = "".join(letters).encode("ascii", "replace").decode()
     apart = re.sub(r"[/(](?=\*)|\*(?=[/)])", r"\g<0> ", plain)
@@ -118,9 +118,9 @@ def distinct_names(
     ----------
     names : iterable of str
     legal : callable
-        The name as the language can bear it.
+        Returns the name in a form that the language permits.
     taken : collection of str
-        What else bears a name, in lower case.
+        Names in use, in lower case.
     """
     used, chosen = set(taken), {}
     for name in names:

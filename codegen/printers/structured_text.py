@@ -1,7 +1,7 @@
 """The feed-forward as IEC 61131-3 Structured Text: two FUNCTIONs in LREAL.
 
-Only what the standard has: its operators and functions, typed literals, no loops. Conditions are
-chosen by SEL, which computes both its values. ATAN2 is of the third edition.
+The text uses only the standard: its operators and functions, typed literals, no loops. Conditions
+use SEL, which computes both its values. ATAN2 belongs to the third edition.
 """
 
 import re
@@ -74,7 +74,7 @@ def print_st(export: FeedForward) -> str:
 
 
 def _body(program: Program, result: str, language: Language, first: list[str]) -> list[str]:
-    """Declarations of the names that the lines give, the lines, and the result."""
+    """Return the declarations of the names in the lines, the lines, and the result."""
     texts, lines = print_operations(program, language)
     lines = [*first, *lines, f"{result} := {texts[program.outputs[0].rows[0][0]]};"]
     temporaries = [line.split(" := ")[0] for line in lines[:-1]]
@@ -91,13 +91,13 @@ def _block(keyword: str, declarations: list[str]) -> list[str]:
 
 
 def _legal(name: str) -> str:
-    """An identifier has no two underscores in a row, none at its end, and is no keyword."""
+    """Return an identifier without two underscores in a row, none at its end, and no keyword."""
     single = re.sub("_+", "_", name).rstrip("_")
     return f"{single}_v" if single.upper() in _RESERVED else single
 
 
 def _literal(number: str) -> str:
-    """A number of Python's as a literal of type LREAL, which has a point in any case."""
+    """Return a number as a literal of type LREAL, which always contains a point."""
     mantissa, exponent, power = number.partition("e")
     point = "" if "." in mantissa else ".0"
     return f"LREAL#{mantissa}{point}{exponent.upper()}{power}"
@@ -112,7 +112,7 @@ def _language(names: dict[str, str]) -> Language:
             **{name: _RENAMED.get(name, name.upper()) for name in OPERATIONS},
             "sinh": lambda a: f"((EXP({a}) - EXP(-({a}))) / {_TWO})",
             "cosh": lambda a: f"((EXP({a}) + EXP(-({a}))) / {_TWO})",
-            # The standard has none. Beyond 20 it is 1 to the last digit, and EXP must not overflow.
+            # The standard has no tanh. Beyond 20 it rounds to 1, and EXP must not overflow.
             "tanh": lambda a: (
                 f"({_ONE} - {_TWO} / (EXP({_TWO} * LIMIT(LREAL#-20.0, {a}, LREAL#20.0)) + {_ONE}))"
             ),

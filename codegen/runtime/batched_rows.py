@@ -19,9 +19,9 @@ _WIDE, _STATES, _STREAMS, _STRETCH = 8, 8, 7, 16  # as in the C text
 
 
 class Decimation(NamedTuple):
-    """Filter of columns, forward and backward, and the samples that are kept.
+    """Filter of columns, forward and backward, with decimation.
 
-    In the order in which the compiled functions take it.
+    The attributes are in the order of the compiled functions' arguments.
 
     Attributes
     ----------
@@ -29,13 +29,13 @@ class Decimation(NamedTuple):
         First sample, samples, first and one after the last with weight, padding, samples of a
         block, end of the first block, blocks before the first row, blocks, rows.
     powers : (every + 1, 8) array
-        Of the poles, real and imaginary part of one of each pair in turn.
+        Powers of the poles, real and imaginary part of one of each pair in turn.
     gains, settled : (8,) array
-        Of the modes in the sum; and their state after a long time of ones.
+        Gains of the modes in the sum, and their settled state for an input of ones.
     ends : (8, 8) array
-        What the modes that run backward start from, by how far the others are from settled.
+        Start of the backward modes, by the distance of the forward modes from their settled state.
     direct : float
-        What of a value itself is in the sum beside the modes.
+        Direct weight of a value in the sum, in addition to the modes.
     """
 
     sizes: NDArray[np.int64]
@@ -70,7 +70,7 @@ class LaneLibrary(LoadedLibrary):
         period: float,
         into: Sequence[Array],
     ) -> None:
-        """Low-passed position and its differences, (N, L) each, into three arrays."""
+        """Write the low-passed position and its differences, (N, L) each, into three arrays."""
         samples, lanes = position.shape
         self(
             "lanes_motion",
@@ -94,7 +94,7 @@ class LaneLibrary(LoadedLibrary):
         excluded: NDArray[np.bool_] | None,
         decimation: Decimation,
     ) -> Array:
-        """Regressor, known part if there is any, and force of measured lanes, (n, columns, L)."""
+        """Return regressor, any known part, and force of measured lanes, (n, columns, L)."""
         given = (np.ascontiguousarray(control), *motion, float(delay), _bytes(excluded))
         return self._decimated(
             "lanes_measured", control.shape, given, decimation, (self._columns + 1,)
@@ -108,7 +108,7 @@ class LaneLibrary(LoadedLibrary):
         excluded: NDArray[np.bool_] | None,
         decimation: Decimation,
     ) -> Array:
-        """Regressor of simulated lanes, and known part if there is any, (n, columns, L)."""
+        """Return regressor and any known part of simulated lanes, (n, columns, L)."""
         given = (*loops, before, np.ascontiguousarray(parameters.T), _bytes(excluded))
         return self._decimated(
             "lanes_simulated", loops[0].shape, given, decimation, (self._columns,)
@@ -119,7 +119,7 @@ class LaneLibrary(LoadedLibrary):
         return self._decimated("lanes_weights", excluded.shape, (_bytes(excluded),), decimation)
 
     def turns(self, velocity: Array, rest: float, reach: int) -> NDArray[np.bool_]:
-        """Samples, (N, L), within a reach of reversals and rests, no faster than a share."""
+        """Return samples, (N, L), within a reach of slow reversals and rests."""
         samples, lanes = velocity.shape
         out = np.empty((samples, lanes), dtype=np.bool_)
         self("lanes_turns", samples, lanes, velocity, float(rest), reach, _bytes(out))
@@ -132,9 +132,10 @@ class LaneLibrary(LoadedLibrary):
         near: NDArray[np.bool_],
         slow: Array,
     ) -> tuple[Array, Array]:
-        """Products of the regressor's columns, (p, p, L), of samples (N,) that are kept.
+        """Return products of the regressor's columns, (p, p, L), over samples (N,) that are kept.
 
-        Of those faster than a lane's slow speed, (L,), and of those that are not near reversals.
+        The products are of samples faster than a lane's slow speed, (L,), and of samples that are
+        not near reversals.
         """
         samples, lanes = near.shape
         size = self._parameters
@@ -144,7 +145,7 @@ class LaneLibrary(LoadedLibrary):
         return moving, left
 
     def products(self, one: Array, other: Array) -> Array:
-        """Sums over rows of products of columns, (p, q, L), of (n, p, L) and (n, q, L)."""
+        """Return sums over rows of products of columns, (p, q, L), of (n, p, L) and (n, q, L)."""
         (rows, p, lanes), q = one.shape, other.shape[1]
         out = np.empty((p, q, lanes))
         one, other = _rows_apart(one), _rows_apart(other)
@@ -160,7 +161,7 @@ class LaneLibrary(LoadedLibrary):
         decimation: Decimation,
         kept: tuple[int, ...] = (),
     ) -> Array:
-        """What a function makes of samples and lanes, (N, L): rows, (n, *kept, L)."""
+        """Return the rows, (n, *kept, L), that a function makes of samples and lanes, (N, L)."""
         every, blocks, rows = map(int, decimation.sizes[[5, 8, 9]])
         columns, groups = self._columns + 1, -(-shape[1] // _WIDE)
         blocked = every * (_STREAMS + 2 * columns + 1)
@@ -172,7 +173,7 @@ class LaneLibrary(LoadedLibrary):
 
 
 def _rows_apart(columns: Array) -> Array:
-    """Columns (n, p, L), dense but for their rows, which may lie apart."""
+    """Return columns (n, p, L), contiguous except for their rows, which may be strided."""
     return columns if columns[0].flags.c_contiguous else np.ascontiguousarray(columns)
 
 
@@ -181,24 +182,24 @@ def _bytes(chosen: NDArray[np.bool_] | None) -> NDArray[np.uint8] | None:
 
 
 _FILTERED = 4  # as in the C text
-_KEPT = 2**21  # values to work in that a thread keeps, 17 MB
+_KEPT = 2**21  # workspace values that a thread keeps, 17 MB
 
 
 class ColumnFilter(LoadedLibrary):
     """Second-order sections forward and backward along columns.
 
     SciPy filters one column after the other, and waits for each sum before it begins the next;
-    columns side by side take as long as one. What comes of it is the same to the last bit.
+    columns in parallel take as long as one. The results are equal to the last bit.
     """
 
     def without_phase(self, columns: Array, sections: Array, settled: Array, padding: int) -> Array:
-        """Columns (N, k) with odd extensions at both ends, (N, k).
+        """Return columns (N, k) filtered without phase, with odd extensions at both ends, (N, k).
 
         Parameters
         ----------
         columns : (N, k) array
         sections : (s, 6) array
-            As SciPy has them; at most 5.
+            Sections in SciPy's form; at most 5.
         settled : (s, 2) array
             Their state after a step has settled.
         padding : int
@@ -226,7 +227,7 @@ class ColumnFilter(LoadedLibrary):
 
 @lru_cache(maxsize=1)
 def column_filter() -> ColumnFilter | None:
-    """Return the compiled filter, made when first needed; None where it cannot be had."""
+    """Return the compiled filter, made when first needed; None where it is unavailable."""
     with contextlib.suppress(NativeUnavailableError, OSError):
         return ColumnFilter(compiled_library(print_c_filter()), "filter_columns")
     return None

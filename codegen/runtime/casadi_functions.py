@@ -1,4 +1,4 @@
-"""Functions that are evaluated at many samples at once, and the generated text that makes them."""
+"""Functions evaluated at many samples at once, and the generated text that defines them."""
 
 import linecache
 from collections.abc import Mapping, Sequence
@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike
 
 from axisid.codegen.lowering import HELD_REFERENCE
 from axisid.support.arrays import Array
-from axisid.support.errors import UsageError, real_array
+from axisid.support.checks import real_array
+from axisid.support.errors import UsageError
 
-#: Arguments that are vectors; every other one is a scalar.
+#: Arguments that are vectors; all others are scalars.
 VECTORS = frozenset(
     {"parameters", "ddm_parameters", "law_gains", "state", "held", "sides", "signals", "states"}
 )
@@ -38,7 +39,7 @@ def held_count(functions: Mapping[str, Any]) -> int:
 
 
 def by_sample(values: Array, samples: int) -> Array:
-    """CasADi puts the results of many samples side by side; here each gets a row."""
+    """Return results with one row per sample; CasADi puts the samples side by side."""
     height, width = values.shape[0], values.shape[1] // samples
     columns = values.reshape(height, samples, width).swapaxes(0, 1)
     return columns.reshape(samples, height * width)
@@ -53,9 +54,9 @@ class FunctionShape:
     name : str
     arguments : tuple of str
     lengths : tuple of int
-        Of the arguments.
+        Lengths of the arguments.
     vectors : tuple of bool
-        Which arguments are vectors.
+        Whether each argument is a vector.
     results : tuple of int
         Elements of each result.
     """
@@ -68,7 +69,7 @@ class FunctionShape:
 
     @classmethod
     def of(cls, function: Any) -> "FunctionShape":
-        """The shape of a CasADi function."""
+        """Return the shape of a CasADi function."""
         names = tuple(function.name_in())
         return cls(
             function.name(),
@@ -82,15 +83,15 @@ class FunctionShape:
 def checked_arguments(
     shape: FunctionShape, arguments: Sequence[ArrayLike]
 ) -> tuple[list[Array], int]:
-    """Arguments of a function at many samples, and how many samples.
+    """Return the arguments of a function at many samples, and the number of samples.
 
-    Scalars have one value a sample, (N,); vectors are the same for every sample, (p,), or of each
-    its own, (N, p).
+    Scalars have one value per sample, (N,); vectors are the same for every sample, (p,), or have
+    one row per sample, (N, p).
 
     Raises
     ------
     UsageError
-        There are too few or too many, or one has another length.
+        There are too few or too many arguments, or one has another length.
     """
     if len(arguments) != len(shape.arguments):
         raise UsageError(
@@ -98,7 +99,7 @@ def checked_arguments(
             code="generated-code",
         )
     arrays = [_floats(values, shape, i) for i, values in enumerate(arguments)]
-    # Which have values of each sample.
+    # Flags of the arguments that have a value for each sample.
     own = [a.ndim == 2 or not vector for a, vector in zip(arrays, shape.vectors, strict=True)]
     most = max((len(array) for array, each in zip(arrays, own, strict=True) if each), default=0)
     samples = most or int(not any(own))
@@ -122,20 +123,21 @@ def _floats(values: ArrayLike, shape: FunctionShape, index: int) -> Array:
     elif values.ndim == 1 and values.flags.c_contiguous:
         return values
     array = np.ascontiguousarray(values)
-    # Only vectors of which there is one a sample stay as they are.
+    # Only vectors with one row per sample keep their shape.
     own = shape.vectors[index] and array.ndim == 2 and len(array) > 1
     return array if own and array.shape[1] == shape.lengths[index] else array.ravel()
 
 
-@lru_cache(maxsize=64)  # of loops by gains and laws it is asked again and again
+@lru_cache(maxsize=64)  # requested repeatedly for loops by gains and for laws
 def execute(text: str, name: str) -> Mapping[str, Any]:
     """Build the CasADi functions of a generated ``functions.py``.
 
     Parameters
     ----------
     text : str
-        As `axis_artefacts` wrote it in this process: every name in it was checked at declaration,
-        every number is a literal. Text from elsewhere must not come here; it would run.
+        Text written by `axis_artefacts` in this process: every name in it was checked at
+        declaration, every number is a literal. Text from elsewhere must not be passed; it would
+        run.
     name : str
         The axis, for tracebacks.
 

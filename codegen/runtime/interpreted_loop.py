@@ -1,7 +1,7 @@
 """The closed loop over time in the CasADi virtual machine: `printers/loop` in Python.
 
-It serves where there is no compiler, and as the native loop's independent check. The two follow the
-same steps, so that their results agree to rounding.
+It is used if there is no compiler, and as an independent check of the native loop. The two follow
+the same steps, so that their results agree to rounding.
 """
 
 import math
@@ -24,8 +24,8 @@ from axisid.support.arrays import Array
 
 from .casadi_functions import held_count, is_continuous, recorded_count
 
-_MOST_EVENTS = (20, 4096)  # in a step, without sides and with; more is chatter (Zeno)
-_MOST_STEPS = 16384  # that a step may be divided into
+_MOST_EVENTS = (20, 4096)  # in a step, without sides and with sides; more is chatter (Zeno)
+_MOST_STEPS = 16384  # into which a step may be divided
 _MOST_REFINEMENTS = 60
 _JUST_LEFT = 1e-6  # of the time left in a sample
 _AT_START = RESOLVED * (1 + 1e-6)  # so that rounding does not decide for round numbers
@@ -34,7 +34,7 @@ _DONE, _OUT_OF_RANGE, _NOT_FINITE, _CHATTER, _UNRESOLVED = range(len(STATUSES))
 
 
 class _StoppedError(Exception):
-    """A simulation that cannot go on; its one argument is the status."""
+    """A simulation that cannot continue; its one argument is the status."""
 
 
 class Motion(NamedTuple):
@@ -44,12 +44,12 @@ class Motion(NamedTuple):
     ----------
     q, dq : float
     direction : float
-        Of friction; strictly between -1 and 1 if the axis sticks.
+        Friction direction; strictly between -1 and 1 if the axis sticks.
     sides : tuple of float
-        -1 or 1 for each place where the acceleration has a kink or jumps; 0 if the axis rests in
+        -1 or 1 for each place where the acceleration has a kink or jumps; 0 if the axis rests at
         the place itself.
     states : tuple of float
-        What friction remembers.
+        Internal states of friction.
     """
 
     q: float
@@ -64,7 +64,7 @@ class Motion(NamedTuple):
         return abs(self.direction) < 1
 
     def beside(self, index: int, side: float) -> "Motion":
-        """The same on another side of one place."""
+        """Return the same motion on another side of one place."""
         return self._replace(sides=(*self.sides[:index], side, *self.sides[index + 1 :]))
 
 
@@ -101,7 +101,7 @@ class BufferedFunction:
         taken[:] = parameters[: len(taken)]
 
     def __call__(self, values: Mapping[str, Any]) -> list[Array]:
-        """Set those of the arguments that there are, evaluate, and return the results' memory."""
+        """Set the arguments that are given, evaluate, and return the results' memory."""
         for name, array in self.arguments.items():
             if name in values:
                 array[:] = values[name]
@@ -110,13 +110,13 @@ class BufferedFunction:
 
 
 class VirtualLoop:
-    """The closed loop of one axis, by its functions, with one parameter set.
+    """The closed loop of one axis, from its functions, with one parameter set.
 
     Parameters
     ----------
     functions : mapping of str to casadi.Function
     parameters : (p,) array
-        Behind them the gains of the law where its functions take them.
+        Parameters, followed by the gains of the law if its functions take them.
     settings : LoopSettings
     """
 
@@ -137,7 +137,7 @@ class VirtualLoop:
         own = functions["plant_step"].size1_in("parameters")
         self._gains = () if own == len(parameters) else (parameters[own:],)
         self._law_start = functions["control_start"]
-        #: What is held between samples, last value and rate of each recorded signal.
+        #: Values held between samples, the last being value and rate of each recorded signal.
         self._held = np.zeros(functions["held_acceleration"].size1_in("held"))
         self._recorded = recorded_count(functions)
         self._continuous = is_continuous(functions)
@@ -146,22 +146,22 @@ class VirtualLoop:
         # Whether recorded signals move the places in which sides change.
         self._moving = "held" in arguments
         self._start_states: tuple[float, ...] = ()
-        self._limits = range(0)  # the sides that are those of states' limits
+        self._limits = range(0)  # the sides that belong to states' limits
         if "state_start" in functions:
             start, first = functions["state_start"](parameters[:own])
             self._start_states = tuple(start.full().ravel().tolist())
             self._limits = range(int(first), self._sides)
         self._response = functions.get("drive_response")
-        # Whether the force goes to another, which is held too.
+        # Whether the force moves to another one, which is held too.
         self._lagged = held_count(functions) == len(("tau", "target"))
-        # Whether what is held changes between samples, so that an axis may leave rest there.
+        # Whether the held values change between samples, so that an axis may leave rest there.
         self._drifts = self._continuous or self._lagged or self._recorded > 0
         # Part of a sample after which the last command begins to act; 0 at the sample.
         self._until = 0.0 if self._response is None else float(self._response(0.0, 0.0, 1.0)[1])
         step = self._functions["closed_loop_step"].arguments["step"]
         step[0] = settings.period * (self._until or 1.0)
 
-    @np.errstate(all="ignore")  # what overflows ends as not finite
+    @np.errstate(all="ignore")  # a loop that overflows ends as not finite
     def run(
         self,
         reference: Array,
@@ -170,7 +170,7 @@ class VirtualLoop:
         start: LoopStart,
         recorded: Array | None = None,
     ) -> tuple[int, int, dict[str, Array]]:
-        """Run one simulation; as `NativeLibrary.simulate`."""
+        """Run one simulation, like `NativeLibrary.simulate`."""
         samples, settings = len(reference), self._settings
         self._left = max(STEPS_IN_ALL, STEPS_OF_EACH * samples)
         rows = np.zeros((len(SIGNALS), samples))
@@ -199,7 +199,7 @@ class VirtualLoop:
                 at, row = self._sample(at, given, recorded[k])
             except _StoppedError as stop:
                 return stop.args[0], k, signals
-            # At the first sample nothing was held before.
+            # Nothing was held before the first sample.
             rows[2:, k] = (*row, end if k else row[-1])
             end = at.direction
         return _DONE, samples - 1, signals
@@ -208,7 +208,7 @@ class VirtualLoop:
     def later(
         self, motion: tuple[Array, Array], held: Array, span: Array, step: float
     ) -> tuple[Array, Array, Array]:
-        """Motions some time after a law was evaluated; as `NativeLibrary.later`."""
+        """Return motions some time after a law was evaluated, like `NativeLibrary.later`."""
         rows = zip(*motion, held, span, strict=True)
         found = np.array([self._later(*each, step) for each in rows]).reshape(-1, 3)
         return found[:, 0], found[:, 1], found[:, 2]
@@ -228,7 +228,7 @@ class VirtualLoop:
         return at.q, at.dq, at.direction
 
     def _first(self, q: float, dq: float, recorded: Array) -> Motion:
-        """A motion that begins, beside value and rate of each signal."""
+        """Return the motion at the start, with value and rate of each signal."""
         at = Motion(q, dq, float(np.sign(dq)), (0.0,) * self._sides, self._start_states)
         if self._moving:
             self._hold((0.0,), np.zeros(len(recorded)))
@@ -236,7 +236,7 @@ class VirtualLoop:
         return self._slipping(self._beyond(at, 0))
 
     def _encoder(self, q: float, noise: float) -> float:
-        """Error of the measurement: noise, and rounding to the encoder's counts."""
+        """Return the error of the measurement: noise, and rounding to the encoder's counts."""
         resolution = self._settings.resolution
         if resolution <= 0:
             return noise
@@ -245,10 +245,10 @@ class VirtualLoop:
     def _sample(
         self, at: Motion, given: tuple[float, float, float, float], recorded: Array
     ) -> tuple[Motion, tuple[float, float, float, float]]:
-        """The motion at the next sample; acceleration, force, control, direction now.
+        """Return the motion at the next sample, and acceleration, force, control, direction now.
 
-        `given` is the reference, its rate, the error of the measurement, and what is added to the
-        control; `recorded` has value and rate of each signal.
+        `given` is the reference, its rate, the error of the measurement, and the signal added to
+        the control; `recorded` has value and rate of each signal.
         """
         direction, substeps = float(np.sign(at.dq)), self._settings.substeps
         at = at._replace(direction=direction)
@@ -265,7 +265,7 @@ class VirtualLoop:
         several = substeps > 1 or self._until or self._sides
         if direction and moved.end.dq * direction >= 0 and not (bends or several):
             return moved.end, (moved.first, force, control, direction)
-        # Of what the drive remembers, the force of the oldest command.
+        # The force of the oldest command among the drive's memory.
         oldest = -1 - self._lagged
         if self._continuous:
             self._hold(given, recorded)
@@ -282,17 +282,17 @@ class VirtualLoop:
             control,
             at.direction,
         )
-        # A command that begins to act within a sample cuts it in two.
+        # A command that begins to act within a sample divides it in two.
         period, until = self._settings.period, self._until * self._settings.period
         parts = (until, period - until) if until else (period,)
         for i, step in enumerate(part / substeps for part in parts for _ in range(substeps)):
-            if i == substeps:  # the force of another command acts, or what is there goes to it
+            if i == substeps:  # the force of another command acts, or the present one moves to it
                 self._held[int(self._lagged)] = memory[oldest]
             at = self._advance(self._chosen_at_rest(at) if i and at.dq == 0 else at, step)
         return at, row
 
     def _advance(self, at: Motion, whole: float) -> Motion:
-        """Move for `whole` seconds through every change of the mode."""
+        """Move for `whole` seconds through all changes of the mode."""
         left, event = whole, 0
         while event < _MOST_EVENTS[self._sides > 0]:
             if at.sticks:
@@ -315,7 +315,7 @@ class VirtualLoop:
             elif changed == 0:
                 end = self._chosen_at_rest(end)
                 if at.dq == 0 and at.q == end.q and at.direction == end.direction:
-                    # It turned back before its position changed: what moves it is rounding.
+                    # It reversed before its position changed: its motion is rounding.
                     self._pass_time(left)
                     return end._replace(direction=STUCK * end.direction)
             if left <= 0 and not at.sticks:
@@ -324,7 +324,7 @@ class VirtualLoop:
         raise _StoppedError(_CHATTER)
 
     def _attempt(self, at: Motion, span: float, whole: float) -> tuple[float, StepResult]:
-        """A step as long as the rates at its ends allow, at most `span`."""
+        """Try a step as long as the rates at its ends permit, at most `span`."""
         if not self._sides:
             return span, self._move(at, span)
         rate = self._rate(at)
@@ -347,9 +347,9 @@ class VirtualLoop:
     def _margins(
         self, at: Motion, acceleration: float, after: float = 0.0
     ) -> tuple[list[float], list[float]]:
-        """How far velocity and sides are from where they change, and how fast that goes.
+        """Return the distance of velocity and sides from their change, and its rate.
 
-        Both are of the velocity first; what is negative has changed.
+        Both begin with the velocity; a negative distance means that the change has happened.
         """
         margins, rates = [at.dq * at.direction], [acceleration * at.direction]
         for side, value, *by in zip(at.sides, *self._places(at, after), strict=True):
@@ -360,7 +360,7 @@ class VirtualLoop:
     def _changed(
         self, at: Motion, span: float, step: StepResult
     ) -> tuple[int | None, float, StepResult]:
-        """What changes first in a step, which then ends there: 0 for the velocity's sign, 1 on."""
+        """Return the first change in a step, which ends there: 0 for the velocity's sign, 1 on."""
         if not (math.isfinite(step.end.q) and math.isfinite(step.end.dq)):
             raise _StoppedError(_NOT_FINITE)
         changed = None
@@ -369,7 +369,7 @@ class VirtualLoop:
         for i, first in enumerate(firsts):
             high = span
             if margins[i] >= 0:  # it may have been beyond in between
-                # From rest it leaves in its direction, whatever rounding says of the first slope.
+                # From rest it leaves in its direction, even if rounding changes the first slope.
                 if not first < 0 < lasts[i] or not (i or at.dq):
                     continue
                 high = span * (first / (first - lasts[i]))
@@ -384,9 +384,9 @@ class VirtualLoop:
         return changed, span, step
 
     def _root(self, index: int, at: Motion, high: float) -> float:
-        """Time of a change; by `high` it has come. By Newton's method, or halves."""
+        """Return the time of a change, complete at `high`, by Newton's method or bisection."""
         low = 0.0
-        if not (index or at.dq):  # just left rest: it crosses zero again only after a while
+        if not (index or at.dq):  # just left rest: it crosses zero again only after some time
             low = high * _JUST_LEFT
             if self._move(at, low).end.dq * at.direction <= 0:
                 return low
@@ -405,11 +405,11 @@ class VirtualLoop:
         return t
 
     def _passed(self, index: int, at: Motion, whole: float) -> Motion:
-        """The motion of an axis in a place where a side changes."""
+        """Return the motion of an axis at a place where a side changes."""
         at = self._beyond(at.beside(index, -at.sides[index]), index + 1)
-        # An axis is held in a place that it passes where its acceleration points to it on both
-        # sides, so that it would come back, and pass again, ever sooner. If friction would hold it
-        # on each side too, it comes to rest by itself; and nothing rests in a place that moves.
+        # An axis is held at a place that it passes if its acceleration points to the place on both
+        # sides, because it would return and pass again, ever sooner. If friction would hold it on
+        # each side too, it comes to rest without this rule; and nothing rests at a moving place.
         if not self._places(at).by_time[index]:
             forward, backward = self._leaving(at.beside(index, 0.0))
             if 2 * abs(at.dq) < _CAUGHT * whole * min(backward, -forward) and any(
@@ -419,7 +419,7 @@ class VirtualLoop:
         return self._chosen_at_rest(at) if at.dq == 0 else at
 
     def _breakaway(self, at: Motion, left: float) -> float:
-        """Time at which a stuck axis leaves rest, at most `left`."""
+        """Return the time at which a stuck axis leaves rest, at most `left`."""
         if not self._drifts or self._sticks_after(at, left):
             return left
         low, high = 0.0, left
@@ -437,13 +437,13 @@ class VirtualLoop:
         return sticks
 
     def _hold(self, first: tuple[float, ...], recorded: Array) -> None:
-        """Hold a force or what a continuous law follows, and recorded signals from there on."""
+        """Hold a force or the signals of a continuous law, and recorded signals from there on."""
         until = len(self._held) - self._recorded
         self._held[:until] = first
         self._held[until:] = recorded
 
     def _pass_time(self, span: float) -> None:
-        """What is held, `span` seconds later."""
+        """Move the held values on by `span` seconds."""
         if self._continuous:
             self._held[0] += self._held[1] * span
         if self._lagged and self._response is not None:
@@ -459,11 +459,11 @@ class VirtualLoop:
         return _moved(at, *self._call("plant_step", at, step=span))
 
     def _rate(self, at: Motion) -> float:
-        """How fast the motion may change in a mode, 1/s."""
+        """Return the rate of change of the motion in a mode, 1/s."""
         return float(self._call("plant_rate", at)[0][0])
 
     def _places(self, at: Motion, after: float = 0.0) -> Places:
-        """What decides the sides, with recorded signals as they are `after` seconds later."""
+        """Return the values that decide the sides, with recorded signals `after` seconds later."""
         if not self._sides:
             return Places((), (), (), ())
         found = self._call("switching", at, step=after)
@@ -471,7 +471,7 @@ class VirtualLoop:
         return Places(values, by_position, by_velocity, (*by_time, (0.0,) * self._sides)[0])
 
     def _shifted(self, at: Motion, recorded: Array) -> Motion:
-        """The sides at a sample from which recorded signals go on otherwise than before it."""
+        """Return the sides at a sample at which recorded signals change their course."""
         before = self._places(at)
         self._held[-self._recorded :] = recorded
         for i in range(self._sides):
@@ -482,7 +482,7 @@ class VirtualLoop:
         return at
 
     def _leaving(self, at: Motion) -> tuple[float, float]:
-        """Accelerations with which an axis at rest would leave, forward and backward."""
+        """Return accelerations with which an axis at rest would leave, forward and backward."""
         forward, backward = (
             float(self._call("held_acceleration", self._ahead(at, direction))[0][0])
             for direction in (1.0, -1.0)
@@ -490,23 +490,23 @@ class VirtualLoop:
         return forward, backward
 
     def _at_rest(self, at: Motion) -> Motion:
-        """With the direction at zero velocity; strictly between -1 and 1 if the axis sticks."""
+        """Return the motion with its direction at rest, between -1 and 1 if the axis sticks."""
         forward, backward = self._leaving(at)
         if forward > 0:
             return at._replace(direction=1.0)
         if backward < 0:
             return at._replace(direction=-1.0)
-        # Not a number if the force is not one.
+        # NaN if the force is NaN.
         share = 0.0 if backward == forward else (backward + forward) / (backward - forward)
         return at._replace(direction=STUCK if share >= 1 else -STUCK if share <= -1 else share)
 
     def _chosen_at_rest(self, at: Motion) -> Motion:
-        """The mode of an axis at rest that may leave."""
+        """Return the mode of an axis at rest that may leave."""
         at = self._at_rest(at)
         return self._slipping(at if at.sticks else self._ahead(at, at.direction))
 
     def _slipping(self, at: Motion) -> Motion:
-        """The sides of limits of states: one at its limit slips if the motion goes outwards."""
+        """Return the sides of states' limits: a state at its limit slips in an outward motion."""
         if self._limits:
             found = self._places(at._replace(dq=0.0))
             for i in self._limits:
@@ -515,7 +515,7 @@ class VirtualLoop:
         return at
 
     def _ahead(self, at: Motion, direction: float) -> Motion:
-        """An axis that leaves rest in a direction: where it rested in a place, the side ahead."""
+        """Return an axis that leaves rest in a direction, on the side ahead of its place."""
         at = at._replace(dq=0.0, direction=direction)
         if all(at.sides):
             return at
@@ -527,10 +527,10 @@ class VirtualLoop:
         return at._replace(sides=sides)
 
     def _beyond(self, at: Motion, first: int) -> Motion:
-        """The sides at a state, from one on; one may depend on those before it."""
+        """Return the sides at a state, from one on; one may depend on those before it."""
         for i in range(first, self._sides - len(self._limits)):
             found = self._places(at)
-            # One that begins in a place leaves it as it moves.
+            # A side whose place is the start leaves it by the motion.
             side = found.values[i] or at.sides[i] or found.by_position[i] * at.dq
             at = at.beside(i, float(np.sign(side)))
         return at
@@ -543,7 +543,7 @@ class VirtualLoop:
 def _moved(
     at: Motion, q: Array, dq: Array, first: Array, last: Array, *states: Array
 ) -> StepResult:
-    """A step by the results of a function."""
+    """Return the step for the results of a function."""
     remembered = tuple(states[0].tolist()) if states else ()
     end = at._replace(q=float(q[0]), dq=float(dq[0]), states=remembered)
     return StepResult(end, float(first[0]), float(last[0]))

@@ -1,6 +1,6 @@
 """A loaded library and its functions, called with NumPy arrays.
 
-Long calls are cut in parts or told to stop, so that Ctrl-C is answered at once.
+Long calls are divided into parts or can be stopped, so that Ctrl-C acts at once.
 """
 
 import ctypes
@@ -20,46 +20,46 @@ from axisid.support.arrays import Array
 
 from .casadi_functions import FunctionShape, checked_arguments
 
-_PART = 65_536  # samples, at which any function is evaluated within a tenth of a second
+_PART = 65_536  # samples at which any function is evaluated within a tenth of a second
 _WAIT = 0.05  # s
-#: Steps of a loop that end as soon on any machine: no thread is worth while.
+#: Steps of a loop that end quickly on any machine, so that threads do not pay off.
 _FEW_STEPS = 50_000
 
 
 def slices(samples: int) -> Iterator[slice]:
-    """Cut samples into parts, between which the signals of the operating system are looked at."""
+    """Divide samples into parts, between which signals of the operating system are handled."""
     for begin in range(0, samples, _PART):
         yield slice(begin, min(begin + _PART, samples))
 
 
 def stoppable(runs: Sequence[Callable[[NDArray[np.int32]], int]], steps: int) -> list[int]:
-    """Run loops side by side so that Ctrl-C ends them: in threads, or at once where they are short.
+    """Run loops so that Ctrl-C ends them: in parallel threads, or directly if they are short.
 
     Parameters
     ----------
     runs : sequence of callable
-        Each takes a flag, (1,), and ends soon after that is not 0 any more.
+        Each takes a flag, (1,), and ends soon after the flag is no longer 0.
     steps : int
-        That all take together.
+        Steps of all runs together.
 
     Returns
     -------
     list of int
-        What they return.
+        The returned values.
     """
     stop = np.zeros(1, dtype=np.int32)
     if len(runs) == 1 and steps <= _FEW_STEPS:
         return [runs[0](stop)]
-    # Each loop in a thread of its own; this one waits where Ctrl-C reaches it. An interrupt may
-    # come between any two steps of Python. Were a lock both threads take held then, as in a pool's
-    # futures, the other would wait for it for ever: here only one ever takes it.
+    # Each loop has its own thread; this one waits where Ctrl-C reaches it. An interrupt may come
+    # between any two steps of Python. If a lock that both threads take were held then, as in a
+    # pool's futures, the other would wait for it forever: here only one thread ever takes it.
     results, errors = [0] * len(runs), list[BaseException]()
     ended = [allocate_lock() for _ in runs]
 
     def work(i: int) -> None:
         try:
             results[i] = runs[i](stop)
-        except BaseException as error:  # it is raised below
+        except BaseException as error:  # raised below
             errors.append(error)
             stop[0] = 1
         finally:
@@ -74,7 +74,7 @@ def stoppable(runs: Sequence[Callable[[NDArray[np.int32]], int]], steps: int) ->
             while not lock.acquire(timeout=_WAIT):
                 pass
     except BaseException:
-        stop[0] = 1  # what still runs holds all that it writes to, and ends soon
+        stop[0] = 1  # running calls hold all memory that they write to, and end soon
         raise
     if errors:
         raise errors[0]
@@ -89,7 +89,7 @@ class LoadedLibrary:
     path : Path
         Loading executes it, so it must come from the cache.
     having : str
-        A function that it has.
+        A function that it contains.
 
     Raises
     ------
@@ -108,15 +108,15 @@ class LoadedLibrary:
         """Call a function; the interpreter's lock is released."""
         call = self._typed.get(function)
         if call is None:
-            # A new object each time, of types of its own: a place has always the same type.
+            # A new object each time, with its own types: a given place always has the same type.
             call = self._library[function]
             call.argtypes = [_type_in_c(each) for each in arguments]
-            self._typed[function] = call  # typed by now: another thread may call it at once
+            self._typed[function] = call  # now typed: another thread may call it
         given = [each.ctypes.data if isinstance(each, np.ndarray) else each for each in arguments]
         return int(call(*given))
 
     def memory(self, size: int, most: int | None = None) -> Array:
-        """Floats to work in; each thread has its own, and keeps as many as that."""
+        """Return floats as workspace; each thread has its own, and keeps up to this number."""
         kept: Array | None = getattr(self._own, "memory", None)
         if kept is None or len(kept) < size:
             kept = np.empty(size)
@@ -125,7 +125,7 @@ class LoadedLibrary:
         return kept
 
     def has(self, function: str) -> bool:
-        """Return whether it evaluates a function at many samples."""
+        """Return whether the library evaluates a function at many samples."""
         return hasattr(self._library, f"{function}_rows")
 
 
@@ -135,11 +135,12 @@ class NativeLibrary(LoadedLibrary):
     Parameters
     ----------
     path : Path
-        Where it lies.
+        Path of the library.
     functions : mapping of str to casadi.Function
         The same functions in the virtual machine; their shapes are the library's.
     gains : (g,) array, optional
-        Of the law, for functions that take them; the time loop does behind the parameters.
+        Gains of the law, for functions that take them; the time loop takes them after the
+        parameters.
     """
 
     def __init__(
@@ -156,7 +157,7 @@ class NativeLibrary(LoadedLibrary):
     def evaluate(self, function: str, arguments: Sequence[ArrayLike]) -> tuple[Array, ...]:
         """Evaluate a function at N samples: one (N, elements) array per output.
 
-        Vectors are the same for every sample, (p,), or of each its own, (N, p).
+        Vectors are the same for every sample, (p,), or have one row per sample, (N, p).
         """
         shape = self._shapes[function]
         if self._gains is not None and function in self._by_gains:
@@ -178,8 +179,8 @@ class NativeLibrary(LoadedLibrary):
         """Return accelerations (B, 4) and rates (B, 2) at rest, to check the starts of loops.
 
         The accelerations are those under a force of 1, under none, and under none with friction
-        that holds forward and backward; the rates, of damping and stiffness, those in backward and
-        forward direction, nothing where the loop itself looks for them on its way.
+        that holds forward and backward; the rates, of damping and stiffness, are those in backward
+        and forward direction, and empty if the loop itself computes them during the run.
 
         Parameters
         ----------
@@ -206,7 +207,7 @@ class NativeLibrary(LoadedLibrary):
     def later(
         self, motion: tuple[Array, Array], held: Array, span: Array, step: float, parameters: Array
     ) -> tuple[Array, Array, Array]:
-        """Motions some time after a law was evaluated, before it is again.
+        """Return motions some time after a law was evaluated, before it is evaluated again.
 
         Parameters
         ----------
@@ -290,7 +291,7 @@ class NativeLibrary(LoadedLibrary):
         threads: int,
         recorded: Array | None = None,
     ) -> tuple[NDArray[np.int32], NDArray[np.int64], dict[str, Array]]:
-        """Run many simulations side by side.
+        """Run many simulations in parallel lanes.
 
         Parameters
         ----------
@@ -303,9 +304,9 @@ class NativeLibrary(LoadedLibrary):
             By lane, its arrays contiguous.
         settings : LoopSettings
         wanted : sequence of str
-            Of `SIGNALS`; what is not wanted takes no memory.
+            Names of `SIGNALS`; the others take no memory.
         threads : int
-            Lanes are shared out among so many.
+            Number of threads that share the lanes.
         recorded : (N, 2 s) or (N, 2 s, B) array or None
             Recorded signals, value and rate of each in turn.
 
@@ -354,12 +355,12 @@ class NativeLibrary(LoadedLibrary):
         return status, stopped, signals
 
     def _with_gains(self, parameters: Array) -> Array:
-        """Parameters (p,) or (B, p), behind them the gains that were given."""
+        """Return parameters (p,) or (B, p), followed by the given gains."""
         return parameters if self._gains is None else beside(parameters, self._gains)
 
 
 def beside(parameters: Array, gains: Array) -> Array:
-    """Parameters (p,) or (B, p), each with gains (g,) or (B, g) behind them, contiguous."""
+    """Return parameters (p,) or (B, p), each followed by gains (g,) or (B, g), contiguous."""
     if parameters.ndim > 1:
         gains = np.broadcast_to(gains, (*parameters.shape[:-1], gains.shape[-1]))
     return np.concatenate([parameters, gains], axis=-1)
@@ -372,10 +373,10 @@ def _type_in_c(argument: int | float | NDArray[Any] | None) -> Any:
 
 
 def _strided(signal: Array | None, first: int, axes: int = 1) -> tuple[Array | int | None, ...]:
-    """A signal from a lane on, and its strides in values.
+    """Return a signal from a lane on, and its strides in values.
 
-    Its axes before the lanes' are time, and of recorded signals the one from each to the next,
-    whose stride comes first; the last is over lanes, 0 where all have the same.
+    The axes before that of the lanes are time and, for recorded signals, the axis over signals,
+    whose stride comes first; the last stride is over lanes, 0 if all share one signal.
     """
     if signal is None:
         return None, 0, 0

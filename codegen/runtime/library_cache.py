@@ -1,10 +1,10 @@
 """Compiled libraries on disk: built once by the system's compiler, checked before they are loaded.
 
-A library is named by the content it is made from, so that an edited axis never meets old code. It
-is built in a private folder, tried, and moved into place whole; its digest stands beside it and is
-compared before the library is loaded. Only a library that passed its trial gets a digest.
+A library is named by the content from which it is made, so that an edited axis never uses old code.
+It is built in a private folder, tried, and moved into place whole; its digest is stored next to it
+and compared before the library is loaded. Only a library that passed its trial gets a digest.
 
-Where there is no compiler Zig's serves. Flags keep IEEE semantics: no contraction to fused
+Zig's compiler is used if there is no other. Flags keep IEEE semantics: no contraction to fused
 operations and no fast-math, so that native results are those of the CasADi virtual machine to
 rounding.
 """
@@ -47,7 +47,7 @@ _MOST_OUTPUT = 100_000
 
 
 class NativeUnavailableError(Exception):
-    """Native code cannot be had; the message says why, and the virtual machine serves instead."""
+    """Native code is unavailable; the message says why, and the virtual machine is used instead."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ class Compiler:
     Attributes
     ----------
     command : tuple of str
-        What is run, before flags and files.
+        Command, before flags and files.
     identity : str
         Changes when the compiler or the processor does.
     """
@@ -71,19 +71,19 @@ class Compiler:
         Raises
         ------
         NativeUnavailableError
-            The compiler fails or hangs; what it started is ended.
+            The compiler fails or hangs; the processes that it started are ended.
         """
         command = [*self.command, *FLAGS, source.name, "-o", target.name, "-lm"]
-        # Not into a pipe, which what the compiler starts may hold open beyond its end.
+        # Not into a pipe, which processes started by the compiler may hold open beyond its end.
         with source.with_name("output").open("w+b") as output:
             process = subprocess.Popen(  # noqa: S603
                 command,
                 cwd=source.parent,
-                env={**os.environ, "TMPDIR": str(source.parent)},  # what it leaves goes with it
+                env={**os.environ, "TMPDIR": str(source.parent)},  # for its temporary files
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=output,
-                start_new_session=True,  # Ctrl-C is for this process to answer
+                start_new_session=True,  # Ctrl-C is handled by this process
             )
             try:
                 code = process.wait(seconds)
@@ -91,7 +91,7 @@ class Compiler:
                 raise NativeUnavailableError(
                     f"{command[0]} did not finish within {seconds:g} s"
                 ) from None
-            finally:  # whatever it started ends with it
+            finally:  # processes that it started end with it
                 with contextlib.suppress(ProcessLookupError, PermissionError):
                     os.killpg(process.pid, signal.SIGKILL)
                 process.wait()
@@ -109,7 +109,7 @@ def find_compiler() -> Compiler:
     Raises
     ------
     NativeUnavailableError
-        There is none, or the system is none that a library could be tried on.
+        There is no compiler, or the system cannot try a library.
     """
     if not hasattr(os, "getuid"):
         raise NativeUnavailableError("it needs a POSIX system, such as Linux or macOS")
@@ -138,7 +138,7 @@ def find_compiler() -> Compiler:
 def _identity(executable: Path) -> str:
     real = executable.resolve()
     status = real.stat()
-    processor = platform.processor()  # what -march=native depends on
+    processor = platform.processor()  # the processor features on which -march=native depends
     with contextlib.suppress(OSError):
         lines = Path("/proc/cpuinfo").read_text().splitlines()
         found = (line for line in lines if line.startswith(("flags", "Features")))
@@ -159,7 +159,7 @@ def compiled_library(text: str, check: Callable[[Path], object] = lambda _: None
     text : str
         C11 source.
     check : callable
-        Refuses a freshly built library at a path.
+        Function that refuses a wrong, freshly built library at a path.
 
     Raises
     ------
@@ -190,7 +190,7 @@ def compiled_library(text: str, check: Callable[[Path], object] = lambda _: None
 
 def cached_library(text: str) -> Path | None:
     """Return the library of a C text if it was built before and is intact."""
-    with contextlib.suppress(NativeUnavailableError, OSError, RuntimeError):  # as without a home
+    with contextlib.suppress(NativeUnavailableError, OSError, RuntimeError):  # as without home
         library = _folder() / _name(text, find_compiler())
         if _is_private(library.parent) and _is_intact(library):
             return library
@@ -208,7 +208,7 @@ def _folder() -> Path:
 
 
 def _is_private(folder: Path) -> bool:
-    """Return whether nobody else can put a library there."""
+    """Return whether nobody else can write a library there."""
     try:
         status = folder.stat()
     except OSError:
@@ -218,7 +218,7 @@ def _is_private(folder: Path) -> bool:
 
 
 def _digest(library: Path, name: str) -> str:
-    """Of the content and the name it goes by: another axis's library in its place is no match."""
+    """Return the digest of content and name, so that another axis's library is no match."""
     return hashlib.sha256(b"tried\0" + name.encode() + read_regular(library)).hexdigest()
 
 
@@ -232,19 +232,19 @@ def _is_intact(library: Path) -> bool:
 
 
 def _build(text: str, compiler: Compiler, library: Path, check: Callable[[Path], object]) -> None:
-    """Compile and try in a private folder beside the library, then move both files into place."""
-    # What builds left that were killed together with the process that clears up.
+    """Compile and try in a private folder next to the library, then move both files into place."""
+    # Left by builds that were killed together with the process that cleans up.
     for left in library.parent.glob("build-*"):
         with contextlib.suppress(OSError):
             if time.time() - left.lstat().st_mtime >= _OLD_SECONDS:
                 shutil.rmtree(left, ignore_errors=True)
     with tempfile.TemporaryDirectory(dir=library.parent, prefix="build-") as name:
         folder = Path(name)
-        # A path that was loaded once keeps giving the old code.
+        # A path that was loaded once always gives the old code.
         source, target = folder / "native.c", folder / f"{secrets.token_hex(8)}.so"
         source.write_text(text)
         compiler.compile(source, target)
-        # In another process, which a library that is cut short would end.
+        # In another process, because a truncated library would end it.
         load = "import ctypes, sys; ctypes.CDLL(sys.argv[1])"
         command = [sys.executable, "-c", load, str(target)]
         try:

@@ -1,7 +1,7 @@
-"""Native functions of an axis, called with NumPy arrays and the interpreter's lock released.
+"""Native functions of an axis, called with NumPy arrays and without the interpreter's lock.
 
-What goes in and out is memory that NumPy owns; a contiguous array of floats is not copied. Time is
-the first axis of every array, lanes (simulations of a batch) the second.
+Arguments and results are memory that NumPy owns; a contiguous array of floats is not copied. Time
+is the first axis of every array, lanes (simulations of a batch) the second.
 """
 
 import contextlib
@@ -21,7 +21,7 @@ from .library import NativeLibrary
 from .library_cache import NativeUnavailableError, cached_library, compiled_library
 
 _PERIOD = 1e-3
-#: Of a size, or of what a change of all arguments by `_LITTLE` moves, up to which results agree.
+#: Tolerance: share of a size, or of the change due to a change of all arguments by `_LITTLE`.
 _ALLOWED, _LITTLE, _MAGNIFIED = 1e-9, 1e-15, 1e3
 
 
@@ -31,7 +31,7 @@ def check_values(library: NativeLibrary, functions: Mapping[str, Any], text: str
     Raises
     ------
     NativeUnavailableError
-        One computes wrong values.
+        A function computes wrong values.
     """
     for name, function in functions.items():
         if f"void {name}_rows(" not in text:
@@ -50,7 +50,7 @@ def check_values(library: NativeLibrary, functions: Mapping[str, Any], text: str
 
 
 def _point(function: Any) -> list[Array]:
-    """Arguments about 1, of either side, and a step of a sampling period."""
+    """Return arguments about 1, of both signs, and a step of a sampling period."""
     rng = np.random.default_rng(0)
     scales = {"step": _PERIOD, "sides": 0.0}
     names = function.name_in()
@@ -58,7 +58,7 @@ def _point(function: Any) -> list[Array]:
     return [scales.get(name, 1.0) * sizes[name] + (name == "sides") for name in names]
 
 
-_MOTION = 4  # what the inverse model takes where no signals are recorded
+_MOTION = 4  # arguments of the inverse model without recorded signals
 
 
 class Native:
@@ -70,9 +70,10 @@ class Native:
         C source.
     functions : mapping of str to casadi.Function
     enabled : bool
-        False keeps to the virtual machine.
+        False uses the virtual machine only.
     gains : (g,) array, optional
-        Of the law, for functions that take them; the time loop does behind the parameters.
+        Gains of the law, for functions that take them; the time loop takes them after the
+        parameters.
     """
 
     def __init__(
@@ -88,14 +89,14 @@ class Native:
         #: The C source, with the time loop that it includes.
         self.text = with_loop_header(text)
         self._functions = functions
-        #: Why there is no library, once that is known.
+        #: Reason why there is no library, once it is known.
         self.refusal = "" if enabled else "it was switched off"
         self._library: NativeLibrary | None = None
         self._to_warn = enabled
         self._looked = False
 
     def library(self) -> NativeLibrary | None:
-        """Return the library, compiling it if it is not cached; None where it cannot be had."""
+        """Return the library, compiling it if it is not cached; None where it is unavailable."""
         if self._library is None and not self.refusal:
             try:
                 self._library = NativeLibrary(
@@ -108,7 +109,7 @@ class Native:
     def _check(self, path: Path) -> None:
         try:
             fresh = NativeLibrary(path, self._functions)
-        except OSError as error:  # no fault of the folder, as others are
+        except OSError as error:  # not a fault of the folder, unlike others
             raise NativeUnavailableError(
                 f"the compiled library cannot be loaded: {error}"
             ) from error
@@ -116,9 +117,9 @@ class Native:
 
     @cached_property
     def lanes(self) -> LaneLibrary | None:
-        """Compiled rows of lanes, made when first needed; None where they cannot be had.
+        """Return compiled rows of lanes, made when first needed; None where they are unavailable.
 
-        They are of an axis without recorded signals.
+        They exist only for an axis without recorded signals.
         """
         if self._functions["idm_regressor"].n_in() != _MOTION or self.library() is None:
             return None
@@ -132,7 +133,7 @@ class Native:
         return None
 
     def warn_once(self) -> None:
-        """Say that the virtual machine runs in place of native code, and why."""
+        """Warn once that the virtual machine runs instead of native code, with the reason."""
         if self.refusal and self._to_warn:
             self._to_warn = False
             warnings.warn(

@@ -9,7 +9,7 @@ from axisid.modeling.declaration import Axis, equation_of_motion
 from axisid.modeling.derivation import describe_loss
 from axisid.modeling.quantities import ConstantSymbol
 from axisid.presentation.documents.latex import aligned_latex
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 from benchmarks.library import prefilter_of
 
 

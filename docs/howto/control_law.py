@@ -90,7 +90,7 @@ pid = ControlLaw(
 # faster than the loop. The loop is then simulated at the law's period and sampled at that of the log. A wrong
 # time column looks the same, so confirm the difference by one of these:
 #
-# - `sample_period = 1e-3` in the `run.toml`, besides the log's own times;
+# - `sample_period = 1e-3` in the `run.toml`, in addition to the log's own times;
 # - `reference_between="spline"`, `"linear"` or `"held"` in the declaration: the law has its own clock,
 #   and the reference is interpolated this way between the samples of a slower log (default: a spline).
 #

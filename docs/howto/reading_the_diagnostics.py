@@ -2,15 +2,16 @@
 # # Read the diagnostics
 #
 # A fit can look perfect with a wrong unit, sign or clock. Therefore every result has a verdict: a list of checks. Each
-# check has its figure, its threshold, the source of the threshold, a sentence with the meaning, and a status:
+# check has its figure, its threshold, the source of the threshold, its finding (`check.finding`: numbers, names and units),
+# a sentence made of the finding (`check.meaning`), and a status:
 #
 # - *pass*;
 # - *note*: beyond the threshold, but the printed standard errors and intervals allow for it;
 # - *fail*: a reason to look;
 # - *not evaluated*.
 #
-# One sentence above them says whether you can use the numbers. Below, faults are put into a good record, to show what
-# each looks like.
+# The headline above them says whether you can use the numbers: "All checks passed.", "Use with care: ..." or "Do not
+# use these numbers: ...", with the reason. Below, faults are put into a good record, to show what each looks like.
 
 # %%
 from dataclasses import replace
@@ -33,7 +34,7 @@ def failures(changed: axisid.Record) -> None:
         print(fill(str(reason), 88, initial_indent="      ", subsequent_indent="      "))
     for check in result.verdict:
         if check.status == "fail":
-            print(fill(f"FAIL  {check.line}: {check.meaning}", 88, subsequent_indent="      "))
+            print(fill(f"FAIL  {check.line}: {check.meaning}.", 88, subsequent_indent="      "))
 
 
 failures(record)
@@ -128,12 +129,12 @@ print(axisid.identify(axisid.leave_out(richer, "Fs"), record)["idm-iv"])
 # | model | fixed values | a fixed value contradicts the record | check the fixed value, or the model |
 # |  | missing terms | the residuals contain more of a term, or of a change in time, than those of simulated replicas do, and it is 1 % of the force or moves a parameter by more than its interval | declare the named term, and identify again |
 # | outliers | outliers | a single measured sample leaves its course by more than in simulated replicas, and it is 1 % of the force or moves a parameter by more than its interval; a note with `--loss` | empty such cells and read with `--resample auto`, or use `--loss huber` |
-# | precision | precision | the standard error of a parameter exceeds 30 % of it, unless its effect is known to be small over the whole motion | the sentence gives the reason; `--leave-out` removes the parameter |
+# | precision | precision | the standard error of a parameter exceeds 30 % of it, unless its effect is known to be small over the whole motion | the sentence gives the reason. Record a motion without this limitation, add the missing terms, or fix a known value with `--fix` |
 # |  | bounds | a value is outside its declared bounds | check signs and units |
 # |  | nominal values | a note: a value, with its whole interval, is more than 5 times its nominal value, or less than a fifth | check units of the columns, the drive's gain |
 # | method | instrument strength | the first-stage F of a column, given the others, is below 10 | the simulated loop does not move like the axis, or the motion is too poor |
-# |  | method | IDM-IV (minus the bias of filter and noise) and DIDIM differ by more than chance (Hausman, all differences at once, 1 %), half a standard error and 1 % of the value, beyond the interval of either. Or the steps of a logged position, to which no control reacts, move least squares by half a standard error and 1 %. A note if less, and for bias of least squares from noise | the sentence says which to use: DIDIM if the control law passes its check, else IV. Lower the cut-off, or log the position with the drive's resolution |
+# |  | method | IDM-IV (minus the bias of filter and noise) and DIDIM differ by more than chance (Hausman, all differences at once, 1 %), half a standard error and 1 % of the value, beyond the interval of either. Or the steps of a logged position, to which no control reacts, move least squares by half a standard error and 1 %. A note if less, and for bias of least squares from noise | the sentence says which is reported: DIDIM if the recorded control follows the declared law, otherwise IDM-IV. Lower the cut-off, or log the position with the drive's resolution |
 # |  | inverse against direct | without IV, the two forms of least squares differ by as much | fit the position under the recorded control |
 #
-# `--json` has figure, threshold and source of each check; see [Results as JSON](../results.md).
+# `--json` has figure, threshold, source and finding of each check; see [Results as JSON](../results.md).
 # [The DFKI pendulum](../dfki_pendulum.md) shows the checks on a difficult real record.

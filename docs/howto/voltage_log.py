@@ -88,8 +88,8 @@ both = replace(
     force=axis.force + emf,
     experiment=replace(axis.experiment, truth={**axis.experiment.truth, "ke": ke}),
 )
-told = identify(both, twin_record(both), methods=["idm-iv"])
-print(told["idm-iv"].parameters.listed())
+summed = identify(both, twin_record(both), methods=["idm-iv"])
+print(summed["idm-iv"].parameters.listed())
 
 # %% [markdown]
 # ## Which one do I have?

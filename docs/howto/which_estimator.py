@@ -11,14 +11,15 @@
 #
 # - **Begin with all**, which is the default. Methods that axis or record do not allow are left out with
 #   the reason.
-# - **Least squares (LS) and instrumental variables (IV) agree within their standard errors**: noise did no harm. Use
-#   either; IDM-LS needs fewer assumptions.
-# - **LS and IV differ**: noise biases LS. Lower the cut-off until they agree (`axisid sweep`), or use IV, *if* the
-#   control law passes its check and the instruments are strong.
+# - **IDM-LS and IDM-IV agree within chance**: noise does not bias least squares (LS) noticeably. Use either; IDM-LS needs
+#   fewer assumptions than instrumental variables (IV).
+# - **IDM-LS and IDM-IV disagree because of noise**: LS is biased. Lower the cut-off until they agree (`axisid sweep`), or
+#   use IV, *if* the control law passes its check and the instruments are strong.
 # - **IDM-IV and DDM-IV always agree**, to rounding: they solve the same equations with the same
-#   instruments. This is a self-test, not a second opinion.
-# - **IDM-IV and DIDIM** differ only by chance, or the check *method* says which to use; the verdict judges that one. With
-#   a coarse encoder or a high cut-off, DIDIM scatters less and is not biased. With a wrong control law, use IV.
+#   instruments. This is a self-test, not an independent check.
+# - **IDM-IV and DIDIM** agree within chance, or the check *method* names likely causes. It says which of the two is
+#   reported, and why: DIDIM if the recorded control follows the declared law. With a coarse encoder or a high cut-off,
+#   DIDIM scatters less and is not biased. With a wrong control law, use IV.
 #   [Effect of the encoder](../encoder.md), on 1400 twins.
 # - **No control law, or an open loop**: use IDM-LS with a low cut-off. `--validate` with a second record
 #   is then the best evidence.
@@ -41,7 +42,7 @@ for cutoff, decimate in ((60.0, 10), (180.0, 3)):
     print(f"{cutoff:g} Hz, 1 of {decimate}: {masses}")
     for check in result.verdict:
         if check.name == "method":
-            print(f"    {check.status}: {check.meaning}")
+            print(f"    {check.status}: {check.meaning}.")
 
 # %% [markdown]
 # ## Which model

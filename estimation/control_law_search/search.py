@@ -29,7 +29,8 @@ from axisid.estimation.thresholds import (
 from axisid.estimation.verdict_checks import Check, Checked
 from axisid.modeling.declaration import ANTI_WINDUP, Axis, ControlLaw
 from axisid.support.arrays import Array, least_squares_step, relative_error_percent
-from axisid.support.errors import DataError, ModelError, refuse
+from axisid.support.checks import refuse
+from axisid.support.errors import DataError, ModelError
 from axisid.support.one_thread import in_one_thread
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress

@@ -1,6 +1,6 @@
 """Every diagnostic of a result, in the order of the verdict.
 
-In: estimates and what they were made from. Out: `Diagnosis` with what rooms below it measured.
+In: estimates and the problem that they were made from. Out: `Diagnosis` with all measurements.
 Knows nothing of how it is shown.
 """
 

@@ -69,7 +69,7 @@ class InstrumentsAgainstOutputError(Finding):
         Whether the recorded control follows the declared control law; None where this could not be
         checked.
     less_precise : tuple of str
-        Parameters with a significant difference of which DIDIM has the larger standard error.
+        Parameters with a significant difference and a larger standard error by DIDIM.
     """
 
     comparison: EstimateComparison
@@ -172,7 +172,7 @@ class QuantisationBias(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AgreementOfEstimates(Finding):
-    """Findings of other methods and of noise on the reported estimate.
+    """Findings of the comparison with other methods and of the bias of the reported estimate.
 
     Attributes
     ----------

@@ -25,7 +25,7 @@ from axisid.estimation.verdict_checks import (
     unless_faulty,
 )
 from axisid.support.arrays import Array, MaybeInfinite, MaybeNan
-from axisid.support.errors import Missing, unless_missing
+from axisid.support.missing import Missing, unless_missing
 
 from .agreement_findings import (
     AgreementOfEstimates,
@@ -41,8 +41,8 @@ from .agreement_findings import (
 )
 from .hausman import NOTICEABLE_SHIFT, HausmanTest, significant_differences
 
-#: Fewest steps of a logged position in a motion that act as noise: with 32 the bias of a stiffness
-#: was 22 %, and as much noise again showed nothing of it.
+#: Fewest steps of a logged position in a motion for which rounding acts as noise: with 32 steps the
+#: bias of a stiffness was 22 %, and added noise of the same size did not show it.
 FEWEST_STEPS = 64
 #: Between the two methods of a comparison: the first minus the second.
 LESS = " less "
@@ -63,7 +63,7 @@ def method_check(
     *,
     law_passed: bool | None,
 ) -> Check | Missing:
-    """Compare the reported estimate with other estimates, and with the known bias by noise.
+    """Compare the reported estimate with other estimates, and check its bias by noise.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def _second_opinion_check(
     levels: Levels,
     law_passed: bool | None,
 ) -> Check | None:
-    """Return the check of IDM-IV against DIDIM, which relies on the declared control law."""
+    """Return the comparison of IDM-IV with DIDIM, which relies on the declared control law."""
     comparison = _comparison_of(SECOND_OPINION, compared, estimates, levels)
     if comparison is None:
         return None
@@ -122,9 +122,9 @@ def _second_opinion_check(
 def _instruments_check(
     compared: Compared, estimates: Mapping[str, Estimate], levels: Levels
 ) -> Check | None:
-    """Return the check of least squares against instruments; at most a note.
+    """Return the comparison of least squares with instruments; at most a note.
 
-    Another estimate than least squares is judged then.
+    The reported estimate is then not that of least squares.
     """
     for pair in LS_LESS_IV:
         if pair in compared:
@@ -176,7 +176,7 @@ def _difference(name: str, test: HausmanTest, other: Estimate) -> ParameterDiffe
 
 
 def _is_large(name: str, difference: float, one: Estimate, other: Estimate, levels: Levels) -> bool:
-    """Return whether a difference exceeds both intervals and the least share of a precise value."""
+    """Return True for a difference beyond both intervals and the least share of a precise value."""
     values = one.parameters[name], other.parameters[name]
     if not values[0].relative_deviation_percent < MAX_RELATIVE_DEVIATION.value:
         return False
@@ -205,20 +205,20 @@ def _check_of(
         status=status,
         finding=finding,
         figure=comparison.largest.standard_errors,
-        source="largest difference between the two estimates, in standard errors of the second. It "
-        "counts where a HAC test of all differences at once (Hausman, with Hotelling's "
-        f"distribution; the p-value) rejects at {100 * levels.level:g} %. The check fails where "
-        f"the difference is more than {100 * levels.least_share:g} % of the value and more than "
-        "either 95 % interval allows",
+        source="largest difference of a parameter between the two estimates, in standard errors of "
+        "the second. It counts where a HAC test of all differences at once (Hausman's test with "
+        f"Hotelling's distribution) rejects equality at {100 * levels.level:g} %. The check fails "
+        f"where the difference is also more than {100 * levels.least_share:g} % of the value and "
+        "larger than the half widths of both 95 % intervals",
         p_value=comparison.p_value,
     )
 
 
 def less_precise(moved: Iterable[str], iv: Estimate, didim: Estimate) -> list[str]:
-    """Return the parameters of which DIDIM has a larger standard error than IDM-IV.
+    """Return the parameters with a larger standard error by DIDIM than by IDM-IV.
 
-    For these IDM-IV is the better estimate although the control follows the declared law. Steps of
-    the encoder, or an unmodelled force, bias both methods.
+    For these, IDM-IV is the better estimate although the control follows the declared law. Encoder
+    steps, or an unmodelled force, bias both methods.
 
     Parameters
     ----------
@@ -232,7 +232,7 @@ def less_precise(moved: Iterable[str], iv: Estimate, didim: Estimate) -> list[st
 
 
 def _bias_check(judged: Estimate, steps: Mapping[str, float], levels: Levels) -> Check | None:
-    """Return the check of a judged least squares for bias; None where no bias is known."""
+    """Return the check of a reported least-squares estimate for bias; None if none is known."""
     if judged.Z is not None:
         return None
     if judged.filter_bias is not None:
@@ -265,8 +265,8 @@ def _noise_check(judged: Estimate, bias: Array) -> Check | None:
             instruments=instruments_of(judged.method),
         ),
         figure=largest,
-        source="bias of least squares, found with simulated replicas of the record, in standard "
-        "errors",
+        source="largest bias of a parameter by least squares, in standard errors of the estimate, "
+        "found with simulated replicas of the record",
     )
 
 
@@ -292,9 +292,10 @@ def _quantisation_check(judged: Estimate, steps: Mapping[str, float], levels: Le
             fewest_steps=FEWEST_STEPS if is_unknown else None,
         ),
         figure=largest,
-        source="change of least squares when as much noise again is added as the steps of the "
-        "position make, in standard errors. The check fails where the change is more than "
-        f"{100 * levels.least_share:g} % of the value",
+        source="largest change of a parameter by least squares, in standard errors, when noise of "
+        "the same size as the rounding of the position is added to it. Beyond the threshold it is "
+        f"a note. The check fails where it is also more than {100 * levels.least_share:g} % of the "
+        "value",
     )
 
 
@@ -339,20 +340,20 @@ def forms_check(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InstrumentStrength:
-    """How strongly the instruments move one column of the regressor.
+    """Strength of the instruments for one column of the regressor.
 
     Attributes
     ----------
     r_squared : float
         Of the regression of the column on the instruments.
     shea : float
-        Shea's partial R squared: the same for the part that the other columns do not explain.
+        Shea's partial R squared: R squared of the part that the other columns do not explain.
     f : float
-        F statistic of the regression; infinite, or null, for an exact one.
+        F statistic of the regression; infinite, or null, for an exact regression.
     conditional_f : float
-        Conditional on the other columns [SandersonWindmeijer2016]_, for the part of this column
-        that the others do not explain. The instruments may explain two columns well and still not
-        distinguish them. Infinite, or null, where it is exact.
+        F statistic conditional on the other columns [SandersonWindmeijer2016]_, for the part of
+        this column that the others do not explain. The instruments may explain two columns well
+        and still not distinguish them. Infinite, or null, for an exact regression.
     """
 
     r_squared: MaybeNan
@@ -380,8 +381,8 @@ class InstrumentTests:
 def strength_check(tests: InstrumentTests, judged: Estimate) -> Check:
     """Check the column of the regressor that the instruments explain least.
 
-    Weak instruments are a note where the estimate is by output error, which uses the rows of the
-    simulated loop alone.
+    Weak instruments are a note for an output-error estimate, which uses only the rows of the
+    simulated loop.
     """
     j, f = min(enumerate(c.conditional_f for c in tests.columns), key=lambda each: each[1])
     figure = float(f) if np.isfinite(f) else None
@@ -391,8 +392,9 @@ def strength_check(tests: InstrumentTests, judged: Estimate) -> Check:
         status=status_of(strong, matters=not judged.by_output_error),
         figure=figure,
         threshold=MIN_FIRST_STAGE_F.value,
-        source="first-stage F of 10, the rule of Staiger and Stock (1997); conditional on the "
-        "other columns as in Sanderson and Windmeijer (2016)",
+        source="smallest first-stage F statistic of a column of the regressor, conditional on the "
+        "other columns as in Sanderson and Windmeijer (2016). The instruments are weak below 10, "
+        "the rule of Staiger and Stock (1997)",
         finding=WeakestInstrument(
             column=judged.form.quantities[j].label,
             conditional_f=figure,
@@ -429,8 +431,8 @@ def instrument_tests(X: Array, Z: Array, names: Sequence[str]) -> InstrumentTest
     Raises
     ------
     EstimationError
-        Either has not full column rank, as where one of several records does not identify a
-        parameter that all records together identify.
+        The regressor or the instruments do not have full column rank, as where one of several
+        records does not identify a parameter that all records together identify.
     """
     n, k = X.shape
     regressor, instruments = factor(X, names), factor(Z, names, "the simulated loop")
@@ -440,7 +442,7 @@ def instrument_tests(X: Array, Z: Array, names: Sequence[str]) -> InstrumentTest
     plain, projected = (np.sum(each.inverse**2, axis=1) for each in (regressor, seen))
     explained, unseen = np.sum(fitted**2, axis=0), X - fitted
     unexplained = np.sum(unseen**2, axis=0)
-    # Residual of each column on the others, by two-stage least squares, which use k - 1 of the k
+    # Residual of each column on the others, by two-stage least squares with k - 1 of the k
     # instruments.
     beside = unseen @ (seen.inverse @ seen.inverse.T / projected).astype(float)
     is_exact = unexplained <= (1e-9 * regressor.scale) ** 2

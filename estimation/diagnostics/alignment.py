@@ -1,13 +1,13 @@
-"""When does the recorded force act? Its delay, as one more parameter of the model.
+"""Estimation of the delay of the recorded force, as an additional parameter of the model.
 
 A drive holds its force from one sample to the next, so that a central-difference acceleration
-belongs to the force half a sample earlier than the one recorded with it; a filter or a bus delays
-further. Half a sample moves viscous friction by several of its deviations.
+belongs to a force half a sample earlier than the recorded one. A filter or a bus adds to the delay.
+Half a sample changes viscous friction by several standard errors.
 
-A control that is logged at another time than it acts, and a law of another delay, leave the same in
-the recorded control: it is the declared law's, some samples earlier or later. They differ in the
-motion. A control that is recorded when it acts moves the axis as its hold says; one that a logger
-writes as it is computed moves it whole samples later.
+A control that is logged at another time than it acts, and a law with another delay, look the same
+in the recorded control: it follows the declared law some samples earlier or later. The motion shows
+the difference. A control that is recorded when it acts moves the axis in agreement with its hold. A
+control that is logged when it is computed moves the axis whole samples later.
 """
 
 import math
@@ -32,7 +32,7 @@ from axisid.estimation.thresholds import (
 )
 from axisid.estimation.verdict_checks import Check, status_of
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import Missing, unless_missing
+from axisid.support.missing import Missing, unless_missing
 
 from .alignment_findings import (
     DeclaredTooLong,
@@ -45,29 +45,31 @@ from .alignment_findings import (
 )
 
 _EARLIEST, _LATEST = -1, 3  # samples
-_MOST_DECLARED = 8  # samples of a declared delay that may be told as none
-_STEPS, _STILL = 10, 1e-3  # of Gauss and Newton; samples
+_MOST_DECLARED = 8  # samples of a declared delay that the record may show to be absent
+_STEPS, _STILL = 10, 1e-3  # of Gauss-Newton; samples
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Alignment(Exact):
-    """The delay of the force, estimated beside the parameters of the model.
+    """Delay of the force, estimated together with the parameters of the model.
 
     Attributes
     ----------
     best : float
         Samples by which the force acts after it is recorded; 0 is `hold` raw, 0.5 is nearly zoh.
     deviation : float
-        Of it, as it scatters in twins of the record; HAC without them.
+        Standard error of the delay by simulated replicas of the record; HAC without them.
     at_the_end : bool
-        It left the range in which it is looked for.
+        Whether the delay is at the end of its search range.
     by_instruments : bool
-        Whether it is by the simulated loop; by the measured motion else, whose noise may bias it.
+        Whether the delay is estimated with the simulated loop; otherwise with the measured motion,
+        whose noise may bias it.
     sensitivity : (p,) array
         Change of each parameter per sample of delay.
     names : tuple of str
-        Of these parameters, which are those of the record's axis.
+        Names of these parameters, which are those of the record's axis.
     units : tuple of str
+        Units of these parameters.
     """
 
     best: float
@@ -82,9 +84,9 @@ class Alignment(Exact):
 def estimate_delay(
     axis: GeneratedAxis, record: Record, prefilter: Prefilter
 ) -> Alignment | Missing:
-    """Estimate the delay of the force by least squares, or say why it cannot be.
+    """Estimate the delay of the force by least squares, or return why it cannot be estimated.
 
-    Noise in the motion may bias it; `identify` has it by instruments, in
+    Noise in the motion may bias the delay. `identify` estimates it with instruments, see
     ``result.diagnosis.alignment``.
 
     Parameters
@@ -92,7 +94,7 @@ def estimate_delay(
     axis : GeneratedAxis
     record : Record
     prefilter : Prefilter
-        Its hold moves no more than where the search starts.
+        Its hold only changes the start of the search.
     """
     data = filtered_record(axis, record, prefilter)
     fit = METHODS["idm-ls"].fit(Problem(axis=axis, data=(data,)))
@@ -102,18 +104,19 @@ def estimate_delay(
 
 @unless_missing
 def alignment_of(scores: RecordScores) -> Alignment | Missing:
-    """The delay of the force in a record with residuals of its model.
+    """Estimate the delay of the force in a record from the residuals of its model.
 
-    By Gauss and Newton: the column of the delay is the change of the modelled force in a sample,
-    along the simulated loop where there is one, and each step is taken by a cubic spline of the
-    recorded force. What the filter makes of that loop, and noise of its twins, is taken off.
+    The estimate is found by Gauss-Newton steps. The column of the delay is the change of the
+    modelled force in a sample, along the simulated loop where there is one. Each step shifts a
+    cubic spline of the recorded force. The errors of the filter along the loop and the mean effect
+    of noise in the simulated replicas are subtracted.
     """
     data, force = scores.data, scores.form.equations(scores.signals).predicted(scores.physical)
     column = scores.along.reduce(scores.along.by_stretch(np.gradient, force))[:, None]
     declared = math.floor(declared_lateness(data) / data.period)
     tried = (min(_EARLIEST, -1 - min(declared, _MOST_DECLARED)), _LATEST)
     start = delay = (
-        # The loop holds a command whatever the filter supposes.
+        # The simulated loop holds a command whatever the filter assumes.
         law_clock(data.axis.control, data.record).hold_delay
         if scores.by_loop
         and data.record.force is None
@@ -144,7 +147,7 @@ def alignment_of(scores: RecordScores) -> Alignment | Missing:
 
 
 def _delayed(scores: RecordScores, samples: float) -> RecordScores:
-    """With the record's force delayed by so many samples."""
+    """Return the scores of the record with its force delayed by a number of samples."""
     from scipy.ndimage import shift
 
     delayed = scores.along.by_stretch(
@@ -166,14 +169,14 @@ def alignment_check(
     law: LawAgreement | Missing,
     timing: int | Missing,
 ) -> Check | Missing:
-    """The delay that fits best against the one that the hold takes.
+    """Compare the estimated delay of the force with the delay that the hold assumes.
 
-    It fails where the model lacks a delay, `late`, by the search for all that it may lack. Where
-    none was looked for, it fails where the estimate leaves its range, or where the force acts
-    earlier than the hold supposes and that moves a parameter beyond half of its interval, of
-    `half_widths`.
-    A force may act whole samples after it is recorded, by `timing`; where the control law says that
-    the log wrote it at another time, by as much, that is the only remedy, and counts once.
+    The check fails where the search for missing terms finds a delay, `late`. Without that search,
+    it fails where the estimate is at the end of its range, or where the force acts significantly
+    earlier than the hold assumes and this moves a parameter by more than its interval's half width,
+    of `half_widths`. A force may act whole samples after it is recorded, by `timing`. Where the
+    control law shows that the log wrote it at another time by as many samples, this is the only
+    remedy, and counts once.
     """
     role = "control" if data.record.force is None else "force"
     shifted = 0 if isinstance(timing, Missing) or role == "force" else timing
@@ -182,8 +185,8 @@ def alignment_check(
     far = delay.at_the_end and abs(apart) > MIN_DISTANCE_FROM_NOISE.value * delay.deviation
     if delay.deviation > MAX_DELAY_DEVIATION.value and not far:
         return Missing(
-            f"the record tells the force's delay to +-{delay.deviation:.2g} samples only, which "
-            "is no more than a guess"
+            f"the standard error of the delay of the force is {delay.deviation:.2g} samples, and "
+            f"more than {MAX_DELAY_DEVIATION.value:g} samples are too many for a comparison"
         )
     is_early = apart < -MIN_DISTANCE_FROM_NOISE.value * delay.deviation and any(
         abs(slope * apart) > half_widths[name]
@@ -195,11 +198,11 @@ def alignment_check(
         status=status_of(aligned, matters=not by_log),
         figure=apart,
         p_value=late.p_value if isinstance(late, Misspecification) else None,
-        source="samples between the estimated delay and the one that is used; fails where the "
-        "model lacks a delay, see missing terms, or, where no simulated replicas show that, where "
-        "the estimate leaves its range, or is earlier by more than three standard errors and moves "
-        "a parameter by more than half of its interval; a drive that holds its force is half a "
-        "sample late",
+        source="estimated delay of the force minus the delay that the hold assumes, in samples. "
+        "The check fails where the search for missing terms finds a delay. Without simulated "
+        "replicas it fails where the estimate is at the end of its range, and where the force is "
+        "earlier by more than three standard errors and this moves a parameter by more than half "
+        "of its 95 % interval. A drive that holds its force is half a sample late",
         finding=ForceDelay(
             delay=delay.best,
             standard_error=delay.deviation,
@@ -228,17 +231,18 @@ def _effects(delay: Alignment) -> tuple[EffectOfDelay, ...]:
 def _remedies(
     delay: Alignment, data: FilteredRecord, timing: int | Missing, role: str, *, by_log: bool
 ) -> tuple[Finding, ...]:
-    """Return the other hold, where the delay is its own; otherwise what the drive or log needs."""
+    """Return the other hold if it explains the delay, otherwise changes of the drive or the log."""
     axis, period, late = data.axis, data.record.period, delay.best - data.hold_delay
     declared = declared_lateness(data)
-    is_declared = 0 < -late * period * (1 - NO_DELAY.value) < declared  # one that is not there
+    # The declared delay of the drive is too long.
+    is_declared = 0 < -late * period * (1 - NO_DELAY.value) < declared
     zoh = law_clock(axis.control, data.record).hold_delay
     other, own = ("zoh", zoh) if data.prefilter.hold == "raw" else ("raw", 0.0)
     if abs(delay.best - own) <= MAX_MISALIGNMENT.value and not is_declared:
-        # A log that is slower than the loop has its control for a part of a sample.
+        # If the log is slower than the loop, a logged control acts for a part of a sample.
         return (OtherHold(hold=other, or_law_period=axis.control is None and other == "raw"),)
     by_shift: tuple[Finding, ...] = ()
-    if timing and not isinstance(timing, Missing):  # whole samples, as where the log shifts it
+    if timing and not isinstance(timing, Missing):  # whole samples, as by a shift in the log
         by_shift = (LoggedAtOtherTime(role=role, samples=timing),)
     if delay.at_the_end and late > 0 and not by_shift:
         return (DelayBeyondRange(role=role, samples=round(late), seconds=late * period),)
@@ -261,25 +265,27 @@ def _remedies(
 
 
 def declared_lateness(data: FilteredRecord) -> float:
-    """Seconds by which a drive declares that its force follows the recorded control."""
+    """Return the declared delay of the force behind the recorded control, s."""
     drive = data.axis.drive
     return float({"command": drive.delay + drive.lag, "applied": drive.lag}.get(drive.logged, 0.0))
 
 
 @unless_missing
 def force_timing(found: Alignment, data: FilteredRecord) -> int | Missing:
-    """Whole samples after which a force acts, after it is recorded, its hold apart."""
+    """Return the whole samples between the recording of the force and its action, without hold."""
     if found.deviation > MAX_DELAY_DEVIATION.value or found.at_the_end:
         return Missing("the motion does not show when the force acts")
     apart = found.best - data.hold_delay
     margin = max(MAX_MISALIGNMENT.value, MIN_DISTANCE_FROM_NOISE.value * found.deviation)
     if abs(apart - round(apart)) > min(margin, 0.5):
-        return Missing(f"the force acts {apart:.2f} samples after it is recorded, no whole number")
+        return Missing(
+            f"the force acts {apart:.2f} samples after it is recorded, which is not a whole number"
+        )
     return round(apart)
 
 
 def law_in_time(law: LawAgreement, data: FilteredRecord, timing: int | Missing) -> LawAgreement:
-    """Return a comparison of the law that says what is wrong by the motion, law or log."""
+    """Return a comparison of the law in which the motion shows whether law or log is wrong."""
     finding = law.finding
     if isinstance(finding, FoundByReading) and isinstance(finding.finding, LateControl):
         late = _blamed(finding.finding, data, timing)
@@ -290,7 +296,7 @@ def law_in_time(law: LawAgreement, data: FilteredRecord, timing: int | Missing) 
 
 
 def _blamed(late: LateControl, data: FilteredRecord, timing: int | Missing) -> LateControl:
-    """Return a control that is not in time with what the motion says is wrong."""
+    """Return a late control with the error that the motion shows."""
     law = data.axis.control
     if late.is_at_least or law is None or law.continuous:
         return late

@@ -1,4 +1,4 @@
-"""Findings of the delay of the force, and of what puts the force in time with the motion."""
+"""Findings of the delay of the force, and remedies that align the force with the motion."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from axisid.estimation.findings import Finding
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OtherHold(Finding):
-    """A hold that supposes the delay of the force that was estimated.
+    """The hold that assumes the estimated delay of the force.
 
     Attributes
     ----------
@@ -28,7 +28,7 @@ class LoggedAtOtherTime(Finding):
     ----------
     role : {"control", "force"}
     samples : int
-        To move it by; positive where it is written before it acts.
+        Shift of the column that corrects it; positive if it is logged before it acts.
     """
 
     role: str
@@ -43,9 +43,9 @@ class DelayBeyondRange(Finding):
     ----------
     role : {"control", "force"}
     samples : int
-        Delay that is not taken into account yet, at least.
+        Delay that is not yet taken into account, at least.
     seconds : float
-        The same, s.
+        This delay, s.
     """
 
     role: str
@@ -60,13 +60,13 @@ class DeclaredTooLong(Finding):
     Attributes
     ----------
     declared : float
-        Of both together, s.
+        Sum of the declared delay and lag, s.
     excess : float
-        By which they are too long, s.
+        Amount by which the sum is too long, s.
     is_at_least : bool
         Whether the excess is the largest that was tried.
     remaining : float
-        To declare, s; 0 for none.
+        Correct sum to declare, s; 0 for none.
     """
 
     declared: float
@@ -82,9 +82,9 @@ class UndeclaredDelay(Finding):
     Attributes
     ----------
     seconds : float
-        To declare as delay and lag, s.
+        Delay and lag to declare, s.
     is_further : bool
-        Whether that is more than the drive declares already.
+        Whether this is in addition to a declared delay or lag.
     """
 
     seconds: float
@@ -99,7 +99,7 @@ class EffectOfDelay:
     ----------
     parameter : str
     per_sample : float
-        For a delay of one sample.
+        Change for a delay of one sample.
     unit : str
     """
 
@@ -110,31 +110,31 @@ class EffectOfDelay:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ForceDelay(Finding):
-    """The delay of the force against the one that the hold supposes.
+    """Comparison of the delay of the force with the delay that the hold assumes.
 
     Attributes
     ----------
     delay : float
         Samples by which the force acts after it is recorded.
     standard_error : float
-        Of the delay, samples.
+        Standard error of the delay, samples.
     is_at_end : bool
         Whether the delay is the end of the range that was tried.
     by_instruments : bool
-        Whether it is estimated by the simulated loop; otherwise by least squares, which noise may
-        bias.
+        Whether the delay is estimated with the simulated loop; otherwise by least squares, which
+        noise may bias.
     hold : {"raw", "zoh"} or None
-        Of the prefilter.
+        Hold of the prefilter.
     supposed : float
-        Delay that the hold supposes, samples.
+        Delay that the hold assumes, samples.
     apart : float
-        Delay minus the supposed one, samples.
+        Delay minus the assumed delay, samples.
     is_aligned : bool
         Whether both agree.
     role : {"control", "force"}
         Column that gives the force.
     remedies : tuple of Finding
-        Ways to agree, one after another.
+        Changes that make both agree, in order.
     effects : tuple of EffectOfDelay
     """
 

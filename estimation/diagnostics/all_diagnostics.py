@@ -17,7 +17,7 @@ from axisid.estimation.misspecification import JackknifeInterval, LackOfFit
 from axisid.estimation.records import record_labels
 from axisid.estimation.verdict_checks import Check, joined, made, unless_faulty, value_or
 from axisid.support.arrays import Exact
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 from axisid.support.one_thread import in_one_thread
 
 from .agreement_of_estimates import InstrumentTests, forms_check, method_check
@@ -63,7 +63,7 @@ class RecordDiagnosis(Exact):
     verdict : tuple of Check
         All checks; for one of several records those of that record.
     lack_of_fit : LackOfFit or None
-        Of the judged estimate; None where the reference does not repeat, or there is none.
+        Of the reported estimate; None where the reference does not repeat, or there is none.
     motions : mapping of str to ColumnComparison or Missing
         Comparison of a measured velocity and acceleration with a derivative, by role.
     apart : RecordDifference or Missing
@@ -82,15 +82,15 @@ class RecordDiagnosis(Exact):
 class Diagnosis(RecordDiagnosis):
     """Measurements of the diagnostics of a result.
 
-    Those of one record are, for several records, of the first with a failed check, otherwise of the
-    first.
+    For several records, the members of `RecordDiagnosis` are those of the first record with a
+    failed check, otherwise of the first record.
 
     Attributes
     ----------
     preferred : str
         Method whose estimate the checks apply to.
     instruments : InstrumentTests or None
-        Of `preferred`, or of IDM-IV where that is by output error; None without instruments.
+        Of `preferred`, or of IDM-IV where `preferred` is output error; None without instruments.
     excitation : tuple of Excitation
         By physical parameter.
     bands : mapping of str to mapping of str to JackknifeInterval
@@ -115,16 +115,16 @@ class Diagnosis(RecordDiagnosis):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Diagnostic:
-    """One check of the verdict, and how it is made.
+    """One check of the verdict, with the function that makes it.
 
     Attributes
     ----------
     name : str
-        Of its check.
+        Name of the check.
     check : callable
         Returns the check of a case, or why it cannot be made; None where there is nothing to check.
     by_record : bool
-        Whether it checks one record; of several records it then checks each.
+        Whether it checks a single record. Each of several records is then checked.
     several : bool
         Whether it applies to several records only.
     """

@@ -40,7 +40,8 @@ from axisid.estimation.thresholds import (
 )
 from axisid.estimation.verdict_checks import Check, status_of
 from axisid.support.arrays import Array, MaybeNan, mask_of, relative_error_percent
-from axisid.support.errors import EstimationError, Missing, unless_missing
+from axisid.support.errors import EstimationError
+from axisid.support.missing import Missing, unless_missing
 
 from .column_findings import (
     ColumnCorrections,
@@ -52,7 +53,7 @@ from .column_findings import (
     MotionReference,
 )
 
-# Hz, up to which columns are compared: far below any current loop's bandwidth
+# Hz; columns are compared below it, far below the bandwidth of any current loop
 _MAX_CUTOFF = 30.0
 # fewest samples that are compared, in settling times of the low-pass
 _MIN_SETTLING_TIMES = 10
@@ -64,7 +65,7 @@ _MAX_DIFFERENCE = 30.0
 _OFTEN = 4  # rows per period of the highest frequency in the band
 _STEPS, _STILL = 12, 1e-3  # of the search for the delay, samples
 _FARTHEST = 50.0  # largest delay that is searched for, samples
-_MAX_FORCE_DIFFERENCE = 20.0  # % between the recorded force and what the drive makes of the control
+_MAX_FORCE_DIFFERENCE = 20.0  # % between the recorded force and the force by the control
 _TINY = 1e-300
 _MAX_FORCE_LAG = 5e-3  # s, of the recorded force behind the control
 # share of the samples at which the control may be beyond the limit, such as spikes
@@ -95,15 +96,17 @@ class ColumnComparison:
     Attributes
     ----------
     factor : float
-        Measured over computed, the middle of its range; null where the two have nothing in common.
+        Measured divided by computed, the middle of its range; null for unrelated columns.
     factor_deviation : float
         Half the range of the factor that noise allows.
     delay : float
-        Of the measured column, samples.
+        Delay of the measured column, samples.
     delay_deviation : float
+        Standard error of the delay, samples.
     offset : float
         Constant between the two, SI.
     offset_deviation : float
+        Standard error of the constant, SI.
     size : float
         Root mean square of the computed column, SI.
     left_percent : float
@@ -145,8 +148,8 @@ class ColumnComparison:
 def compared_columns(columns: Columns) -> ColumnComparison | Missing:
     """Return the comparison of two columns; missing where the axis hardly moves in the rows.
 
-    The computed column is shifted by the delay until the regression finds no further delay. Signals
-    that have nothing in common have a delay of 0.
+    The computed column is shifted by the delay until the regression finds no further delay.
+    Unrelated signals have a delay of 0.
     """
     computed, measured, rows, step = columns
     order = RowTimes(rows // step)
@@ -204,7 +207,7 @@ def low_passed(
     settle = round(1 / (cutoff * period))
     used = scipy.ndimage.minimum_filter1d(unmasked(record), 2 * settle + 1, mode="constant", cval=0)
     if used.sum() < _MIN_SETTLING_TIMES * settle:
-        return Missing("the record has too few consecutive samples that are not masked")
+        return Missing("the record has too few consecutive samples without mask")
     smooth = SampledFilter(Prefilter(cutoff=cutoff), period)
     computed, measured = smooth.low_passed(computed), smooth.low_passed(measured)
     for _ in range(times):
@@ -224,7 +227,7 @@ def force_check(axis: GeneratedAxis, record: Record) -> Check | Missing | None:
         "gain times control" if drive.is_gain else "the force that the drive makes of the control"
     )
     commanded, by_gain = _commanded(axis, longest)
-    # Behind a low-pass, so that the current loop and its sensor make no factor.
+    # After a low-pass, the dynamics of the current loop and its sensor do not affect the factor.
     compared = _compared(low_passed(longest, commanded, np.asarray(longest.force)))
     if isinstance(compared, Missing):
         return compared
@@ -237,10 +240,11 @@ def force_check(axis: GeneratedAxis, record: Record) -> Check | Missing | None:
         status=status_of(fault is None),
         figure=apart if np.isfinite(apart) else None,
         threshold=_MAX_FORCE_DIFFERENCE,
-        source=f"difference in percent of {of_maker}, at frequencies far below the bandwidth of a "
-        "current loop. The check fails too for a lag of more than 5 ms, for a factor that differs "
-        "from 1 by more than 1 % and three standard errors (including that of the gain), and for "
-        "a constant of more than 1 % of the force and three standard errors",
+        source="difference between the recorded force and the force by the control, in percent of "
+        f"{of_maker} (rms), at frequencies far below the bandwidth of a current loop. The check "
+        "also fails for a lag of more than 5 ms, for a factor that differs from 1 by more than 1 % "
+        "and three standard errors (including that of the gain), and for a constant of more than "
+        "1 % of the force and three standard errors",
         finding=ForceAgainstControl(
             fault=fault,
             difference_percent=apart,
@@ -297,8 +301,8 @@ def limit_check(axis: GeneratedAxis, record: Record) -> Check | None:
         status=status_of(good, matters=not has_force),
         figure=100 * share,
         threshold=100 * _MAX_LIMIT_EXCESS_SHARE,
-        source=f"percent of the samples at which the control is more than {100 * most_excess:g} % "
-        "beyond the drive's limit",
+        source="samples with a control that exceeds the limit of the drive by more than "
+        f"{100 * most_excess:g} %, in percent of all samples",
         finding=ControlAgainstLimit(
             is_beyond=not good,
             share_percent=100 * share,
@@ -312,9 +316,9 @@ def limit_check(axis: GeneratedAxis, record: Record) -> Check | None:
 
 
 def _commanded(axis: GeneratedAxis, record: Record) -> tuple[Array, float]:
-    """Return the force from the control of a record of one segment, (N,), and its gain's part.
+    """Return the force by the control of a record without gaps, (N,), and its slope by the gain.
 
-    The latter is the slope of the logarithms: 1 for a force that is proportional to the gain.
+    The slope is that of the logarithms: 1 for a force that is proportional to the gain.
     """
     velocity = np.gradient(record.position, record.period)  # its noise is filtered with the force
     along = (
@@ -379,7 +383,7 @@ def compared_motion(
         if role != "velocity" or not velocities:
             return Missing(
                 f"no position was recorded to compare the {role} with, and no loop can be "
-                f"simulated. The scale of the motion relies on the column of the {role} alone"
+                f"simulated. The scale of the motion relies only on the column of the {role}"
             )
         basis, times = max(velocities, key=len), 0
     return compared_columns(low_passed(longest, basis, np.asarray(getattr(longest, role)), times))
@@ -399,10 +403,11 @@ def derivative_check(
         status=status_of(found.worst <= 1),
         figure=found.worst if np.isfinite(found.worst) else None,
         threshold=1.0,
-        source="largest of four distances relative to their tolerances: of the factor from 1 "
-        f"({MAX_SCALE_ERROR.value:g}), the delay ({MAX_MISALIGNMENT.value:g} samples), the "
-        f"constant ({100 * MAX_COLUMN_OFFSET:g} % of the {role}), each at least three standard "
-        f"errors, and the unexplained part ({_MAX_DIFFERENCE:g} % of the {role})",
+        source="largest of four distances, each divided by its tolerance. The tolerances are "
+        f"{MAX_SCALE_ERROR.value:g} for the distance of the factor from 1, "
+        f"{MAX_MISALIGNMENT.value:g} samples for the delay and {100 * MAX_COLUMN_OFFSET:g} % of "
+        f"the {role} for the constant, each at least three standard errors, and "
+        f"{_MAX_DIFFERENCE:g} % of the {role} for the unexplained part. The check fails above 1",
         finding=MeasuredMotion(
             role=role,
             reference=_reference_of(record, role),

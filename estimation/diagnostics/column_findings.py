@@ -10,7 +10,7 @@ from axisid.support.arrays import MaybeNan
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GainOfForce:
-    """Drive gain, declared and as the recorded force would have it.
+    """Declared drive gain, and the gain that fits the recorded force.
 
     Attributes
     ----------
@@ -40,10 +40,10 @@ class ForceAgainstControl(Finding):
         Recorded force over the force from the control.
     factor_uncertainty : float
     offset : float
-        Constant part of the recorded force beside the force from the control, in `force_unit`.
+        Constant of the recorded force relative to the force from the control, in `force_unit`.
     offset_uncertainty : float
     lag : float
-        Of the recorded force behind the force from the control, s.
+        Lag of the recorded force behind the force from the control, s.
     force_unit : str
     drive : str
         Force of the declared drive, as a text: ``35.15 N/V times the control``.

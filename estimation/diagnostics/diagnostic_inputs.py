@@ -1,4 +1,4 @@
-"""A result to be judged, and what checks look at of it, each thing measured once."""
+"""Inputs of the checks of a result: the result, and quantities that several checks use."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -33,7 +33,7 @@ from axisid.estimation.verdict_checks import (
     value_or,
 )
 from axisid.support.arrays import Array
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 
 from .agreement_of_estimates import (
     DDM_LESS_IDM,
@@ -58,22 +58,22 @@ ONE_RECORD = Missing("there is one record")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DiagnosticInputs:
-    """A result to be judged, and what several diagnostics measure of it, each thing once.
+    """A result to be checked, and quantities that several diagnostics use, each computed once.
 
     Attributes
     ----------
     problem : Problem
-        What the estimates were made from.
+        Problem that the estimates were made from.
     estimates : mapping of str to Estimate
-        By method.
+        Estimates by method.
     levels : Levels
-        From when on a check tells something.
+        Thresholds of the checks.
     whole : DiagnosticInputs or None
-        The case of all records, where this one is of one of several.
+        Inputs for all records, where these are for one of several records.
     number : int
-        The record among these.
+        Index of this record.
     compared_laws : RecordLaws or None
-        The control law compared with each record, where that was made already.
+        Comparison of the control law with each record, if already made.
     """
 
     problem: Problem
@@ -85,45 +85,45 @@ class DiagnosticInputs:
 
     @cached_property
     def method(self) -> str:
-        """The method that is judged, see `judged_method`."""
+        """Method whose estimate is reported and checked, see `judged_method`."""
         return judged_method(
             self.estimates,
             lambda: self.laws_hold,
-            lambda: self._less("idm-iv", "didim"),
+            lambda: self._difference("idm-iv", "didim"),
             self.levels.level,
         )
 
     @cached_property
     def record_laws(self) -> RecordLaws:
-        """Comparison of the control law with each record; an earlier one is used again."""
+        """Comparison of the control law with each record; an earlier comparison is reused."""
         if self.compared_laws is not None:
             return self.compared_laws
         return RecordLaws.of(self.problem.data)
 
     @property
     def laws(self) -> tuple[LawAgreement | Missing, ...]:
-        """The control law against each record, or why it cannot be checked."""
+        """Comparison of the control law with each record, or why it cannot be compared."""
         return self.record_laws.agreements
 
     @property
     def laws_hold(self) -> bool:
-        """Whether every record's control is the declared law's."""
+        """True if the control of every record follows the declared law."""
         return self.record_laws.hold
 
-    def _less(self, one: str, other: str) -> Mapping[str, HausmanTest] | Missing:
-        """Estimate by one method less that by another, by parameter, or why that is not known."""
+    def _difference(self, one: str, other: str) -> Mapping[str, HausmanTest] | Missing:
+        """Return one estimate minus another by parameter, with tests, or why it is unavailable."""
         if not {one, other} <= {*self.estimates}:
-            return Missing(f"{one} and {other} did not both give an estimate")
+            return Missing(f"{one.upper()} and {other.upper()} did not both give an estimate")
         return unless_faulty(partial(hausman, self.estimates[one], self.estimates[other]))
 
     @property
     def data(self) -> FilteredRecord:
-        """The record; of several the first, see `parts`."""
+        """The filtered record; the first of several records, see `parts`."""
         return self.problem.data[0]
 
     @cached_property
     def parts(self) -> "tuple[DiagnosticInputs, ...]":
-        """What there is of each of several records by itself; one record is its own part."""
+        """Inputs for each of several records separately; a single record has itself as its part."""
         if not self.has_parts:
             return (self,)
         return tuple(
@@ -141,12 +141,12 @@ class DiagnosticInputs:
 
     @property
     def has_parts(self) -> bool:
-        """Whether records are not what the estimates are of."""
+        """True if the estimates are of several records, or of parameters that records share."""
         return len(self.problem.data) > 1 or self.problem.joint_form is not None
 
     @cached_property
     def alike(self) -> PoolingTest | Missing:
-        """Each of several records against the others."""
+        """Comparison of each of several records with the others."""
         return (
             ONE_RECORD
             if len(self.problem.data) == 1
@@ -155,24 +155,24 @@ class DiagnosticInputs:
 
     @property
     def preferred(self) -> Estimate:
-        """The estimate that checks of one estimate are of."""
+        """Reported estimate, to which checks of one estimate apply."""
         return self.estimates[(self.whole or self).method]
 
     @property
     def rests_on_loop(self) -> bool:
-        """Whether the judged estimate, its bias or its deviations are of simulated loops."""
+        """True if the reported estimate, its bias or its standard errors use simulated loops."""
         judged = (self.whole or self).preferred
         return judged.Z is not None or judged.by_output_error or bool(judged.inference.chains)
 
     def if_used(self, found: Check | Missing) -> Check | Missing:
-        """A check of law or loop, which is no matter to an estimate that rests on neither."""
+        """Return a check of law or loop; not used for an estimate that relies on neither."""
         if self.rests_on_loop or not isinstance(found, Missing):
             return found
         return NotUsed(found.reason)
 
     @cached_property
     def law(self) -> LawAgreement | Missing:
-        """The control law against the record, or why it cannot be checked."""
+        """Comparison of the control law with the record, or why it cannot be compared."""
         found = (self.whole or self).laws[self.number]
         if isinstance(found, Missing) or not found.delay:
             return found
@@ -180,24 +180,24 @@ class DiagnosticInputs:
 
     @cached_property
     def timing(self) -> int | Missing:
-        """Whole samples between where the force is recorded and where it acts."""
+        """Whole samples between the recording of the force and its action, or why unknown."""
         return force_timing(self.alignment, self.data)
 
     @cached_property
     def instruments(self) -> InstrumentTests | Missing:
-        """Of the judged estimate, or of idm-iv beside one by output error."""
+        """Tests of the instruments of the reported estimate, or of IDM-IV for an output error."""
         return tests_of_instruments(
             self.estimates.get("idm-iv") if self.preferred.by_output_error else self.preferred
         )
 
     @cached_property
     def strength(self) -> Check | Missing:
-        """Whether those instruments are strong, or why that cannot be told."""
+        """Check of the strength of these instruments, or why it cannot be made."""
         return strength_check(self.instruments, self.preferred)
 
     @cached_property
     def excitation(self) -> tuple[Excitation, ...]:
-        """By physical parameter, of the motion that the regressor is made of."""
+        """Excitation by physical parameter, of the motion in the regressor."""
         problem, estimate = self.problem, self.preferred
         if estimate.by_output_error:  # the loops' motion
             loops = problem.by_record(problem.loops(estimate.form, estimate.physical))
@@ -207,7 +207,7 @@ class DiagnosticInputs:
 
     @cached_property
     def alignment(self) -> Alignment | Missing:
-        """The delay of the force, by instruments where there are any, or why it is not measured."""
+        """Delay of the force, by instruments where there are any, or why it is not measured."""
         if isinstance(self.strength, Check) and self.strength.status == "fail":
             return Missing("the instruments are too weak to measure a delay")
         judged = self.preferred
@@ -216,7 +216,7 @@ class DiagnosticInputs:
 
     @cached_property
     def motions(self) -> Mapping[str, ColumnComparison | Missing]:
-        """A measured velocity and acceleration beside what is differentiated, by role."""
+        """Comparison of a measured velocity and acceleration with a derivative, by role."""
         record, velocities = self.data.record, tuple[Array, ...]()
         if record.integrated and record.reference is not None:
             loops = partial(recorded_loops, self.data, self.preferred.physical)
@@ -229,12 +229,12 @@ class DiagnosticInputs:
 
     @cached_property
     def scores(self) -> RecordScores | Missing:
-        """What the judged model leaves of the record and of its twins, or why it is not told."""
+        """Residuals of the model for the record and its replicas, or why they are unavailable."""
         return scores_at(self.data, self.preferred)
 
     @cached_property
     def lacking(self) -> tuple[Misspecification, ...] | Missing:
-        """What the judged model lacks, or why that cannot be told."""
+        """Misspecifications of the model, or why they cannot be searched."""
         half_widths = np.ptp([v.interval for v in self.preferred.parameters.values()], axis=1) / 2
         return find_misspecification(
             self.scores, half_widths, len((self.whole or self).problem.data), self.levels
@@ -242,19 +242,19 @@ class DiagnosticInputs:
 
     @property
     def with_missing_terms(self) -> Mapping[str, tuple[float, ...]]:
-        """Values of the parameters with the terms that the judged model lacks; none without any."""
+        """Values of the parameters with the missing terms in the model; empty without any."""
         lacking = value_or((), lambda: self.lacking)
         terms = [lack for lack in lacking if lack.is_term]
         return terms[-1].parameters if terms else {}
 
     @cached_property
     def aligned(self) -> Check | Missing:
-        """Whether the force is in time with the motion, or why that cannot be told."""
-        late: Misspecification | Missing | None = Missing("there are no twins")
+        """Check of the delay of the force, or why it cannot be made."""
+        late: Misspecification | Missing | None = Missing("there are no simulated replicas")
         if isinstance(self.lacking, Missing):
             late = self.lacking
         elif not isinstance(self.scores, Missing) and self.scores.twins:
-            # The delay that the model lacks, which twins tell from noise.
+            # The missing delay of the model, which replicas distinguish from noise.
             late = next((lack for lack in self.lacking if lack.kind == "delay"), None)
         widths = {name: np.ptp(v.interval) / 2 for name, v in self.preferred.parameters.items()}
         return alignment_check(
@@ -268,10 +268,11 @@ class DiagnosticInputs:
 
     @cached_property
     def steps(self) -> Mapping[str, float]:
-        """What the steps of a logged position, that no control answers to, move least squares by.
+        """Bias of least squares by the steps of a logged position, by parameter.
 
-        By parameter; infinite where there are too few of them to be noise; empty where none are
-        known, where loops tell it, and of several records.
+        It applies to steps that the control does not respond to. It is infinite where there are too
+        few steps to act as noise. Empty where no steps are known, where simulated loops give the
+        bias, and for several records.
         """
         ls, record = self.preferred, self.data.record
         by_loops = ls.Z is not None or ls.filter_bias is not None
@@ -285,12 +286,12 @@ class DiagnosticInputs:
 
     @cached_property
     def lack_of_fit(self) -> LackOfFit | None:
-        """The residuals of the judged estimate split by repeats; None where nothing repeats."""
+        """Split of the residuals of the reported estimate by repeats; None without repeats."""
         return lack_of_fit(self.preferred, self.data)
 
     @cached_property
     def bands(self) -> Mapping[str, Mapping[str, JackknifeInterval]]:
-        """Of the model's error, by method and physical parameter."""
+        """Intervals of the model error by method and physical parameter."""
         found = self.lack_of_fit
         noisy = found is None or not found.is_mostly_repeated
         # Estimates of one problem have the same rows.
@@ -299,13 +300,16 @@ class DiagnosticInputs:
 
     @cached_property
     def compared(self) -> Mapping[str, Mapping[str, HausmanTest] | Missing]:
-        """Estimates against each other, or why they cannot be; none that are not there both."""
+        """Tests of the differences between estimates by pair of methods, or why there are none.
+
+        A pair without both estimates is left out.
+        """
         instruments = any(each.Z is not None for each in self.estimates.values())
         is_weak = isinstance(self.strength, Check) and self.strength.status != "pass"
         return {
-            pair: Missing("the instruments are too weak to tell")
+            pair: Missing("the instruments are too weak for a comparison of the estimates")
             if is_weak
-            else (self.whole or self)._less(*pair.split(LESS))
+            else (self.whole or self)._difference(*pair.split(LESS))
             for pair in ([SECOND_OPINION, *LS_LESS_IV] if instruments else [DDM_LESS_IDM])
             if {*pair.split(LESS)} <= {*self.estimates}
         }

@@ -26,7 +26,8 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.thresholds import CHECK_LEVEL
 from axisid.support.arrays import Array, MaybeNan
-from axisid.support.errors import EstimationError, Missing
+from axisid.support.errors import EstimationError
+from axisid.support.missing import Missing
 
 NOTICEABLE_SHIFT = 0.5  # standard errors: up to it a 95 % interval contains the truth in 92 %
 

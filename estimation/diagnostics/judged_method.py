@@ -1,10 +1,10 @@
-"""Choice of the method whose estimate is reported and judged."""
+"""Choice of the method whose estimate is reported and checked."""
 
 from collections.abc import Callable, Mapping
 
 from axisid.estimation.estimates import Estimate
 from axisid.estimation.regression import DirectForm
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 
 from .agreement_of_estimates import less_precise
 from .hausman import HausmanTest, significant_differences
@@ -18,20 +18,21 @@ def judged_method(
     iv_less_didim: Callable[[], Differences],
     level: float,
 ) -> str:
-    """Return the method to judge: instruments, output error, or least squares.
+    """Return the method to report and check: instruments, output error, or least squares.
 
-    Output error (DIDIM) rests on the declared control law. It is judged where every record follows
-    its law, except where instruments differ from it significantly and are more precise. Otherwise
-    instruments are judged where there are any. The inverse model comes before the direct one.
+    Output error (DIDIM) relies on the declared control law. It is reported where every record
+    follows its law, except where instruments differ from it significantly and are more precise.
+    Otherwise instruments are reported where there are any. The inverse model comes before the
+    direct one.
 
     Parameters
     ----------
     estimates : mapping of str to Estimate
-        By method.
+        Estimates by method.
     laws_hold : callable
-        Whether every record's control is the declared law's; asked only where it matters.
+        Whether the control of every record follows the declared law; called only if needed.
     iv_less_didim : callable
-        Differences of IDM-IV and DIDIM, or the reason why there are none; asked only where needed.
+        Differences of IDM-IV minus DIDIM, or the reason why there are none; called only if needed.
     level : float
         Significance level of these differences.
     """
@@ -48,7 +49,7 @@ def judged_method(
 
 
 def _best(estimates: Mapping[str, Estimate], *, by_law: bool) -> str:
-    """Return the method that is preferred where output error is preferred or not."""
+    """Return the preferred method, with output error first if the law holds."""
 
     def order(method: str) -> tuple[bool, bool, bool]:
         estimate = estimates[method]

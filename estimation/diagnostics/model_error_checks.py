@@ -26,7 +26,7 @@ from axisid.estimation.thresholds import (
     MIN_MODEL_SHARE,
 )
 from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Levels, status_of
-from axisid.support.errors import Missing, unless_missing
+from axisid.support.missing import Missing, unless_missing
 
 from .agreement_of_estimates import method_check
 from .alignment import declared_lateness
@@ -35,7 +35,7 @@ from .diagnostic_inputs import DiagnosticInputs
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissingTerms(Finding):
-    """Terms that the model lacks, and parameters that change or are given wrongly.
+    """Missing terms, and parameters that change in the record or have a wrong given value.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class MissingTerms(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordedSignals(Finding):
-    """Recorded signals that are late, early, or of another size than their force needs.
+    """Recorded signals that are late, early, or scaled wrongly relative to their force.
 
     Attributes
     ----------
@@ -80,15 +80,15 @@ class Outliers(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MovedParameter(Finding):
-    """A parameter that a missing term moves, or that changes in the record, by most.
+    """The parameter with the largest change, by a missing term or in time.
 
     Attributes
     ----------
     parameter : str
     percent : float
-        By which it changes, of its value.
+        Change in percent of its value.
     most_percent : float
-        Above which a value must not be used.
+        Change above which the value must not be used, percent.
     is_changing : bool
         Whether the parameter itself changes in the record; otherwise a missing term moves it.
     """
@@ -133,7 +133,7 @@ class ResidualAtRepeats(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SimulatedLoop(Finding):
-    """How closely the simulated closed loop follows the record.
+    """Simulation error of the closed loop along the record.
 
     Attributes
     ----------
@@ -144,11 +144,11 @@ class SimulatedLoop(Finding):
     reproduces : bool
         Whether the error is below the threshold.
     is_misspecified : bool
-        Whether the model lacks something under a control law that is right, which may be the cause.
+        Whether the model is incomplete while the control law is correct, which may be the cause.
     rest : RestingAxis or None
         An axis that rests in too many samples, which may be the cause; None for no such axis.
     noise : NoiseSources or None
-        Of the record; None where it was not measured.
+        Noise sources of the record; None where they were not measured.
     """
 
     percent: float
@@ -166,9 +166,9 @@ class LoopNotSimulated(Finding):
     Attributes
     ----------
     reason : str
-        Of the simulation.
+        Reason why the simulation failed.
     is_misspecified : bool
-        As of `SimulatedLoop`.
+        As in `SimulatedLoop`.
     """
 
     reason: str
@@ -178,7 +178,7 @@ class LoopNotSimulated(Finding):
 def outliers_check(case: DiagnosticInputs) -> Check | Missing:
     """Check for outliers among single samples, by comparison with simulated replicas."""
     if not isinstance(case.lacking, Missing) and not case.preferred.inference.chains:
-        # HAC takes their size from the samples themselves.
+        # A HAC covariance would be estimated from the outliers themselves.
         return Missing(
             "single samples are compared with simulated replicas of the record, and there are none"
         )
@@ -197,7 +197,7 @@ def missing_terms_check(
     lacking: Sequence[Misspecification], case: DiagnosticInputs
 ) -> Check | Missing:
     """Check for missing terms; a note if another failed check may be the cause."""
-    aligned = case.aligned  # which says how late, where it fails
+    aligned = case.aligned  # reports the delay where it fails
     terms = [lack for lack in lacking if not (lack.kind == "delay" and fails(aligned))]
     found = misspecification_check(
         terms, "missing terms", case.data.axis, case.data.record, case.levels
@@ -205,9 +205,10 @@ def missing_terms_check(
     if isinstance(found, Missing) or found.status != "fail":
         return found
     if fails(method_check(case.preferred, {}, {}, case.steps, case.levels, law_passed=None)):
-        return replace(found, status="note")  # what the steps move is left, and counts once
+        # The quantisation bias leaves a residual. It is counted once, by the check of the method.
+        return replace(found, status="note")
     early = isinstance(aligned, Check) and fails(aligned) and (aligned.figure or 0.0) < 0
-    if early and declared_lateness(case.data) > 0:  # friction is wrong at low speed then
+    if early and declared_lateness(case.data) > 0:  # the friction at low speed is then wrong
         finding = _missing_terms(terms, case.data.axis, case.data.record)
         return replace(found, status="note", finding=replace(finding, may_be_long_delay=True))
     return found
@@ -221,7 +222,7 @@ def moved_parameters_check(
     Parameters
     ----------
     found : Check or Missing or None
-        Of missing terms: None is returned unless it fails.
+        Check of missing terms; None is returned unless it fails.
     lacking : sequence of Misspecification or Missing
     """
     if not fails(found) or isinstance(lacking, Missing):
@@ -236,7 +237,9 @@ def moved_parameters_check(
         status="fail",
         figure=worst.moved_percent,
         threshold=most,
-        source=MAX_MOVED_PERCENT.source,
+        source="largest change of a parameter in percent of its value, by a missing term or in "
+        f"time. The check fails above {most:g} %, the relative standard error up to which a "
+        "parameter is known: a value with a larger error is no property of the axis",
         finding=MovedParameter(
             parameter=worst.moved,
             percent=worst.moved_percent,
@@ -247,7 +250,7 @@ def moved_parameters_check(
 
 
 def fails(found: Check | Missing | None) -> bool:
-    """Whether it is a check that fails."""
+    """Return True for a check that fails."""
     return isinstance(found, Check) and found.status == "fail"
 
 
@@ -268,13 +271,13 @@ def misspecification_check(
     found : sequence of Misspecification
         Of any kind.
     name : {"missing terms", "recorded signals", "outliers"}
-        A term or a parameter that changes; a recorded signal that is late or of another size; or a
-        single measured sample that is an outlier.
+        A missing term or a parameter that changes; a recorded signal that is late or scaled
+        wrongly; or a single measured sample that is an outlier.
     axis : GeneratedAxis
     record : Record
     levels : Levels
     bounded : bool
-        Whether the loss bounds the effect of outliers, which are no more than a note then.
+        Whether the loss bounds the effect of outliers, which are then only a note.
     """
     own = [lack for lack in found if lack.check == name]
     return Check(
@@ -283,11 +286,12 @@ def misspecification_check(
         figure=100 * max((lack.own_share for lack in own), default=0.0),
         threshold=100 * levels.least_share,
         p_value=min((lack.p_value for lack in own), default=None),
-        source="percent of the force, root mean square, beyond the declared terms; fails where the "
-        "residual has more of it than the residuals of simulated replicas (Hotelling's test, "
-        f"{100 * levels.level:g} % over all that is looked for, by Holm's rule) and it is more "
-        f"than {100 * levels.least_share:g} % of the force, or moves a parameter by more than its "
-        "interval",
+        source="largest unmodelled part in percent of the force (rms), without the part that the "
+        "declared terms explain. The check fails where two conditions are met. The residual has "
+        "significantly more of it than the residuals of simulated replicas (Hotelling's test at "
+        f"{100 * levels.level:g} % over all hypotheses, by Holm's rule). It is more than "
+        f"{100 * levels.least_share:g} % of the force, or it moves a parameter by more than its "
+        "95 % interval",
         finding=_finding_of(own, name, axis, record, bounded=bounded),
     )
 
@@ -341,9 +345,10 @@ def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | N
         status=status_of(not found.is_mostly_model, matters=False),
         figure=finding.percent,
         threshold=100 * MIN_MODEL_SHARE.value,
-        source="percent of the residual's power that repeats with the reference, from the products "
-        "of residuals of different repeats; it counts where noise repeats as much with a "
-        "probability below 1e-3 (HAC over the phases), and where it is smooth from row to row",
+        source="power of the part that repeats with the reference, in percent of the power of the "
+        "residual, from products of the residuals of different repeats. The part counts where "
+        "noise alone repeats as much with a probability below 1e-3 (HAC over the phases) and where "
+        "it is smooth from row to row",
         finding=finding,
     )
 
@@ -367,20 +372,20 @@ def simulation_error_check(
     rest : float
         Part of the record's samples at which the axis rests.
     misspecified : bool
-        Whether the model lacks something under a control law that is right, which may be the cause.
+        Whether the model is incomplete while the control law is correct, which may be the cause.
     """
     simulated, form = preferred.simulated, preferred.form
     if isinstance(simulated, NotSimulated):
         failed = Check(
             name="simulation",
             status="fail",
-            source="an axis that was recorded can be simulated",
+            source="the closed loop of a recorded axis can be simulated with correct parameters",
             finding=LoopNotSimulated(
                 reason=str(simulated).removesuffix("."), is_misspecified=misspecified
             ),
         )
         return failed if simulated.by_estimate else simulated
-    error = preferred.simulation_error_percent or 0.0  # none but where nothing was simulated
+    error = preferred.simulation_error_percent or 0.0  # None only where nothing was simulated
     good, noise = error < MAX_SIMULATION_ERROR.value, None
     if preferred.inference.chains:
         units = form.axis.coordinate.unit, form.axis.drive.unit
@@ -390,8 +395,8 @@ def simulation_error_check(
         status=status_of(good),
         figure=error,
         threshold=MAX_SIMULATION_ERROR.value,
-        source="simulation error in percent of the left side; at 50 the loop explains three "
-        "quarters of its power, at 100 nothing",
+        source=f"simulation error in percent of the {form.left} (rms). At 50 % the simulated loop "
+        "explains three quarters of its power, at 100 % nothing",
         finding=SimulatedLoop(
             percent=error,
             left=form.left,

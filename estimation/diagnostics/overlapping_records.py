@@ -1,10 +1,11 @@
-"""Whether samples are among several records more than once: a record given twice, or an overlap.
+"""Search for samples that several records have in common: a record given twice, or an overlap.
 
-Two files of one recorder may hold the same samples, with times of their own: rows 1 to 10000 of a
-log, and rows 5000 to 15000. Times are therefore not looked at. Rows of what was measured that occur
-once in either record are looked for in both. An axis at rest repeats its rows, so that two records
-that both rest have nothing in common. Numbers are compared as 32-bit floats. Of records that were
-resampled the rows before are compared, where they are kept: those of columns of one clock.
+Two files of one recorder may contain the same samples with different times: rows 1 to 10000 of a
+log, and rows 5000 to 15000. Times are therefore ignored. Rows of measured columns that occur once
+in a record are searched in the other record. An axis at rest repeats its rows, so rests of two
+records are not counted as common samples. Numbers are compared as 32-bit floats. For resampled
+records, the rows before resampling are compared where they are kept, which is so for columns of
+one clock.
 """
 
 from collections.abc import Sequence
@@ -19,7 +20,7 @@ from axisid.estimation.records import Record, record_labels
 from axisid.estimation.thresholds import MAX_REPEATED_SAMPLES, MIN_COMMON_SAMPLES
 from axisid.estimation.verdict_checks import Check
 
-_MIN_COMMON_ROWS = 25  # each once in either record
+_MIN_COMMON_ROWS = 25  # rows that occur once in each of two records
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,10 +30,11 @@ class CommonSamples:
     Attributes
     ----------
     names : (str, str)
-        Of the records.
+        Names of the records.
     samples : int
+        Number of common samples.
     spans : ((float, float), (float, float))
-        Times of the first and the last of them in either record, s.
+        Times of the first and the last common sample in each record, s.
     """
 
     names: tuple[str, str]
@@ -56,10 +58,10 @@ class RepeatedSamples(Finding):
 
 
 def common_samples(one: Record, other: Record) -> tuple[NDArray[np.bool_], ...] | None:
-    """Which samples of either record are in the other, (N,) and (M,); None where none are.
+    """Return masks of the samples of each record that are in the other, (N,) and (M,).
 
-    Where in one of them nearly every row that occurs once, between the first and the last of those
-    in both, is in both.
+    Samples are common if nearly every row that occurs once, between the first and the last common
+    row of one record, is in both records. None where there are no common samples.
     """
     written = [each.sampled or each for each in (one, other)]
     if (rows := _measured(*written)) is None:
@@ -73,10 +75,10 @@ def common_samples(one: Record, other: Record) -> tuple[NDArray[np.bool_], ...] 
     shares, common = list[float](), list[NDArray[np.bool_]]()
     for own, count, others in zip(numbers, counts, counts[::-1], strict=True):
         first, last = np.flatnonzero(matched[own])[[0, -1]]
-        # Rows that two runs of one motion have alike by chance have others between.
+        # Rows that two runs of one motion share by chance have different rows between them.
         shares.append(matched.sum() / np.sum(count[own[first : last + 1]] == 1))
         common.append(others[own] > 0)
-        if not np.array_equal(numbers[0], numbers[1]):  # else they rest at the ends too
+        if not np.array_equal(numbers[0], numbers[1]):  # equal rows include rests at the ends
             common[-1][:first] = common[-1][last + 1 :] = False
     if max(shares) < MIN_COMMON_SAMPLES.value:
         return None
@@ -87,7 +89,7 @@ def common_samples(one: Record, other: Record) -> tuple[NDArray[np.bool_], ...] 
 
 
 def repeated_check(records: Sequence[Record]) -> Check | None:
-    """Whether samples are given more than once, which says nothing new; None where none are."""
+    """Return the check for samples that several records have in common; None without any."""
     counts, names = [np.ones(len(record)) for record in records], record_labels(records)
     pairs = list[CommonSamples]()
     for i, j in combinations(range(len(records)), 2):
@@ -111,8 +113,8 @@ def repeated_check(records: Sequence[Record]) -> Check | None:
         status="fail" if times > MAX_REPEATED_SAMPLES.value else "note",
         figure=times,
         threshold=MAX_REPEATED_SAMPLES.value,
-        source="how often a sample is among the records, on average: variances are too small by as "
-        "much",
+        source="mean number of records that contain a sample. Variances are too small by this "
+        "factor. The threshold makes standard errors 1 % too small",
         finding=RepeatedSamples(pairs=tuple(pairs), repetitions=times),
     )
 
@@ -125,9 +127,10 @@ def _time_span(record: Record, chosen: NDArray[np.bool_]) -> tuple[float, float]
 
 @np.errstate(all="ignore")
 def _measured(*records: Record) -> list[NDArray[np.void]] | None:
-    """What two records measured of the motion and of the drive, by row, as bytes; None without.
+    """Return the rows of measured columns of two records as bytes; None without such columns.
 
-    A reference is the same whenever it is run, and a position in few steps may be.
+    A reference is not a measured column, because it is the same in every run. A position with few
+    steps may be the same as well.
     """
     columns = [record.channels() for record in records]
     both = [

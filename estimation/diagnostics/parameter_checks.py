@@ -47,7 +47,7 @@ from axisid.estimation.verdict_checks import Check, status_of
 from axisid.modeling.declaration import Drive
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array, MaybeInfinite
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 
 from .parameter_findings import (
     BeyondBounds,
@@ -68,9 +68,10 @@ from .parameter_findings import (
     relative_error,
 )
 
-_MIN_REPETITION_WEIGHT = 0.3  # of the largest, from which another column in a repetition is named
-_MIN_ACCELERATION_SHARE = 0.05  # of the force; an axis with less hardly accelerates
-# of a column by the position; with less the axis hardly leaves its place
+# weight of a column in a repetition, relative to the largest, from which its parameter is named
+_MIN_REPETITION_WEIGHT = 0.3
+_MIN_ACCELERATION_SHARE = 0.05  # of the force; with less, the axis hardly accelerates
+# part of a column that depends on the position; with less, the axis hardly leaves its place
 _MIN_POSITION_VARIATION = 0.1
 
 
@@ -82,21 +83,22 @@ class Excitation:
     ----------
     name : str
     share : float
-        Norm of its part of the force over that of the force.
+        Norm of its part of the force relative to the norm of the force.
     inflation : float
         Variance inflation factor: 1 for a column that is orthogonal to all others, large for a
         column that nearly repeats them.
     alike : tuple of str
         The parameters whose columns it nearly repeats.
     lacking : tuple of str
-        What the motion lacks of the signals that the parameter acts by: the reason, where it is
-        imprecise. A precise parameter acts enough by the other signals, as a mass by its weight.
+        Signals of the parameter that the motion does not excite, as clauses: the reason where the
+        parameter is imprecise. A precise parameter has enough excitation by the other signals, as
+        a mass by its weight.
     rows : float
         Equivalent number of rows of equal weight: small where the term acts in few rows.
     largest_share : float
         Its largest part of the force, anywhere along the record, over the largest force.
     natural : float
-        Typical magnitude of its unit by force and motion, see `typical_magnitudes`.
+        Typical magnitude of its unit, from force and motion, see `typical_magnitudes`.
     """
 
     name: str
@@ -110,7 +112,7 @@ class Excitation:
 
     @property
     def obscurity(self) -> Obscurity:
-        """Return the reason why the record does not show the parameter, where it is imprecise."""
+        """Return the reason why the record does not identify the parameter, if it is imprecise."""
         if self.alike:
             return "repeated column"
         if self.rows < MIN_ROWS_PER_PARAMETER.value:
@@ -123,7 +125,7 @@ class Excitation:
 def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
     """Return the excitation of every parameter by its column of the inverse model.
 
-    The motion of several records lacks something only if it lacks it in all of them.
+    The motion of several records lacks a signal only if every record lacks it.
 
     Parameters
     ----------
@@ -144,7 +146,7 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
             for i, (data, own) in enumerate(zip(problem.data, each, strict=True))
         ]
     )
-    # Which columns of all records each column of a record is part of.
+    # Columns of the joint form that each column of a record is part of.
     mixed = [form.record_jacobian(i) != 0 for i in range(len(problem.data))]
     theta, names = form.regressed(physical), [q.name for q in form.quantities]
     anywhere, natural = np.zeros(len(names)), np.full(len(names), np.inf)
@@ -187,10 +189,11 @@ def excitation(problem: Problem, physical: Array) -> tuple[Excitation, ...]:
 
 
 def _repetition(unit: Array, j: int) -> tuple[float, list[int], float]:
-    """Return the variance inflation of a column, the columns it repeats where large, and its rows.
+    """Return the variance inflation of a column, the columns that it repeats, and its rows.
 
-    The rows are those of its part that is orthogonal to the others: the inverse of the sum of their
-    squared weights.
+    The repeated columns are given where the inflation is large. The equivalent number of rows is
+    that of the part of the column that is orthogonal to the others: the inverse of the sum of the
+    squared row weights.
     """
     others = [i for i in range(unit.shape[1]) if i != j]
     weights = np.linalg.lstsq(unit[:, others], unit[:, j], rcond=None)[0]
@@ -207,7 +210,7 @@ def _repetition(unit: Array, j: int) -> tuple[float, list[int], float]:
 def _inertial_share(
     form: Form, record: int, data: FilteredRecord, moving_rows: Equations, theta: Array
 ) -> float:
-    """Return the norm of the accelerating force, with known terms, over the modelled force's."""
+    """Return the norm of the accelerating force, with known terms, relative to the model's."""
 
     def force(rows: Equations) -> Array:
         intercept, columns = form.placed(record, rows.intercept, rows.regressor)
@@ -237,21 +240,22 @@ def _lacking(
     return tuple(fact for holds, fact in facts if holds and fact)
 
 
-_NEGLIGIBLE_SIZE = 0.1  # of a vague parameter, in what force and motion make of its unit
-_MAX_FROM_NOMINAL = 5.0  # times the nominal value, of the whole interval
+_NEGLIGIBLE_SIZE = 0.1  # of an imprecise parameter, relative to the typical size of its unit
+_MAX_FROM_NOMINAL = 5.0  # times the nominal value, for the whole interval
 NOMINAL_VALUES = "nominal values"
-# between identified and declared drive gain; beyond, a known value is of another record
+# between identified and declared drive gain; beyond, a known value belongs to another record
 _MAX_GAIN_RATIO = 2.0
 
 
 def rows_check(rows: int, parameters: int, samples_per_row: int | None = None) -> Check | None:
-    """Return a failed check where rows are too few for standard errors of so many parameters.
+    """Return a failed check where the rows are too few for standard errors of the parameters.
 
     Parameters
     ----------
     rows, parameters : int
+        Number of rows and of parameters.
     samples_per_row : int, optional
-        Of a fit: the number of samples that count as one row.
+        For a fit: the number of samples that count as one row.
     """
     if rows >= MIN_ROWS_PER_PARAMETER.value * parameters:
         return None
@@ -260,17 +264,19 @@ def rows_check(rows: int, parameters: int, samples_per_row: int | None = None) -
         status="fail",
         figure=rows / parameters,
         threshold=MIN_ROWS_PER_PARAMETER.value,
-        source=MIN_ROWS_PER_PARAMETER.source,
+        source="rows for each parameter. The check fails below "
+        f"{MIN_ROWS_PER_PARAMETER.value:g} rows, a chosen number: standard errors from fewer rows "
+        "are unreliable",
         finding=FewRows(rows=rows, parameters=parameters, samples_per_row=samples_per_row),
     )
 
 
 def precision(estimate: Estimate, excitation: Sequence[Excitation]) -> Check:
-    """Compare every parameter with its standard error; an imprecise one has the reason."""
+    """Compare every parameter with its standard error, and give reasons for imprecise ones."""
     values, relative = estimate.parameters, dict[str, float]()
     for s in excitation:
         value = values[s.name]
-        # In few rows residuals are small since the estimate follows them.
+        # In few rows the residuals are small, because the estimate follows the noise.
         few = s.rows < MIN_ROWS_PER_PARAMETER.value
         deviation = max(value.deviation, value.sd) if few else value.deviation
         relative[s.name] = 100 * deviation / abs(value.corrected) if value.corrected else np.inf
@@ -286,9 +292,11 @@ def precision(estimate: Estimate, excitation: Sequence[Excitation]) -> Check:
     return precision_check(
         max(relative.values()),
         finding,
-        "relative HAC standard error in percent, or the i.i.d. one where it is larger and the "
-        "parameter acts in few rows; not limited for a parameter whose part of the force is below "
-        "1 %, standard error included, unless the parameter could be as large as its unit allows",
+        "largest standard error in percent of the value of its parameter: HAC, or i.i.d. where "
+        "that is larger and the parameter acts in few rows. The check fails where a parameter "
+        "exceeds the threshold. The threshold does not apply to a parameter whose part of the "
+        "force, including its standard error, is below 1 %, unless that parameter could be as "
+        "large as is typical of its unit",
         passed=not unidentified,
     )
 
@@ -296,7 +304,7 @@ def precision(estimate: Estimate, excitation: Sequence[Excitation]) -> Check:
 def _by_reason(
     unidentified: Iterable[Excitation], relative: Mapping[str, float]
 ) -> tuple[Unidentified, ...]:
-    """Return imprecise parameters, those with one reason together.
+    """Return the imprecise parameters, grouped by reason.
 
     Parameters
     ----------
@@ -342,9 +350,10 @@ def precision_check(worst: float, finding: Finding, source: str, *, passed: bool
 
 
 def _is_nothing(excitation: Excitation, value: Value) -> bool:
-    """Tell whether a parameter is known to be small: neither columns nor the motion hide it.
+    """Return True for a parameter that is known to be small, because the record would show it.
 
-    A term that acts beyond the rows, or beyond the motion, is small in them whatever it is.
+    A term that does not act in the rows, or in this motion, has a small force there whatever its
+    value is.
     """
     if excitation.alike or excitation.lacking or not value.value:
         return False
@@ -372,9 +381,9 @@ def within_bounds(
     rest : float
         Part of the rows in which the axis rests.
     held : sequence of ParameterAtBound
-        Parameters that are not among the estimate's, since they are fixed at a bound.
+        Parameters that the estimate does not have, because they are fixed at a bound.
     explained_by_others : bool
-        Whether another candidate model explains more, so that this one lacks terms.
+        Whether another candidate model explains more, so that this model lacks terms.
     """
     axis, values = estimate.form.axis, dict(estimate.parameters)
     physical = physical_parameters(estimate.method, estimate.form, estimate.distribution)
@@ -407,13 +416,14 @@ def within_bounds(
         status=status_of(not outside),
         figure=float(len(outside)),
         threshold=0.0,
-        source="declared physical bounds; number of parameters outside or at them, none is clipped",
+        source="number of parameters outside or at their declared physical bounds. No estimate is "
+        "clipped to its bounds",
         finding=finding,
     )
 
 
 def _reaches_within(parameter: Parameter, value: Value) -> bool:
-    """Tell whether the 95 % interval of a value reaches within its bounds."""
+    """Return True if the 95 % interval of a value reaches within its bounds."""
     low, high = value.interval
     return bool(low < parameter.upper and high > parameter.lower)
 
@@ -430,7 +440,7 @@ def _outside(parameter: Parameter, value: Value) -> OutsideBounds:
 
 
 def at_bound_check(held: Sequence[ParameterAtBound], rest: float = 0.0) -> Check:
-    """Return the check of parameters at their bounds, by chance or against the record.
+    """Return the check of parameters that are fixed at their bounds.
 
     Parameters
     ----------
@@ -450,7 +460,8 @@ def at_bound_check(held: Sequence[ParameterAtBound], rest: float = 0.0) -> Check
         status="fail" if against else "note",
         figure=farthest,
         threshold=MIN_DISTANCE_FROM_NOISE.value,
-        source="standard errors by which a parameter that is fixed at its bound would be beyond it",
+        source="largest distance of a free estimate beyond the bound that its parameter is fixed "
+        "at, in standard errors",
         finding=FixedAtBounds(
             parameters=tuple(held),
             distance=float(farthest),
@@ -475,9 +486,9 @@ def fixed_check(estimate: Estimate, level: float = CHECK_LEVEL.value) -> Check |
         figure=physical.statistic,
         threshold=None,
         p_value=physical.p_value,
-        source=f"Hotelling's T squared with {physical.dof} restrictions, covariance of the "
-        "estimate and declared standard deviations, corrected for the bias of filter and noise; "
-        f"fails below {100 * level:g} %",
+        source=f"Hotelling's T squared of {physical.dof} restrictions, from the covariance of the "
+        "estimate and the declared standard deviations, after correction for the bias by filter "
+        f"and noise. The check fails where the p-value is below {100 * level:g} %",
         finding=FixedValues(
             values=tuple(_fixed_value(p, estimate) for p in physical.known),
             statistic=float(physical.statistic),
@@ -508,16 +519,17 @@ def _fixed_value(parameter: Parameter, estimate: Estimate) -> FixedValue:
 def nominal_check(
     found: Iterable[tuple[Parameter, float, tuple[float, float]]],
 ) -> Check | None:
-    """Return a note on values of another order of magnitude than declared; None without any.
+    """Return a note on values of another order of magnitude than nominal; None without any.
 
-    A column in another unit makes such values, which no other check shows where no law is
-    simulated. A nominal value of 0 says nothing of the size. Of a parameter that may have either
-    sign, the absolute values are compared.
+    A column in a wrong unit leads to such values, and no other check shows it where no law is
+    simulated. A nominal value of 0 says nothing about the size. The absolute values are compared
+    for a parameter that may have either sign.
 
     Parameters
     ----------
     found : iterable of (Parameter, float, (float, float))
-        Each with its value and its interval, all of which is as far.
+        Each parameter with its value and its interval. The whole interval has to be far from the
+        nominal value.
     """
     most, far = _MAX_FROM_NOMINAL, list[FarFromNominal]()
     for parameter, value, interval in found:
@@ -546,7 +558,9 @@ def nominal_check(
         status="note",
         figure=far[0].ratio,
         threshold=most,
-        source="chosen: units differ by 6.28, 9.81, 57.3 or powers of ten",
+        source="ratio of a value to its nominal value. It is a note above the threshold and below "
+        "its inverse, for the whole 95 % interval. The threshold is chosen: usual units differ by "
+        "factors of 6.28, 9.81, 57.3 or powers of ten",
         finding=FarFromNominalValues(parameters=tuple(far)),
     )
 
@@ -571,8 +585,9 @@ def gain_check(estimate: Estimate, drive: Drive) -> Check | None:
         status=status_of(same, matters=not near),
         figure=finite(distance),
         threshold=MIN_DISTANCE_FROM_NOISE.value,
-        source="distance of the identified gain from the declared one, in standard errors of both; "
-        "a note, and a failure where one is twice the other or more, or of the other sign",
+        source="distance of the identified gain from the declared gain, in standard errors of "
+        "their difference. Beyond the threshold it is a note. The check fails where one gain is "
+        "twice the other or more, or where the signs differ",
         finding=IdentifiedGain(
             identified=float(value.corrected),
             standard_error=float(value.deviation),

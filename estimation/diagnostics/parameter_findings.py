@@ -17,7 +17,7 @@ class FewRows(Finding):
     ----------
     rows, parameters : int
     samples_per_row : int or None
-        Of a fit: the number of samples that count as one row; None for the rows of a regression.
+        For a fit: the number of samples that count as one row; None for rows of a regression.
     """
 
     rows: int
@@ -50,8 +50,8 @@ def finite(number: float) -> float | None:
     return float(number) if math.isfinite(number) else None
 
 
-#: Why a record does not identify a parameter: its column nearly repeats others, it acts in few
-#: rows, other terms cancel its part of the force, or the residual is larger than that.
+#: Reason why a record does not identify a parameter: its column nearly repeats others, it acts in
+#: few rows, other terms cancel its part of the force, or the residual is larger than its part.
 Obscurity = Literal["repeated column", "few rows", "cancelled", "below residual"]
 
 
@@ -64,11 +64,11 @@ class Unidentified:
     parameters : tuple of RelativeError
     reason : {"repeated column", "few rows", "cancelled", "below residual"}
     alike : tuple of str
-        Of a repeated column: the parameters whose columns it repeats.
+        For a repeated column: the parameters whose columns it repeats.
     rows : float
         The equivalent number of rows in which the parameters act.
     lacking : tuple of str
-        What the motion lacks.
+        Signals that the motion does not excite, as clauses.
     """
 
     parameters: tuple[RelativeError, ...]
@@ -85,11 +85,12 @@ class Precision(Finding):
     Attributes
     ----------
     largest_percent : float or None
-        The largest of those that have to be small; None where one of a value of 0 is among them.
+        Largest relative standard error of parameters that are not negligible; None if one of them
+        has the value 0.
     negligible : tuple of RelativeError
-        Parameters that cannot be distinguished from 0 and act by less than 1 % of the force.
+        Parameters that cannot be distinguished from 0 and make less than 1 % of the force.
     unidentified : tuple of Unidentified
-        By reason; empty where every other parameter is precise enough.
+        Imprecise parameters by reason; empty where every other parameter is precise enough.
     """
 
     largest_percent: float | None
@@ -118,9 +119,9 @@ class OutsideBounds:
     is_at_bound: bool
 
 
-#: What is to be looked at where a parameter is beyond its bounds: its 95 % interval reaches within,
-#: a model that lacks terms of other candidates, rests in the rows, signs and units, or those and
-#: the model.
+#: Likely cause to check where a parameter is beyond its bounds: chance, as its 95 % interval
+#: reaches within; a model that lacks terms of other candidates; rests in the rows; signs, units and
+#: gain; or signs, units and model.
 BoundsAdvice = Literal[
     "interval reaches within",
     "other candidates explain more",
@@ -151,9 +152,9 @@ class BeyondBounds(Finding):
     ----------
     parameters : tuple of OutsideBounds
     advice : str
-        What is to be looked at, of `BoundsAdvice`.
+        Likely cause to check, of `BoundsAdvice`.
     rest : RestingAxis or None
-        Where rests are the cause.
+        Rests of the axis, where these are the cause.
     """
 
     parameters: tuple[OutsideBounds, ...]
@@ -169,11 +170,11 @@ class FixedAtBounds(Finding):
     ----------
     parameters : tuple of ParameterAtBound
     distance : float
-        Of the farthest free value from its bound, in standard errors.
+        Distance of the farthest free value beyond its bound, in standard errors.
     advice : str or None
-        What is to be looked at, of `BoundsAdvice`, where that is more than chance.
+        Likely cause to check, of `BoundsAdvice`, if the distance is more than chance.
     rest : RestingAxis or None
-        Where rests are the cause.
+        Rests of the axis, where these are the cause.
     """
 
     parameters: tuple[ParameterAtBound, ...]
@@ -190,7 +191,7 @@ class FixedValue:
     ----------
     name, unit : str
     value, standard_error : float
-        SI; the latter is 0 of an exact value.
+        SI; the standard error is 0 for an exact value.
     of_record, standard_error_of_record : float or None
         As estimated from the record alone, SI; None where the record does not determine it.
     """
@@ -205,12 +206,12 @@ class FixedValue:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FixedValues(Finding):
-    """Fixed values and the record in Hotelling's test of their restrictions.
+    """Comparison of fixed values with the record, by Hotelling's test of the restrictions.
 
     Attributes
     ----------
     values : tuple of FixedValue
-        Empty where the physical parameters alone are restricted.
+        Empty where only the physical parameters are restricted.
     statistic, restrictions, p_value : float, int, float
     agree : bool
         Whether the p-value is at least the level.
@@ -236,7 +237,7 @@ class FarFromNominal:
     value, nominal : float
         SI.
     ratio : float
-        Of the two.
+        Value divided by nominal value.
     """
 
     name: str
@@ -267,9 +268,9 @@ class IdentifiedGain(Finding):
     identified, standard_error, declared : float
     unit : str
     distance : float or None
-        Of the two, in standard errors of their difference; None where these are 0.
+        Distance of the two, in standard errors of their difference; None where these are 0.
     agreement : {"same", "near", "far"}
-        Far is a factor of 2 or more, or the other sign.
+        Far means a factor of 2 or more, or the other sign.
     """
 
     identified: float

@@ -30,7 +30,8 @@ from axisid.estimation.regression import (
 from axisid.estimation.thresholds import MIN_ROWS_PER_PARAMETER
 from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Levels, Status
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, Missing, unless_missing
+from axisid.support.errors import EstimationError
+from axisid.support.missing import Missing, unless_missing
 
 from .pooling_findings import (
     ComparedRecords,
@@ -39,30 +40,30 @@ from .pooling_findings import (
     UnidentifiedInRecord,
 )
 
-# part of a column below which it counts as spanned by others; numerical slopes are as exact
+# part of a column below which it counts as spanned by others; numerical slopes have this accuracy
 _OWN_PART = 1e-3
-_FEWEST = 5.0  # least degrees of freedom of a covariance
+_FEWEST = 5.0  # degrees of freedom that a covariance needs
 _LOAD_UNITS = ("kg", "kg m^2", "kg*m^2")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordRegressor:
-    """Rows of one record in an estimate of several, by parameters that may be its own.
+    """Rows of one record in an estimate of several, with columns for parameters of its own.
 
     Attributes
     ----------
     names, units : tuple of str
-        Of its p parameters.
+        Names and units of its p parameters.
     values : (p,) array
         Estimates from all records.
     slopes : (p, k) array
-        Of these values by the common parameters.
+        Derivatives of these values by the common parameters.
     span : slice
-        Its rows.
+        Rows of the record.
     columns, instruments : (n, p) array
-        In these rows.
+        Columns of the parameters and their instruments in these rows.
     size : float
-        Norm of the output, of which effects of parameters are a share.
+        Norm of the output, to which effects of parameters are relative.
     every : int
         Rows that carry as much information as one independent row.
     """
@@ -102,9 +103,9 @@ class RecordDifference:
     deviations : mapping of str to float
         Standard errors of the difference, by simulated replicas or HAC.
     statistic : float
-        Hotelling's, over its degrees of freedom.
+        Hotelling's statistic divided by its degrees of freedom.
     freedom : (float, float)
-        Of F.
+        Degrees of freedom of the F distribution.
     p_value : float
         Probability of such a difference by chance, of one record.
     share_percent : float
@@ -134,13 +135,13 @@ class RecordDifference:
         return {n: (own - self.common[n]) / self.deviations[n] for n, own in self.own.items()}
 
     def matters(self, levels: Levels) -> bool:
-        """Return whether the difference is significant and its effect is relevant."""
+        """Return True if the difference is significant and its effect is relevant."""
         return self.p_value < levels.level and self.share_percent > 100 * levels.least_share
 
     def differing(self, levels: Levels) -> tuple[str, ...]:
         """Return the parameters with a significant and relevant difference; all if there are none.
 
-        Significant by Bonferroni's rule, relevant by the effect of each.
+        Significance is by Bonferroni's rule, relevance by the effect of each parameter.
         """
         q, freedom = len(self.own), sum(self.freedom) - 1
         chances = {n: 2 * q * float(stdtr(freedom, -abs(d))) for n, d in self.distances.items()}
@@ -148,7 +149,7 @@ class RecordDifference:
         return tuple(n for n in beyond if self.shares[n] > levels.least_share) or tuple(self.own)
 
     def parameters(self, names: Iterable[str]) -> tuple[DifferingParameter, ...]:
-        """Return some of the parameters with the estimates of the record and of the others."""
+        """Return the named parameters with the estimates of the record and of the others."""
         found = list[DifferingParameter]()
         for name in names:
             found.append(
@@ -178,17 +179,17 @@ def difference_of(
     Parameters
     ----------
     units : mapping of str to str
-        Of the q parameters, by name.
+        Units of the q parameters, by name.
     common, difference : (q,) array
-        Estimates from the others, and from the record minus those.
+        Estimates from the others, and estimates from the record minus these.
     covariance : (q, q) array
-        Of the difference.
+        Covariance of the difference.
     freedom : float
         Degrees of freedom of the covariance.
     effects : (n, q) array
         Effect of the difference of each parameter on the output, relative to its size.
     untold : sequence of str
-        As of `RecordDifference`.
+        As in `RecordDifference`.
     """
     q, square = len(difference), wald(difference, covariance)[0]
     return RecordDifference(
@@ -214,12 +215,13 @@ class PoolingTest:
     Attributes
     ----------
     records : tuple of RecordDifference or Missing
-        By record, compared with all others; missing where it does not identify the parameters.
+        Difference of each record from all others; missing where it does not identify the
+        parameters.
     odd : int or None
         The record that differs most, those with a relevant effect first; None where all differences
         are within chance.
     p_value : float
-        The least of all records, corrected for their number.
+        Smallest p-value of all records, corrected for their number.
     """
 
     records: tuple[RecordDifference | Missing, ...]
@@ -235,10 +237,13 @@ def pooling_test(
     The covariance is that of simulated replicas, or HAC where there are too few.
     """
     if estimate.is_direct:
-        return Missing("the rows of a direct model are accelerations")
+        return Missing(
+            "the rows of a direct model are accelerations, and records are compared by their forces"
+        )
     if estimate.counts is not None:
         return Missing(
-            "the weights of rows depend on residuals, which differ between one record and all"
+            "with this loss the weights of the rows depend on the residuals, which differ between "
+            "one record and all records"
         )
     weights, inference = estimate.weights, estimate.inference
     residuals, common = inference.twins_residuals, inference.twin_errors
@@ -257,7 +262,7 @@ def pooling_test(
         by_twins = None
         if residuals is not None and common is not None:
             moved = solution.influence.T @ (weights[:, None] * residuals)
-            # The residuals of replicas do not contain their common errors, which scatter too.
+            # The residuals of replicas do not contain their common errors, which vary as well.
             moved[: common.shape[1]] += common.T
             by_twins = covariance_of_twins(moved, columns.shape[1])
         applied = by_twins or Hac().applied(solution)
@@ -346,7 +351,7 @@ def pooling_check(
         Of the records.
     levels : Levels
     output : str
-        The estimate explains this: ``force``, or ``output`` of a fit.
+        Quantity that the estimate explains: ``force``, or ``output`` for a fit.
     """
     odd = _odd_record(found, names, levels)
     status: Status = "pass"
@@ -360,10 +365,10 @@ def pooling_check(
         figure=largest,
         threshold=100 * levels.least_share,
         p_value=found.p_value,
-        source=f"effect of the parameters of a record alone, compared with those of the others, in "
-        f"percent of the {output} of the record. The check fails where an effect is larger and "
-        f"chance makes such a difference in less than {100 * levels.level:g} % (Hotelling's test, "
-        "corrected for the number of records)",
+        source="largest effect of the difference between the parameters of one record and those of "
+        f"the others, in percent of the {output} of the record (rms). The check fails where an "
+        "effect is above the threshold and the difference is significant at "
+        f"{100 * levels.level:g} % (Hotelling's test, corrected for the number of records)",
         finding=ComparedRecords(
             odd=odd,
             largest_percent=largest,
@@ -410,14 +415,14 @@ def _tested(
     shown = _independent(Z, base[:, :0])
     if not (own := [shown[j] for j in _independent(Z[:, shown], base)]):
         return Missing("this record identifies no parameter that it shares with the others")
-    # An estimate follows few rows, so that their residuals are smaller than the noise.
+    # An estimate from few rows follows their noise, so that their residuals are too small.
     needed = MIN_ROWS_PER_PARAMETER.value * len(own)
     others = sum(each.independent_rows for each in records if each is not record)
     for whose, rows in (("this record has", record.independent_rows), ("the others have", others)):
         if rows < needed:
             return Missing(
-                f"{whose} {rows} rows for {len(own)} parameters; {needed:g} are needed to compare "
-                "the records. Record a longer motion"
+                f"{whose} {rows} independent rows for {len(own)} parameters, and a comparison of "
+                f"the records needs {needed:g}. Record a longer motion"
             )
     try:
         change, covariance, dof = extended(X[:, own], Z[:, own])
@@ -425,7 +430,7 @@ def _tested(
         return Missing(str(error))
     q, freedom = len(own), float(np.min(dof[-len(own) :]))
     if freedom - q + 1 < _FEWEST:
-        return Missing("too few of the residuals are independent for a covariance")
+        return Missing("too few residuals are independent for a covariance. Record a longer motion")
     return difference_of(
         {record.names[j]: record.units[j] for j in own},
         record.values[own] + record.slopes[own] @ change[:-q],
@@ -437,9 +442,9 @@ def _tested(
     )
 
 
-def _independent(columns: Array, beside: Array) -> list[int]:
-    """Return the columns that neither others nor those before them span."""
-    every = np.hstack([beside, columns])
+def _independent(columns: Array, others: Array) -> list[int]:
+    """Return the columns that neither the others nor the columns before them span."""
+    every = np.hstack([others, columns])
     sizes = np.linalg.norm(every, axis=0)
     own = np.diag(np.linalg.qr(every / np.where(sizes > 0, sizes, 1.0), mode="r"))
-    return [*map(int, np.flatnonzero(np.abs(own[beside.shape[1] :]) > _OWN_PART))]
+    return [*map(int, np.flatnonzero(np.abs(own[others.shape[1] :]) > _OWN_PART))]

@@ -17,7 +17,7 @@ class DifferingParameter:
     common : float
         Estimate from the others, SI.
     standard_error : float
-        Of the difference.
+        Standard error of the difference.
     unit : str
     is_load : bool
         Whether it is a mass or an inertia, which another load changes.
@@ -39,7 +39,7 @@ class OddRecord:
     ----------
     name : str
     other : str or None
-        Name of the other record where there are two; None where there are more.
+        Name of the other record if there are two records; None if there are more.
     parameters : tuple of DifferingParameter
     matters : bool
         Whether the effect of the difference is more than the least share.
@@ -80,7 +80,7 @@ class ComparedRecords(Finding):
     least_percent : float
         Percent of the output, beyond which an effect matters.
     output : str
-        ``force``, or ``output`` of a fit.
+        ``force``, or ``output`` for a fit.
     unidentified : tuple of UnidentifiedInRecord
     """
 

@@ -11,21 +11,21 @@ _DRAWS = 4  # each with both signs
 
 
 def quantisation_bias(form: Form, data: FilteredRecord, step: float, physical: Array) -> Array:
-    """Estimate the bias by steps of a logged position that the control loop does not see, (p,).
+    """Estimate the bias by steps of a logged position that the control loop does not read, (p,).
 
-    Rounding adds noise that is uniform within a step. As much noise again changes the estimate by
-    about the same amount again, to first order in its variance: the simulation step of Cook and
-    Stefanski's SIMEX.
+    Rounding adds noise that is uniform within a step. Added noise of the same size changes the
+    estimate by about the same bias once more, to first order in its variance: the simulation step
+    of Cook and Stefanski's SIMEX.
 
     Parameters
     ----------
     form : Form
-        At its operating point, if it is linearised.
+        Form at its operating point, if it is linearised.
     data : FilteredRecord
     step : float
-        Of the position, SI.
+        Step of the position, SI.
     physical : (p,) array
-        Least squares of the record without added noise.
+        Least-squares estimate from the record without added noise.
     """
     rng, changes = np.random.default_rng(0), []
     for _ in range(_DRAWS):

@@ -15,7 +15,7 @@ from axisid.estimation.regression import InverseForm
 from axisid.estimation.thresholds import MAX_LAW_MOVE, MIN_DISTANCE_FROM_NOISE
 from axisid.estimation.verdict_checks import Check
 from axisid.support.arrays import Array
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 
 from .control_law import SCALE, LawAgreement, law_check
 from .diagnostic_inputs import DiagnosticInputs
@@ -28,16 +28,16 @@ class ControlScaleMoves(Finding):
     Attributes
     ----------
     finding : Finding
-        Of the declared law, which the control follows.
+        Comparison with the declared law, which the control follows.
     scale : float
         Factor by which the recorded control may be too large.
     parameter : str
     change : float
-        Of the parameter by that factor.
+        Change of the parameter by that factor.
     unit : str
         Of the parameter.
     standard_errors : float
-        The change by the standard error of the parameter and of the change.
+        The change relative to the standard error of the parameter and of the change.
     """
 
     finding: Finding
@@ -58,17 +58,18 @@ def control_law_check(case: DiagnosticInputs) -> Check | Missing:
 
 
 def _with_effect_of_scale(check: Check, case: DiagnosticInputs, law: LawAgreement) -> Check:
-    """Fail a passed check where the control's scale moves a parameter too far."""
+    """Return a failed check where the scale of the control moves a parameter too far."""
     shown = [each for each in law.plausible if each.kind[0] == SCALE]
     whole = case.whole or case
     joint = whole.problem.joint_form
-    absorbed = joint is not None and joint.gain is not None  # by the drive gain, which is compared
+    # An identified drive gain contains the scale, and is compared with the declared gain.
+    absorbed = joint is not None and joint.gain is not None
     if not shown or absorbed or case.data.record.force is not None:
         return check
     share, deviation = shown[0].values[SCALE], shown[0].deviations[SCALE]
     if share < 0:
-        # Noise and rounding in what the law reads make the control look smaller than the law's, by
-        # at most the square of the part of it that the law does not reproduce.
+        # Noise and rounding in the inputs of the law make the control look too small. The relative
+        # effect is at most the square of the part of the control that the law does not reproduce.
         share = min(share + (shown[0].left_percent / 100) ** 2, 0.0)
     if abs(share) <= MIN_DISTANCE_FROM_NOISE.value * deviation:
         return check
@@ -87,7 +88,9 @@ def _with_effect_of_scale(check: Check, case: DiagnosticInputs, law: LawAgreemen
         status="fail",
         figure=shifts[worst],
         threshold=MAX_LAW_MOVE.value,
-        source=MAX_LAW_MOVE.source,
+        source="largest change of a parameter if the recorded control has another scale, in "
+        "standard errors of the parameter and of the change. The threshold is measured: the change "
+        "is at most 1.2 standard errors on 120 correct twins whose position is followed",
         finding=ControlScaleMoves(
             finding=check.finding,
             scale=float(1 + share),

@@ -18,10 +18,10 @@ from axisid.estimation.verdict_checks import Check
 from axisid.support.arrays import Array, mask_of, runs
 
 SUDDEN_STEPS = "sudden steps"
-_WINDOW = 10  # steps before or after a sudden one, by which the position is in motion or at rest
-_LEAST_SURPLUS = 3  # of these in one direction
-_STUCK = 2.0  # times the motion that was missed, up to which a stuck encoder catches up
-_WHOLE_RANGE = 0.9  # of the recorded positions, from which a step back is a new turn
+_WINDOW = 10  # steps before or after a sudden step, which show motion or rest
+_LEAST_SURPLUS = 3  # of these steps in one direction
+_STUCK = 2.0  # times the missed motion, up to which a stuck encoder catches up
+_WHOLE_RANGE = 0.9  # of the range of recorded positions, from which a step back is a new turn
 
 Cause = Literal[
     "new turn", "repeated sample", "stuck encoder", "lost samples", "lost samples or counts"
@@ -60,17 +60,17 @@ class SuddenStep:
 
     @property
     def is_new_turn(self) -> bool:
-        """Whether the position jumps back by its whole range, as after a full turn."""
+        """True if the position jumps back by its whole range, as after a full turn."""
         return self.size * self.motion < 0 and abs(self.size) >= _WHOLE_RANGE * self.range
 
     @property
     def is_repeat(self) -> bool:
-        """Whether the step is smaller than both neighbours: a sample is repeated."""
+        """True if the step is smaller than both neighbours: a sample is repeated."""
         return abs(self.size) < self.neighbour
 
     @property
     def is_release(self) -> bool:
-        """Whether the position stood still and then catches up: the encoder was stuck."""
+        """True if the position stood still and then catches up: the encoder was stuck."""
         missed = (self.held + 1) * abs(self.motion)
         return self.held > 0 and abs(self.size) <= _STUCK * missed
 
@@ -100,9 +100,9 @@ class SuddenSteps(Finding):
     seconds : float or None
         Time of the largest step in the log; None without a step.
     cause : str or None
-        As of a `SuddenStep`; None without a step.
+        As in `SuddenStep`; None without a step.
     held : int
-        Sample periods directly before it in which the position stood still.
+        Sample periods directly before the largest step in which the position stood still.
     is_in_reference : bool
         Whether the reference makes a sudden step at the same place.
     """
@@ -179,8 +179,9 @@ def sudden_steps_check(axis: GeneratedAxis, record: Record) -> Check | None:
         status="fail" if found else "pass",
         figure=float(len(found)),
         threshold=0.0,
-        source="number of steps that differ from their neighbours by twice the largest second "
-        "difference elsewhere",
+        source="number of sudden steps of the recorded position. A step is sudden if it differs "
+        "from its neighbours by more than twice the largest second difference of the position "
+        "elsewhere in the record",
         finding=_finding_of(found, record, axis.coordinate.unit),
     )
 

@@ -1,7 +1,7 @@
 """Results of an estimator.
 
-In: the solution of a regression. Out: `Estimate` with its `Value` of each parameter, physical ones.
-Knows nothing of methods, of verdicts and of how it is shown.
+In: the solution of a regression. Out: `Estimate` with the `Value` of each physical parameter.
+Knows nothing of methods, verdicts and presentation.
 """
 
 from .estimate import (

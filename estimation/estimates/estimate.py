@@ -29,21 +29,24 @@ from axisid.estimation.signals import RowTimes
 from axisid.estimation.thresholds import LIGHT_ROW
 from axisid.modeling.parsing import FunctionLike, parameter_function
 from axisid.support.arrays import Array, Deferred, Exact
-from axisid.support.errors import Missing, UsageError, is_among, is_whole, quoted, refuse
+from axisid.support.checks import is_among, is_whole, refuse
+from axisid.support.errors import UsageError
+from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable, view_of
+from axisid.support.wording import quoted
 
 from .estimated_values import NamedValues, SamplingDistribution, Value
 
 
 @dataclass(frozen=True, slots=True)
 class NotSimulated(Missing):
-    """The reason why no loop was simulated with an estimate.
+    """Reason why no loop was simulated with an estimate.
 
     Attributes
     ----------
     by_estimate : bool
-        Whether its law and its reference are there and the estimate is at fault: too stiff, no
-        inertia, diverging.
+        Whether there are a law and a reference, and the estimate is the reason: a loop that is too
+        stiff, has no inertia, or diverges.
     """
 
     by_estimate: bool = False
@@ -59,7 +62,7 @@ class Iterate(Exact):
     theta : (k,) array
         In the regression's own parameters.
     simulation_error_percent : float
-        Of the loop simulated with it.
+        Simulation error of the loop with this iterate.
     """
 
     physical: Array
@@ -69,36 +72,38 @@ class Iterate(Exact):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Inference(Exact):
-    """Inference that takes further simulated loops, and is therefore computed on request.
+    """Inference that needs further simulated loops, and is therefore computed on request.
 
     Attributes
     ----------
     covariances : dict of str to (p, p) array
-        Of the physical parameters, by name: ``iid``, ``robust`` and ``hac``; by the delta method
-        for a direct model. ``hac`` as twins scatter, where there are any.
+        Covariances of the physical parameters, by name: ``iid``, ``robust`` and ``hac``; by the
+        delta method for a direct model. ``hac`` is scaled by simulated replicas where there are
+        any.
     covariance_notes : dict of str to CovarianceNote
-        What each covariance is, with lags, corrections and replicas.
+        Notes on each covariance: kind, lags, corrections and replicas.
     ddm_covariances : dict of str to (m, m) array
-        Of a direct model's own parameters; empty for an inverse model.
+        Covariances of a direct model's own parameters; empty for an inverse model.
     freedom, ddm_freedom : dict of str to array
         Degrees of freedom of the variances in the covariances, (p,) and (m,).
     gain_slopes : (p,) array or None
-        Of the physical parameters by the logarithm of the gain; None where it is exact.
+        Derivatives of the physical parameters by the logarithm of the gain; None for an exact gain.
     theta_gain_slopes : (k,) array or None
-        The same of the regression's own parameters.
+        Derivatives of the regression's own parameters by the logarithm of the gain.
     noise_free : (n,) array or None
-        What the same estimator leaves of loops simulated with the estimate, behind the same filter,
-        or of twins in the mean: errors of the filter, but for what moves the estimate. The loops
-        are from the records' references, or follow them where they have none. None where they could
-        not be simulated, or move otherwise than the records.
+        Residuals of the same estimator and filter for loops simulated with the estimate, or the
+        mean residuals of replicas: errors of the filter, without their effect on the estimate. The
+        loops follow the references of the records, or the records themselves without references.
+        None where they could not be simulated, or do not follow the records.
     bias : (p,) array or None
-        What filter and noise move the physical parameters by, as twins tell; None without twins.
+        Bias of the physical parameters by filter and noise, by simulated replicas; None without
+        replicas.
     chains : tuple of Chain
-        The noise of each record, as its twins have it; none without twins.
+        Noise of each record in its replicas; empty without replicas.
     twins_residuals : (n, R) array or None
-        What the estimator leaves of each twin; None without twins that scatter.
+        Residuals of the estimator in each replica; None without replicas with noise.
     twin_errors : (R, k) array or None
-        The regression's own parameters of each twin, less those of its loops.
+        Errors of the regression's own parameters in each replica.
     """
 
     covariances: Mapping[str, Array]
@@ -154,12 +159,12 @@ class EstimateFacts:
 
     @property
     def is_direct(self) -> bool:
-        """Whether a direct model was regressed."""
+        """True if a direct model was regressed."""
         return bool(self.ddm_quantities)
 
     @property
     def by_output_error(self) -> bool:
-        """Whether the regressor is that of the simulated loop, and has no noise."""
+        """True if the regressor is that of the simulated loop, and has no noise."""
         return is_output_error(self.method)
 
     @property
@@ -180,73 +185,75 @@ class EstimateFacts:
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
 class Estimate(EstimateFacts, Presentable, Exact):
-    """An estimate of the physical parameters, and of the direct model's where it is regressed.
+    """Estimate of the physical parameters, and of a direct model's own parameters.
 
     Attributes
     ----------
     method : str
         ``idm-ls``, ``ddm-ls``, ``idm-iv``, ``ddm-iv`` or ``didim``.
     form : Form
-        The regression's form, with the map from its parameters to the physical ones.
+        Form of the regression, with the map from its parameters to the physical ones.
     quantities : tuple of Quantity
         Physical parameters, length p.
     theta : (k,) array
-        In the regression's own parameters.
+        Regression's own parameters.
     physical : (p,) array
+        Physical parameters.
     jacobian : (p, k) array
-        Of the physical parameters by the regression's own.
+        Derivatives of the physical parameters by the regression's own.
     ddm_quantities : tuple of Quantity
         Length m; empty for an inverse model.
     y : (n,) array
         Left side of the regression: force (IDM) or acceleration (DDM).
     X : (n, k) array
-        Regressor: of the measured motion, or the slopes of the simulated left side by each
+        Regressor: of the measured motion, or the derivatives of the simulated left side by each
         parameter, see `by_output_error`.
     Z : (n, k) array or None
-        The simulated loop's columns: instruments; None for least squares.
+        Instruments: columns of the simulated loop; None for least squares.
     rows : (n,) array
         Sample number of each row.
     neighbours : RowTimes
-        Which of the rows follow each other in time.
+        Order of the rows in time, with their gaps.
     period : float
-        Of the samples, s.
+        Sample period, s.
     row_period : float
-        Between rows that follow each other, s.
+        Time between successive rows, s.
     times : (n,) array or None
-        Of each row since the record's first sample, s, where the record has gaps; None where it is
-        ``rows * period``.
+        Time of each row since the record's first sample, s, for a record with gaps; None where it
+        is ``rows * period``.
     residuals : (n,) array
-        ``y - X theta``, less the known part of the model if it has one; of output error, ``y`` less
-        what the simulated loop makes of it.
+        ``y - X theta`` minus the known part of the model if it has one; for output error, ``y``
+        minus the simulated left side.
     simulated : (n,) array or NotSimulated
-        Left side as the simulated loop has it.
+        Left side of the simulated loop.
     equation_error_percent : float
         ``100 ||y - X theta|| / ||y||``. Not a quality of an instrumental-variable estimate.
     simulation_error_percent : float or None
         ``100 ||y - simulated|| / ||y||``.
     condition_number : float
-        Of X as it is, not scaled.
+        Condition number of X without scaling.
     iterates : tuple of Iterate
         The start and every iterate; empty for least squares.
     started : str
-        Where they start, ``least-squares`` or ``nominal``; empty for least squares.
+        Start of the iteration, ``least-squares`` or ``nominal``; empty for least squares.
     remarks : tuple of str
-        What the user should know about this estimate.
+        Remarks on this estimate for the user.
     chosen : str
-        Of `covariances`, what intervals, draws, curvatures and tests are of.
+        Name of the covariance that intervals, draws, curvatures and tests use.
     covariance_model : Covariance
-        The same as what it assumes of residuals, with its lags if it has any.
+        Assumptions of this covariance on the residuals, with its lags if it has any.
     gain_relative_sd : float
-        Of the drive gain that scaled the force: 0 if the force was measured or the gain is exact.
+        Relative standard deviation of the drive gain that scaled the force: 0 if the force was
+        measured or the gain is exact.
     loss : str
-        Of `ROW_LOSSES`, how the rows counted.
+        Loss of the rows, of `ROW_LOSSES`.
     counts : LossWeights or None
-        What each row counted by it, 1 for a small residual; None where all count alike.
+        Weight of each row by the loss, 1 for a small residual; None if all weights are equal.
     weights : (n,) array
-        Of the rows in the fit, as records differ in noise, else 1; rows and residuals are without
-        them.
+        Weights of the rows in the fit by the noise of their records, 1 for a single record; rows
+        and residuals are given without them.
     deferred : Deferred of Inference
-        Covariances, the bias of filter and noise and the gain's part; see `inference`.
+        Covariances, the bias by filter and noise, and the uncertainty by the gain; see `inference`.
     """
 
     form: Form
@@ -288,7 +295,7 @@ class Estimate(EstimateFacts, Presentable, Exact):
 
     @property
     def covariance_names(self) -> Mapping[str, str]:
-        """The same notes as text."""
+        """Notes on each covariance as text."""
         return {name: view_of("covariance_name", n) for name, n in self.covariance_notes.items()}
 
     @property
@@ -311,14 +318,14 @@ class Estimate(EstimateFacts, Presentable, Exact):
     def score_columns(self) -> Array:
         """Columns to which the residuals are orthogonal in the solution, (n, k).
 
-        Instruments, or the regressor, each row as it counted.
+        Instruments or regressor, with the weights of the rows.
         """
         columns = self.X if self.Z is None else self.Z
         return columns if self.counts is None else self.counts.weights[:, None] * columns
 
     @property
     def slope_columns(self) -> Array:
-        """The same with the rows weighted by the slope of the loss, (n, k)."""
+        """Instruments or regressor, with weights by the derivative of the loss, (n, k)."""
         columns = self.X if self.Z is None else self.Z
         return columns if self.counts is None else self.counts.slopes[:, None] * columns
 
@@ -398,7 +405,7 @@ class Estimate(EstimateFacts, Presentable, Exact):
         Warns
         -----
         RuntimeWarning
-            The function bends within the uncertainty, so that the delta method is not enough.
+            The function is nonlinear within the uncertainty: the delta method is not accurate.
         """
         return self.distribution.derived(function, "draw instead: propagate()", self._curvature)
 
@@ -423,13 +430,13 @@ class Estimate(EstimateFacts, Presentable, Exact):
         """Return a function of the physical parameters over draws from their distribution.
 
         The regression's own parameters are drawn from Student's multivariate distribution and
-        mapped exactly, so that neither map nor function is taken for straight, as `derive` does;
-        the bias of filter and noise is taken off what is drawn, as it is off every interval.
+        mapped exactly. Unlike in `derive`, neither the map nor the function is linearised. The bias
+        by filter and noise is subtracted from the draws, as from every interval.
 
         Parameters
         ----------
         function : str or SymPy expression
-            As in `derive`; a parameter's name for itself.
+            As in `derive`; the name of a parameter for its own distribution.
         draws, seed : int
         covariance : {"hac", "robust", "iid"}, optional
             The chosen one by default.
@@ -437,7 +444,7 @@ class Estimate(EstimateFacts, Presentable, Exact):
         Raises
         ------
         UsageError
-            As in `derive`; or there are too few or too many draws, no such covariance or seed.
+            As in `derive`; or too few or too many draws, or an unknown covariance or seed.
         """
         covariance = self.chosen if covariance is None else covariance
         refuse(

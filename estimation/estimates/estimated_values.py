@@ -14,10 +14,13 @@ from axisid.estimation.regression import Covariance, covariance_root, curvature,
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.modeling.parsing import FunctionLike, parameter_function
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import EstimationError, UsageError, is_among, quoted, range_text
+from axisid.support.checks import is_among
+from axisid.support.errors import EstimationError, UsageError
 from axisid.support.mappings import FrozenMapping
+from axisid.support.wording import quoted, range_text
 
-#: By name: residuals that are autocorrelated; of any variance; alike and independent.
+#: Covariances by name, for residuals that are: autocorrelated with any variance; independent with
+#: any variance; independent with equal variance.
 COVARIANCES: dict[str, CovarianceRow] = {row.name: row for row in COVARIANCE_ROWS}
 
 
@@ -28,9 +31,9 @@ def covariance_of(name: str, lags: int | None) -> Covariance:
     return made(lags) if row.takes_lags else made()
 
 
-_MIN_PRINTED_FILTER_BIAS = 0.5  # deviations, from which the value without that bias is printed
+_MIN_PRINTED_FILTER_BIAS = 0.5  # standard errors, from which the value without bias is printed
 
-#: What `Value.corrected` is called beside a value.
+#: Name of `Value.corrected` next to a value.
 CORRECTED = "without bias"
 
 
@@ -43,17 +46,18 @@ class Value:
     value : float
     unit : str
     deviations : mapping of str to float
-        Standard deviation under each of `COVARIANCES`.
+        Standard error by each of `COVARIANCES`.
     interval : (float, float)
-        95 %, about `corrected`, from `deviation` and Student's distribution with the degrees of
-        freedom that the chosen covariance has.
+        95 % interval about `corrected`, by `deviation` and Student's distribution with the degrees
+        of freedom of the chosen covariance.
     sd_gain : float
-        What the declared deviation of the drive gain adds, in no other figure.
+        Standard error by the declared standard deviation of the drive gain, which no other figure
+        includes.
     filter_bias : float or None
-        What filter and noise move the value by, as twins of the record tell. The value contains
-        it, the interval does not. None without twins.
+        Bias by filter and noise, found with simulated replicas of the record. The value contains
+        it, the interval does not. None without replicas.
     chosen : str
-        Of `COVARIANCES`: the one that `deviation` and `interval` are of.
+        Covariance of `deviation` and `interval`, one of `COVARIANCES`.
     """
 
     value: float
@@ -109,7 +113,7 @@ class Value:
 
     @property
     def is_shifted(self) -> bool:
-        """Whether the centre of the interval differs noticeably from the value."""
+        """True if the centre of the interval differs noticeably from the value."""
         return self.shift > _MIN_PRINTED_FILTER_BIAS
 
     @property
@@ -154,7 +158,7 @@ def degrees_of_freedom_of(value: Value) -> float:
     return dof if np.isfinite(dof) else np.inf
 
 
-# second-order part of a deviation by the first; beyond, the delta method is not enough
+# second-order part of a standard error relative to the first; beyond, the delta method is inexact
 _MAX_CURVATURE = 0.1
 
 
@@ -167,19 +171,19 @@ class SamplingDistribution(Exact):
     quantities : tuple of Quantity
         Length p.
     theta : (p,) array
-        The estimate.
+        Estimate of the parameters.
     covariances : mapping of str to (p, p) array
-        By name; infinite variances of what nothing shows.
+        Covariances by name; infinite variances of parameters that nothing identifies.
     freedom : mapping of str to (p,) array
         Degrees of freedom of the variances, by name of the covariance; at least of the chosen one.
     chosen : str
-        Of `covariances`, what intervals are of.
+        Name of the covariance that intervals use.
     bias : (p,) array or None
-        What filter and noise move the parameters by, where that is known.
+        Bias of the parameters by filter and noise, where it is known.
     by_gain : (p,) array or None
-        What a deviation of the drive gain moves them by; None where it is exact.
+        Change of the parameters by a standard deviation of the drive gain; None for an exact gain.
     at_bound : container of str
-        Names of what is at a bound.
+        Names of the parameters at a bound.
     """
 
     quantities: tuple[Quantity, ...]
@@ -198,11 +202,11 @@ class SamplingDistribution(Exact):
 
     @property
     def values(self) -> NamedValues:
-        """The parameters by name."""
+        """Parameters by name."""
         return NamedValues((q.name, self._value(i, q.unit)) for i, q in enumerate(self.quantities))
 
     def _value(self, i: int, unit: str) -> Value:
-        # Rounding may leave a variance of nothing a little below zero.
+        # Rounding may make a zero variance slightly negative.
         deviations = {
             name: float(np.sqrt(max(c[i, i], 0.0))) for name, c in self.covariances.items()
         }
@@ -237,7 +241,7 @@ class SamplingDistribution(Exact):
             quantities=quantities,
             theta=theta,
             covariances={
-                # What nothing shows has an infinite variance, which counts where it is used.
+                # An infinite variance only counts for functions of its parameter.
                 name: delta_method(np.where(used | np.isfinite(c), c, 0.0), slopes)
                 for name, c in self.covariances.items()
             },
@@ -274,10 +278,10 @@ class SamplingDistribution(Exact):
         ----------
         function : str or SymPy expression
         advice : str
-            What to do where the function bends too much.
+            Advice where the function is too nonlinear.
         curvature : callable, optional
-            In place of `curvature`, where the parameters are no linear functions of what was
-            regressed.
+            Replacement of `curvature`, for parameters that are not linear functions of the
+            regression's own parameters.
 
         Raises
         ------
@@ -308,7 +312,7 @@ class SamplingDistribution(Exact):
                 f"{function} is nonlinear within the uncertainty: the second-order part of its "
                 f"standard error is about {second_order:.2g} times the first; {advice}",
                 RuntimeWarning,
-                stacklevel=3,  # whoever called `derive`
+                stacklevel=3,  # the caller of `derive`
             )
         made = Quantity(name=str(function), unit=str(read.unit))
         (found,) = self.through((made,), np.array([value]), gradient[None, :]).values.values()

@@ -18,16 +18,16 @@ from .estimate import Estimate, NotSimulated
 
 
 def estimate_of_record(estimate: Estimate, problem: Problem, record: int) -> Estimate:
-    """Return the part of an estimate that is of one record, in the parameters of its axis.
+    """Return the part of an estimate that belongs to one record, in the parameters of its axis.
 
-    With the drive gain among the parameters of all, those of the record are of the declared gain,
-    as its force is.
+    If the drive gain is among the parameters of all records, the parameters of the record are
+    relative to the declared gain, as its force is.
 
     Parameters
     ----------
     estimate : Estimate
     problem : Problem
-        What it was made from.
+        Problem that the estimate was made from.
     record : int
     """
     data, span = problem.data[record], problem.spans[record]
@@ -66,7 +66,7 @@ def _in_own_parameters(part: Estimate, form: JointForm, problem: Problem, record
     """Return a part whose axis has parameters of its own."""
     data, axis = problem.data[record], problem.data[record].axis
     physical = form.own(part.physical, record)
-    # Of the record's parameters by those of all.
+    # Derivatives of the record's parameters by those of all records.
     slopes = form.record_jacobian(record) @ np.linalg.inv(part.jacobian)
     own = form.of_record(record)
     X, Z = own.equations(data.signals).reduced(data).regressor, None

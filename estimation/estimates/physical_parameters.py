@@ -1,11 +1,11 @@
 """Physical parameters from base parameters and from values known independently.
 
 Classical minimum distance: with ``z = (beta_hat, fixed values)`` and its covariance V, the
-parameters minimise ``(z - h)' V^-1 (z - h)`` with ``h(theta) = (beta(theta), theta_fixed)``. What
-is fixed exactly is no unknown. Where z has more members than there are unknowns, the minimum tells
-whether what was fixed contradicts the record: Hotelling's T squared, of the degrees of freedom of
-V. For that beta_hat must be where the truth is expected and V say how far: its bias is taken off,
-and what the drive gain's deviation adds is in V.
+parameters minimise ``(z - h)' V^-1 (z - h)`` with ``h(theta) = (beta(theta), theta_fixed)``. An
+exactly fixed value is not an unknown. If z has more members than there are unknowns, the minimum
+tests whether the fixed values contradict the record: Hotelling's T squared, with the degrees of
+freedom of V. For this test beta_hat must be unbiased and V its whole uncertainty: the bias is
+subtracted, and V includes the uncertainty of the drive gain.
 """
 
 from collections.abc import Iterator, Mapping
@@ -20,21 +20,23 @@ from axisid.estimation.unknowns import JointForm
 from axisid.modeling.derivation import BaseModel, describe_undetermined, undetermined_names
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array, BoolArray, Exact
-from axisid.support.errors import UsageError, is_among, quoted
+from axisid.support.checks import is_among
+from axisid.support.errors import UsageError
+from axisid.support.wording import quoted
 
 from .estimated_values import NamedValues, SamplingDistribution
 
-_SAME_DISTANCE = 1e-6  # between squares of distances in deviations, by one more than the lesser
-_SAME_PARAMETER = 1e-3  # between two values of a parameter, by its size and deviation: they are one
+_SAME_DISTANCE = 1e-6  # difference of equal squared distances, relative to 1 plus the smaller one
+_SAME_PARAMETER = 1e-3  # difference of equal values, relative to size and standard error
 
 _MOST_STEPS = 200
-_STILL = 1e-10  # relative, of parameters, distance and slope
+_STILL = 1e-10  # relative change of parameters, distance and derivative at convergence
 _SIZES = (1.0, 0.1, 10.0, 0.01, 100.0)  # where a nominal value of 0 says nothing
 _STRETCHES = (1.0, 3.0, 1 / 3)
-#: Relative deviations that none is taken below, from where it starts to where it ends: a product
-#: that is known sharply is a narrow, curved valley, which is found by the wider ones about it.
+#: Least relative standard errors, from the start to the end of a descent: an exactly known product
+#: makes a narrow, curved valley of the distance, which is found through wider valleys.
 _SHARPEST = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
-_MOST_SIGNS = 8  # parameters whose signs are tried in all ways
+_MOST_SIGNS = 8  # parameters of which all combinations of signs are tried
 
 
 def mapped(base: BaseModel, theta: Array) -> tuple[Array, Array]:
@@ -51,7 +53,7 @@ def mapped(base: BaseModel, theta: Array) -> tuple[Array, Array]:
     return weights @ np.prod(theta**powers, axis=1), weights @ slopes
 
 
-#: Declared parameters, (p,), and their squared distance, in deviations.
+#: Declared parameters, (p,), and their squared distance, in standard errors.
 Minimum = tuple[Array, float]
 
 
@@ -63,7 +65,7 @@ class Distance:
     free : list of int
         The unknowns among the p declared parameters: those not fixed exactly.
     target : (z,) array
-        Base parameters, then the values fixed with a deviation.
+        Base parameters, then the values fixed with a standard deviation.
     """
 
     def __init__(self, base: BaseModel, beta: Array, covariance: Array) -> None:
@@ -125,7 +127,7 @@ class Distance:
     def influence(self, theta: Array, rank: int) -> Array | None:
         """Return the derivative of the parameters (p, z) by the target; 0 if fixed exactly.
 
-        None where the target hardly changes with one of them, which therefore does not follow.
+        None where the target hardly changes with a parameter, so that it cannot be calculated.
         """
         slopes, whole = self._residuals(theta)[1], np.zeros((len(theta), len(self.target)))
         if rank == 0:
@@ -171,7 +173,7 @@ class Distance:
                         gtol=_STILL,
                         max_nfev=_MOST_STEPS,
                     )
-                except ValueError:  # nothing is finite there
+                except ValueError:  # no finite value
                     return start, np.inf
                 theta[self.free] = fit.x
             residuals, _ = self._residuals(theta)
@@ -191,7 +193,7 @@ class Distance:
     def _mirrored(self, theta: Array) -> Iterator[Array]:
         """Yield parameters of other signs with the same base parameters."""
         odd = np.mod(self._exponents[np.any(np.array(self.base.weights) != 0, axis=0)], 2)
-        # Only parameters that enter some monomial evenly or beside others can flip.
+        # Only parameters in a monomial of even power, or with others, can change their sign.
         alone = np.any((odd == 1) & (odd.sum(axis=1, keepdims=True) == 1), axis=0)
         able = np.flatnonzero(~self._known & (theta != 0) & ~alone)[:_MOST_SIGNS]
         for flips in product((0, 1), repeat=len(able)):
@@ -215,10 +217,10 @@ def _whitening(covariance: Array, values: Array, sharpest: float) -> Array:
     return np.asarray((vectors / np.sqrt(safe)).T / deviations, dtype=float)
 
 
-# deviations^2 from the estimate, up to which physical parameters reproduce it
+# squared standard errors from the estimate, up to which physical parameters reproduce it
 _MAX_EXACT_DISTANCE = 1e-6
-# smallest singular value of the scaled map to base parameters, by the largest; below, physical
-# ones do not follow
+# smallest singular value of the scaled map to base parameters, relative to the largest; below it,
+# the physical parameters cannot be calculated
 _MIN_SENSITIVITY = 1e-9
 
 
@@ -229,24 +231,24 @@ class Physical(Exact):
     Attributes
     ----------
     method : str
-        Of the estimate.
+        Method of the estimate.
     known : tuple of Parameter
-        What is declared as known.
+        Parameters declared as known.
     combined : tuple of Parameter
-        Base parameters that are no declared ones, described by what they are made of.
+        Base parameters that are not declared parameters, described by the parameters in them.
     own : tuple of str
-        The base parameters.
+        Names of the base parameters.
     parameters : NamedValues
-        The declared parameters that follow, by name.
+        Declared parameters that can be calculated, by name.
     covariances : mapping of str to array
-        Of these, in their order: ``iid``, ``robust`` and ``hac``.
+        Covariances of these in their order: ``iid``, ``robust`` and ``hac``.
     undetermined : tuple of str
-        In words, which parameters do not follow and what would have to be known.
+        Texts: parameters that cannot be calculated, and values that would have to be known.
     statistic, dof, p_value : float, int, float or None
-        The minimum distance, Hotelling's T squared with `dof` restrictions, and how likely a larger
-        one is; None where nothing contradicts whatever is fixed.
+        The minimum distance, Hotelling's T squared with `dof` restrictions, and its p-value; None
+        where the fixed values cannot contradict the record.
     remarks : tuple of str
-        Other values that fit as well, bounds that are violated.
+        Remarks on other values that fit as well, and on violated bounds.
     """
 
     method: str
@@ -263,12 +265,12 @@ class Physical(Exact):
 
     @property
     def shows_more(self) -> bool:
-        """Whether it has information beyond the base parameters."""
+        """True if there is information beyond the base parameters."""
         return bool(self.parameters) and bool(self.known or {*self.parameters} - {*self.own})
 
 
 class PhysicalByMethod(dict[str, Physical]):
-    """Physical parameters by method; an unknown method is refused with the known ones."""
+    """Physical parameters by method; an unknown method is refused with a list of known ones."""
 
     def __getitem__(self, method: str) -> Physical:
         name = method.lower() if isinstance(method, str) else method
@@ -289,17 +291,17 @@ def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) 
     Parameters
     ----------
     method : str
-        That it was estimated by.
+        Method of the estimate.
     form : Form
-        Of the axis that the parameters are of.
+        Form with the axis of the parameters.
     of_base : SamplingDistribution
-        Of the base parameters.
+        Distribution of the base parameters.
 
     Returns
     -------
     Physical or None
-        None where the estimate is of the physical parameters already and none is known, and of
-        records that have parameters for themselves, of which each has its own.
+        None where the parameters of the estimate are the physical parameters and none is known, and
+        for joint forms of several records, which have parameters for each record.
 
     References
     ----------
@@ -308,7 +310,7 @@ def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) 
     base = form.axis.base
     if isinstance(form, JointForm) or not (base.changed or base.known):
         return None
-    # About the truth, base parameters scatter by noise and by the drive gain.
+    # The errors of the base parameters are by noise and by the drive gain.
     expected, by_gain = of_base.covariances[of_base.chosen], of_base.by_gain
     if by_gain is not None:
         expected = expected + np.outer(by_gain, by_gain)
@@ -331,7 +333,7 @@ def physical_parameters(method: str, form: Form, of_base: SamplingDistribution) 
     dof_of_base = float(np.min(of_base.freedom[of_base.chosen]))
     kept = [j for j, p in enumerate(declared) if p.name not in lost and influence is not None]
     slopes = np.zeros((0, len(distance.target))) if influence is None else influence[kept]
-    # What is fixed so far away that no distance can be told contradicts the record.
+    # Values that are fixed so far away that the distance is not finite contradict the record.
     is_tested = dof > 0 and (influence is not None or not np.isfinite(cost))
     distribution = SamplingDistribution(
         quantities=tuple(Quantity(name=declared[j].name, unit=declared[j].unit) for j in kept),

@@ -18,7 +18,8 @@ from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter, parse_unit
 from axisid.support.arrays import Array, BoolArray
-from axisid.support.errors import EstimationError, ModelError, UsageError, refuse
+from axisid.support.checks import refuse
+from axisid.support.errors import EstimationError, ModelError, UsageError
 from axisid.support.settings import setting
 
 # force of a detectable term, relative to the record's largest force: other terms may cancel it

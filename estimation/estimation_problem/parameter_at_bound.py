@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-from axisid.support.errors import range_text
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParameterAtBound:
@@ -39,17 +37,3 @@ class ParameterAtBound:
         """Distance of the free estimate beyond the bound, in standard errors; 0 if inside."""
         beyond = (self.bound - self.free) if self.is_lower else (self.free - self.bound)
         return max(0.0, beyond / self.deviation) if self.deviation > 0 else 0.0
-
-    @property
-    def text(self) -> str:
-        """Description in words."""
-        room = (
-            "95 %, to one side: "
-            + range_text(min(self.bound, self.reach), max(self.bound, self.reach), " to ")
-            if self.reach != self.bound
-            else "which leaves no room beside the bound"
-        )
-        return (
-            f"{self.name} is held at its bound {self.bound:g} {self.unit}; without it "
-            f"{self.free:.4g} +- {self.deviation:.2g}, {room}"
-        )

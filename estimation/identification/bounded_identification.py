@@ -1,11 +1,11 @@
 """Identification with declared parameters fixed at their bounds.
 
-The estimate within declared bounds is the point within them that is nearest to the free one, by the
-covariance of independent residuals; of least squares that is the bounded least squares of the same
-rows. What it has at a bound is held, the others are identified anew with it, until none goes beyond
-its bound. What a bound holds is not known, so the others are as unsure as its parameter lets them
-be: they have the covariance that they have without bounds. The bounded estimate is, by that
-covariance, nearer to whatever is within the bounds than the free one is, so that it is enough.
+The bounded estimate is the point within the declared bounds that is nearest to the free estimate,
+by the covariance of independent residuals. For least squares this is bounded least squares of the
+same rows. Parameters that it has at a bound are fixed there, and the others are identified again,
+until none is beyond its bound. The true value of a fixed parameter is not known, so the others keep
+the covariance that they have without bounds. This covariance is large enough: measured with it, the
+bounded estimate is nearer to every point within the bounds than the free estimate.
 """
 
 from collections.abc import Callable, Mapping
@@ -31,7 +31,7 @@ def bounded_identification(
 ) -> Identification:
     """Return the result with every declared parameter within its bounds.
 
-    Its covariances are those of the free estimates: a parameter that is held is not known.
+    Its covariances are those of the free estimates, because a fixed parameter is not known.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def bounded_identification(
     Raises
     ------
     EstimationError
-        Nothing is left to identify, or no inertia, with the parameters at their bounds.
+        With the parameters at their bounds, there is nothing to identify, or no inertia.
     """
     result = free = identify(axis)
     bounds: dict[str, float] = {}
@@ -81,7 +81,7 @@ def _with_free_covariances(estimate: Estimate, free: Estimate) -> Estimate:
     try:
         at = [names.index(q.name) for q in estimate.quantities]
         of_ddm = [own.index(q.name) for q in estimate.ddm_quantities]
-    except ValueError:  # what is held regrouped the others
+    except ValueError:  # the fixed parameters changed the grouping of the others
         return estimate
     return estimate.with_inference(
         covariances={n: each[np.ix_(at, at)] for n, each in free.covariances.items()},
@@ -95,7 +95,7 @@ def _with_free_covariances(estimate: Estimate, free: Estimate) -> Estimate:
 
 
 def _at_bounds(axis: GeneratedAxis, estimate: Estimate) -> dict[str, float]:
-    """Return declared parameters that the bounded estimate has at a bound, with it."""
+    """Return the declared parameters that the bounded estimate has at a bound, with the bounds."""
     names, free = {p.name for p in axis.declared.parameters}, estimate.corrected
     declared = [p if p.name in names else None for p in estimate.form.declared]
     if all(p is None or p.allows(x) for p, x in zip(declared, free, strict=True)):
@@ -114,7 +114,7 @@ def _at_bounds(axis: GeneratedAxis, estimate: Estimate) -> dict[str, float]:
 
 
 def _held(estimate: Estimate, axis: GeneratedAxis, name: str, bound: float) -> ParameterAtBound:
-    """Return a parameter at its bound, with its value in an estimate that has it free."""
+    """Return a parameter at its bound, with its value in an estimate without the bound."""
     value = estimate.parameters[name]
     is_lower = any((p.name, p.lower) == (name, bound) for p in axis.declared.parameters)
     dof = dict(zip(estimate.parameters, estimate.freedom[estimate.chosen], strict=True))[name]

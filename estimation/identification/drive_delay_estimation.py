@@ -1,9 +1,10 @@
-"""Estimation of the lag or the delay of a drive with the parameters.
+"""Estimation of the lag or the delay of a drive together with the parameters.
 
-A drive's lag or delay makes the force act where the motion shows it: the loop is simulated with it,
-and the delay that the alignment finds beside it is added, until there is none. A lag, a delay and
-the half sample of the hold move the force alike at the frequencies of a motion: a record shows
-their sum, so that at most one of them can be estimated, and the others are to be known.
+A lag or delay of the drive shifts the time at which the force acts, which the motion shows. The
+loop is simulated with the lag or delay, and the remaining delay that the alignment finds is added
+to it until there is none. A lag, a delay and the half sample of the hold have the same effect at
+the frequencies of a motion. A record shows their sum, so at most one of them can be estimated, and
+the others must be known.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,19 +17,21 @@ from axisid.estimation.records import Record
 from axisid.estimation.verdict_checks import unless_faulty
 from axisid.modeling.declaration import HIDDEN_FROM, Axis
 from axisid.modeling.quantities import Parameter
-from axisid.support.errors import EstimationError, Missing, UsageError, refuse
+from axisid.support.checks import refuse
+from axisid.support.errors import EstimationError, UsageError
+from axisid.support.missing import Missing
 
 from .result import DriveTime, Identification
 
-#: Identifies an axis by methods; None for all that axis and record allow. Where they are given
-#: besides, by those parameters at their bounds, and no others.
+#: Identifies an axis by methods; None for all that axis and record allow. The optional third
+#: argument has parameters at their bounds, and then no others are fixed at a bound.
 Identify = Callable[..., Identification]
 
 
 def with_drive_time(axis: GeneratedAxis, name: str, value: float) -> GeneratedAxis:
-    """Return the axis with another lag or delay of its drive, s, which is then known.
+    """Return the axis with another lag or delay of its drive, s, as a known value.
 
-    To compile its loop takes less than a search without does.
+    Compiling its loop takes less time than a search without a compiled loop.
     """
     drive = axis.declared.drive.with_time(name, value)
     return build(replace(axis.declared, drive=drive), native=axis.native.enabled)
@@ -40,15 +43,15 @@ def identify_with_drive_time(
     run: Identify,
     methods: Sequence[str] | None,
 ) -> Identification:
-    """Identify an axis whose drive has a lag or a delay that is estimated too.
+    """Identify an axis and the lag or delay of its drive.
 
-    Every deviation of the parameters has in it what that of the time adds: the estimates are made
-    once more with the time a deviation longer.
+    The standard errors of the parameters include the uncertainty of the lag or delay. For this, the
+    estimates are repeated with a lag or delay that is longer by its standard error.
 
     Raises
     ------
     UsageError
-        There are several records, or the control was recorded where nothing shows the time.
+        There are several records, or the control was recorded where nothing shows the lag or delay.
     EstimationError
         The record does not show it, or the force acts before its command.
     """
@@ -121,7 +124,7 @@ def _searched(axis: GeneratedAxis, record: Record, name: str, run: Identify) -> 
 
 
 def _widened(estimate: Estimate, longer: Estimate) -> Estimate:
-    """Return an estimate with the uncertainty of the time in its covariances."""
+    """Return an estimate whose covariances include the uncertainty of the lag or delay."""
     changes = {
         "covariances": longer.physical - estimate.physical,
         "ddm_covariances": longer.theta_ddm - estimate.theta_ddm,

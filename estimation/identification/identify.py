@@ -18,7 +18,8 @@ from axisid.estimation.signals import Prefilter
 from axisid.estimation.unknowns import KnownValue
 from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Levels
 from axisid.modeling.declaration import Axis
-from axisid.support.errors import EstimationError, ModelError, UsageError, check_among, listed
+from axisid.support.checks import check_among, listed
+from axisid.support.errors import EstimationError, ModelError, UsageError
 from axisid.support.one_thread import in_one_thread
 
 from .bounded_identification import axis_at_bounds, bounded_identification
@@ -50,9 +51,9 @@ def identify(
 ) -> Identification:
     """Identify an axis from a record, or from several of them together.
 
-    Several records are one regression: their rows stand one after the other, none the neighbour of
-    another record's, each record weighted by its own noise. Each is filtered, simulated and checked
-    by itself.
+    Several records make one regression with the rows of all records. Rows of different records are
+    not neighbours. Each record is weighted by its own noise, and is filtered, simulated and checked
+    separately.
 
     Parameters
     ----------
@@ -60,48 +61,50 @@ def identify(
     record : Record or sequence of Record
         They may differ in period, length and columns.
     prefilter : Prefilter, optional
-        The paper's appropriate filter by default. What it leaves open of cut-off and decimation
-        follows the record's rate, see `Prefilter`. Of several records it is that of the first; the
-        decimation of the others is such that rows are as far apart in all.
+        The paper's appropriate filter by default. Cut-off and decimation that it does not give are
+        chosen by the rate of the record, see `Prefilter`. For several records it is the filter of
+        the first. The decimation of the others gives rows at the same distance in time.
     methods : str or sequence of str, optional
-        Of `METHODS`. By default (None, ``"all"``) all that the axis and the record allow; what they
-        do not allow is in `Identification.skipped`, what came to nothing in
-        `Identification.failed`.
+        One or more of `METHODS`. By default (None, ``"all"``) all methods that the axis and the
+        record allow. Methods that they do not allow are in `Identification.skipped`, failed methods
+        in `Identification.failed`.
     lags : int, optional
-        Of the autocorrelation-consistent covariance; chosen from the data by default.
+        Lags of the autocorrelation-consistent covariance; chosen from the data by default.
     covariance : str
-        Of `COVARIANCES`, ``hac``, ``robust`` or ``iid``: what intervals, draws and the curvatures
-        are of. All deviations are given whichever is chosen.
+        One of `COVARIANCES`, ``hac``, ``robust`` or ``iid``, for intervals, draws and curvatures.
+        All standard errors are given whichever is chosen.
     local : str or sequence of str
-        Declared parameters that each record has for itself, such as an amplifier's offset. Result
-        ``result.local["tau0"]`` has one value for each record.
+        Declared parameters with a separate value in each record, such as an amplifier's offset. The
+        values of ``"tau0"`` are ``result.local["tau0"]``, one for each record.
     known : mapping of str to sequence, optional
-        What is known of each record: a declared parameter (a payload, an angle, a temperature) or a
+        Known values of each record: a declared parameter (a payload, an angle, a temperature) or a
         gain of the control law, by name, with a value for each record, SI, or a value and its
         standard deviation: ``{"m_add": [0.0, (20.0, 0.01)]}``.
     gain : {"identified", "declared"}
-        Where a known force makes the drive gain known, ``drive_gain`` is a parameter with the
-        others, whose deviations contain its own; or the declared gain is believed.
+        Identified: where a known force shows the drive gain, ``drive_gain`` is an additional
+        parameter, and the standard errors of the others include its uncertainty. Declared: the
+        declared gain is used.
     skip_bad : bool
-        Go on without records that cannot be used; they are in `Identification.set_aside`.
+        Continue without records that cannot be used; they are in `Identification.set_aside`.
     start : {"least-squares", "nominal"}
-        Where instruments start to iterate, which end at the same estimate: at least squares where
-        its simulated loop follows the records, or at the nominal values, as published; see
-        `Estimate.started`. A model that is not linear starts at least squares.
+        Start of the iteration of the instruments: least squares, where its simulated loop follows
+        the records, or the nominal values, as published; see `Estimate.started`. Both lead to the
+        same estimate. A nonlinear model starts from least squares.
     loss : {"squares", "huber", "bisquare"}
-        How rows count: by squares, or for less the larger their residual is, so that shocks and
-        rounded reversals lead less.
+        Loss of the rows: squares, or a robust loss with less weight for rows with large residuals,
+        such as shocks and rounded reversals.
     bounded : bool
-        Hold a declared parameter that the judged method would have beyond its bound, less the
-        filter's own bias, at that bound, and identify the others; see `Identification.held`. Else,
-        and of sums of parameters and each record's own, it is reported, not clipped.
+        Fix a declared parameter at its bound if its estimate by the reported method, minus the bias
+        of the filter, is beyond it, and identify the others; see `Identification.held`. Otherwise,
+        and for sums of parameters and local parameters, estimates beyond a bound are reported, not
+        clipped.
     bootstrap : int
-        How many twins of the records tell bias and HAC deviations: their loops once more, with the
-        noise that was measured in them. 0 for
-        none: deviations then are those of neighbouring rows, and no bias is known.
+        Number of simulated replicas of the records for bias and HAC standard errors: their loops
+        are simulated again with the noise that was measured in them. With 0, the standard errors
+        are those of the rows, and no bias is known.
     level, least_share : float
-        Chance that a check tells anything of a right model, over all that it looks for, and part of
-        the force, or of a parameter, from which that matters.
+        Probability that a check reports an error of a correct model, over all hypotheses, and part
+        of the force, or of a parameter, from which an error is relevant.
     judge : bool
         Whether the bias, the intervals and the verdict are computed before the result is returned.
         With False each is computed when a property that needs it is read.
@@ -109,11 +112,11 @@ def identify(
     Raises
     ------
     UsageError, DataError, ModelError, EstimationError
-        See each. A method that is asked for by name and does not suit axis or records raises; one
-        that comes to nothing does where no other gives an estimate.
+        See each class. A method that is requested by name raises if it does not suit axis or
+        records. A method that fails raises only if no other method gives an estimate.
     """
     if isinstance(axis, Axis):
-        check_has_rows(axis)  # before it is derived, which may take seconds
+        check_has_rows(axis)  # before the derivation of the axis, which may take seconds
     generated = as_generated(axis)
     check_has_rows(generated.axis)
     records = records_of(record)
@@ -160,7 +163,7 @@ def records_of(record: object) -> list[Record]:
     Raises
     ------
     UsageError
-        There is none, or something else among them.
+        There is no record, or something that is not a record.
     """
     listed = isinstance(record, (Sequence, Iterator)) and not isinstance(record, (str, bytes))
     records = list(record) if listed and isinstance(record, Iterable) else [record]
@@ -187,7 +190,7 @@ def identify_problem(
     bootstrap: int = DEFAULT_TWIN_COUNT,
     levels: Levels = DEFAULT_LEVELS,
 ) -> Identification:
-    """Identify from records that are filtered already, by the requested prefilter."""
+    """Identify from records that are already filtered by the requested prefilter."""
     estimates, skipped, failed = dict[str, Estimate](), dict[str, str](), dict[str, str]()
     lost: EstimationError | None = None
     chosen = [*METHODS] if requested is None else requested
@@ -201,7 +204,7 @@ def identify_problem(
     )
     for method in dict.fromkeys(chosen):
         try:
-            # What is not finite is refused by name; NumPy's own warnings would only repeat it.
+            # Values that are not finite are refused by name. NumPy's warnings would only repeat it.
             with np.errstate(all="ignore"):
                 estimates[method] = estimate_by(
                     problem,
@@ -217,7 +220,7 @@ def identify_problem(
         except EstimationError as error:
             if requested is None and not estimates:
                 raise
-            # Nobody asked for it, and it rests on more than the others: they stand without it.
+            # It was not requested, and relies on more assumptions: the others hold without it.
             unasked = requested is None and is_output_error(method)
             (skipped if unasked else failed)[method] = str(error)
             lost = lost or error
@@ -241,7 +244,7 @@ def requested_methods(methods: str | Iterable[object] | None) -> tuple[str, ...]
     Raises
     ------
     UsageError
-        There is none, or none of that name.
+        There is no method, or none with that name.
     """
     names = tuple(map(str, listed("all" if methods is None else methods)))
     if "all" in names:
@@ -253,7 +256,7 @@ def requested_methods(methods: str | Iterable[object] | None) -> tuple[str, ...]
 
 
 def check_choices(covariance: object, start: object, loss: object) -> None:
-    """Refuse values that are no choice of `identify`.
+    """Refuse values that are not among the choices of `identify`.
 
     Raises
     ------

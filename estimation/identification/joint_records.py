@@ -29,12 +29,13 @@ from axisid.estimation.unknowns import (
     known_of,
 )
 from axisid.support.arrays import Array
-from axisid.support.errors import AxisidError, DataError, UsageError, check_among, listed
+from axisid.support.checks import check_among, listed
+from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.settings import setting
 
-_MOST_ROWS_APART = 1000  # samples of the fastest record between rows
-_FARTHER = 1.2  # than was asked for, from which rows are rather nearer than that
-_FINEST = 50  # of a ratio of periods, its largest denominator
+_MOST_ROWS_APART = 1000  # largest distance of rows, in samples of the fastest record
+_FARTHER = 1.2  # times the requested distance of rows; beyond it a smaller distance is taken
+_FINEST = 50  # largest denominator of a ratio of periods
 
 
 def _joint_form(
@@ -50,7 +51,7 @@ def _joint_form(
     Raises
     ------
     UsageError, ModelError
-        As `known_of` and `joint_form_of` do.
+        As in `known_of` and `joint_form_of`.
     """
     if not local and not known:
         return None
@@ -63,16 +64,16 @@ def prefilters_of(asked: Prefilter, designed: float, periods: Sequence[float]) -
     Parameters
     ----------
     asked : Prefilter
-        As it is for a record of the period `designed`.
+        Filter for a record with the period `designed`.
     designed : float
-        s
+        Sample period, s.
     periods : sequence of float
-        Of the records, s.
+        Sample periods of the records, s.
 
     Raises
     ------
     UsageError
-        The periods have no common multiple that rows can be apart by.
+        The periods have no common multiple that can be the distance of rows.
     """
     if all(is_same_period(period, designed) for period in periods):
         return [asked] * len(periods)
@@ -98,9 +99,9 @@ def prefilters_of(asked: Prefilter, designed: float, periods: Sequence[float]) -
 
 
 def _decimations(asked: Prefilter, designed: float, ratios: list[Fraction]) -> list[Fraction]:
-    """Return decimations by period, so that rows are about as far apart as requested.
+    """Return decimations by period, with rows at about the requested distance.
 
-    They are no finer than the cut-off allows.
+    They are not smaller than the cut-off allows.
     """
     step = math.lcm(*(ratio.numerator for ratio in ratios))
     least = Fraction(step, math.gcd(*(ratio.denominator for ratio in ratios)))
@@ -118,13 +119,13 @@ def filtered_records(
 ) -> tuple[FilteredRecord, ...]:
     """Return the filtered records of one machine, with one choice for rests in all.
 
-    Samples near reversals are left out of all or of none: what they tell of parameters that they
-    share adds. Arguments as of `show_too_little`.
+    Samples near reversals are left out of all records or of none, because all records add to the
+    information on shared parameters. Arguments as in `show_too_little`.
 
     Raises
     ------
     UsageError, DataError
-        As `filtered_record` does, with the record's name.
+        As in `filtered_record`, with the record's name.
     """
     if len(records) == 1:
         return (filtered_record(axes[0], records[0], asked),)
@@ -144,10 +145,9 @@ def filtered_records(
 def weighted(problem: Problem, loss: str = ROW_LOSSES[0]) -> Problem:
     """Return a problem with each record weighted by its own noise, from a first pass.
 
-    Feasible generalised least squares: the noise of a record is what least squares of all leaves of
-    its rows, root mean square, or by the median under a loss that is not of squares. Where that
-    comes to nothing the records count alike, and whoever asks for an estimate is told why there is
-    none.
+    Feasible generalised least squares: the noise of a record is the residual of its rows by least
+    squares of all records, root mean square, or by the median with a robust loss. If least squares
+    fails, the records have equal weights, and the estimation reports the reason.
 
     References
     ----------
@@ -164,7 +164,7 @@ def weighted(problem: Problem, loss: str = ROW_LOSSES[0]) -> Problem:
     if not all(map(len, parts)):
         return problem
     noise = np.array([np.sqrt(np.mean(e**2)) if of_squares else robust_scale(e) for e in parts])
-    # Less noise than a millionth of another's is rounding, and tells nothing of a record's worth.
+    # Noise below a millionth of another record's is rounding, and no measure of a record's quality.
     if not (np.all(np.isfinite(noise)) and noise.min() > 1e-6 * noise.max()):
         return problem
     # In the unit of the rows: the mean square of the weights is 1.
@@ -178,7 +178,7 @@ def check_usable(bad: Mapping[str, str], count: int, *, skip_bad: bool) -> None:
     Raises
     ------
     DataError
-        They are not to be skipped, or all are bad.
+        Bad records are not to be skipped, or all records are bad.
     """
     if not bad or (skip_bad and len(bad) < count):
         return
@@ -205,15 +205,15 @@ class JointRecords:
     Attributes
     ----------
     axis : GeneratedAxis
-        That was asked of.
+        Requested axis.
     own_form : JointForm or None
-        Its own.
+        Joint form of this axis.
     records : tuple of Record
     local : tuple of str
     known : mapping of str to sequence
-        As `identify` takes it.
+        As in `identify`.
     commanded : bool
-        Whether a known force may tell the drive gain.
+        Whether a known force may show the drive gain.
     set_aside : mapping of str to str
         Records that are not used, with the reason.
     """
@@ -227,14 +227,14 @@ class JointRecords:
     set_aside: Mapping[str, str]
 
     def joint_form(self, axis: GeneratedAxis) -> JointForm | None:
-        """How the parameters of an axis are shared; None where all are, of all records.
+        """Return the form of shared parameters of an axis; None if all records share all of them.
 
-        A candidate may be without a parameter that others have for each record.
+        A candidate may lack a parameter that other candidates have for each record.
 
         Raises
         ------
         UsageError, ModelError
-            As `joint_form_of` does.
+            As in `joint_form_of`.
         """
         if axis is self.axis:
             return self.own_form
@@ -242,7 +242,7 @@ class JointRecords:
         return _joint_form(axis, len(self.records), own, self.known, commanded=self.commanded)
 
     def axes(self, axis: GeneratedAxis, joint: JointForm | None) -> list[GeneratedAxis]:
-        """The axis of each record, with its known values."""
+        """Return the axis of each record, with its known values."""
         return [axis] * len(self.records) if joint is None else [m.axis for m in joint.members]
 
     def problem(
@@ -270,19 +270,19 @@ def joint_records(
     Parameters
     ----------
     axis : GeneratedAxis
-        Of which names are checked.
+        Axis with the names to check.
     records : sequence of Record
     prefilter : Prefilter or None
         None where records are not filtered.
     local, known, gain, skip_bad
-        As of `identify`.
+        As in `identify`.
 
     Raises
     ------
     DataError
         Records cannot be used, and are not to be skipped.
     UsageError, ModelError
-        A name is none; or what is known is not of each record.
+        A name does not exist, or a known value is not given for each record.
     """
     own = tuple(str(name) for name in listed(local) if name)
     check_among(("gain", gain, ("identified", "declared")))
@@ -293,11 +293,11 @@ def joint_records(
             "or leave local out.",
             code="parameters",
         )
-    # A known force may show the gain of the drive, where its force is not measured.
+    # A known force may show the gain of the drive if the force of the drive is not measured.
     commanded = gain == "identified" and all(record.force is None for record in records)
     joint = _joint_form(axis, len(records), own, known, commanded=commanded)
     names, aside = record_labels(records), dict[str, str]()
-    if len(records) > 1 and prefilter is not None:  # one is refused later
+    if len(records) > 1 and prefilter is not None:  # a single bad record is refused later
         filters = prefilters_of(prefilter, records[0].period, [each.period for each in records])
         for name, record, own_filter in zip(names, records, filters, strict=True):
             try:

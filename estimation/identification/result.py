@@ -29,16 +29,19 @@ from axisid.estimation.verdict_checks import (
 )
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Exact, Uncached
-from axisid.support.errors import Missing, UsageError, is_whole, quoted
+from axisid.support.checks import is_whole
+from axisid.support.errors import UsageError
+from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable, view_of
+from axisid.support.wording import quoted
 
-#: A record, or what a file holds of one: what is told of it, without its samples.
+#: A record, or its description in a file, without its samples.
 RecordInfo: TypeAlias = Record | Any
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordResult:
-    """One of several records in a result, by the reported estimate.
+    """Results of one of several records, by the reported estimate.
 
     Attributes
     ----------
@@ -46,19 +49,19 @@ class RecordResult:
     record : RecordInfo
     sampling : Sampling
     known : mapping of str to (float, float)
-        What is known of it, with its standard deviation, SI.
+        Known values of the record, with their standard deviations, SI.
     rows : int
     weight : float
-        Of its rows, whose mean square over all rows is 1.
+        Weight of its rows; the mean square of the weights of all rows is 1.
     noise : float
         Root mean square of the residuals, in the unit of the left side.
     equation_error_percent : float
     simulation_error_percent : float or None
     share_percent : float or None
-        Force that the parameters it has alone make otherwise than those of all; None where it alone
-        does not tell them.
+        Effect of the difference between the parameters of this record alone and those of the
+        others, percent of the force; None where this record alone does not identify them.
     p_value : float or None
-        That chance alone makes as much.
+        Probability of such a difference by chance.
     """
 
     name: str
@@ -102,9 +105,9 @@ class DriveTime:
     name : str
         ``lag`` or ``delay``.
     parameter : Parameter
-        As what it was declared.
+        Declaration of the lag or delay.
     value, deviation : float
-        s; the deviation is that of the delay between force and motion.
+        Value and standard error, s; the latter is that of the delay between force and motion.
     interval : (float, float)
         95 %.
     """
@@ -139,7 +142,7 @@ class ByMethod(Checked, Generic[Estimated]):
 
     @property
     def verdict(self: Any) -> tuple[Check, ...]:
-        """The checks, each with a name, a status, a finding and a figure."""
+        """Checks, each with a name, a status, a finding and a figure."""
         return tuple(self.checks)
 
     @property
@@ -175,25 +178,25 @@ class ByMethod(Checked, Generic[Estimated]):
         Parameters
         ----------
         draws : int
-            How many to draw from each estimate's distribution, for a table of intervals that do
-            without the delta method; 0 for none. Of a file as many as were drawn when it was
+            Number of draws from the distribution of each estimate, for a table of intervals without
+            the delta method; 0 for none. A result from a file has the draws made when it was
             written.
         every : bool
-            Every method's estimate side by side, with numbered notes.
+            Add the estimates of all methods in one table, with numbered notes.
         full : bool
-            That, and intervals, correlations and every diagnostic with its figures.
+            Add these, intervals, correlations and every diagnostic with its figures.
         """
         return str(view_of("as_text", self, draws=draws, every=every, full=full))
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class HasRecords:
-    """A result from one record or several under their filters.
+    """A result from one or several filtered records.
 
     Attributes
     ----------
     problem : Problem
-        The records under their filters, with what was chosen for them and what they share.
+        The filtered records, with the choices made for them and the parameters that they share.
     set_aside : mapping of str to str
         Records that could not be used, with the reason.
     """
@@ -203,17 +206,17 @@ class HasRecords:
     set_aside: Mapping[str, str] = field(default_factory=dict)
 
     def with_set_aside(self, unread: Mapping[str, str]) -> Self:
-        """Return the result with records that could not be read."""
+        """Return the result with the names of records that could not be read, and the reasons."""
         return replace(self, set_aside={**unread, **self.set_aside}) if unread else self
 
     @property
     def data(self) -> FilteredRecord:
-        """The filtered record; of several the first."""
+        """Filtered record; the first of several."""
         return self.problem.data[0]
 
     @property
     def record(self) -> Record:
-        """The record of the result; of several the first."""
+        """Record of the result; the first of several."""
         return self.data.record
 
     @property
@@ -229,32 +232,32 @@ class HasRecords:
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exact):
-    """The estimates of one axis from one record, or from several together.
+    """Estimates of one axis from one record, or from several together.
 
     Attributes
     ----------
     problem : Problem
-        The records under their filters, with what was chosen for them and what they share.
+        The filtered records, with the choices made for them and the parameters that they share.
     estimates : mapping of str to Estimate
-        By method.
+        Estimates by method.
     skipped : mapping of str to str
-        Methods that were not asked for by name and that axis or record do not allow, with the
+        Methods that were not requested by name and that axis or record do not allow, with the
         reason.
     failed : mapping of str to str
-        Methods that were not asked for by name and came to nothing, with the reason.
+        Methods that were not requested by name and failed, with the reason.
     requested : Prefilter or None
-        The prefilter before what it left open was chosen for the record.
+        Prefilter as requested, before missing settings were chosen for the record.
     set_aside : mapping of str to str
         Records that could not be used and were to be skipped, by name, with the reason.
     drive_time : DriveTime or None
-        The drive's lag or delay where it was estimated; the deviations of all parameters have what
-        its own adds.
+        Lag or delay of the drive where it was estimated; the standard errors of all parameters
+        include its uncertainty.
     levels : Levels
-        From when on a check tells something of the model.
+        Thresholds above which a check reports a model error.
     further : tuple of Check
-        What else the verdict lists: whether it holds on second records, see `Validation.check`.
+        Further checks of the verdict: validations on second records, see `Validation.check`.
     compared_laws : RecordLaws or None
-        The control law compared with each record, if that was made with the estimates.
+        Comparison of the control law with each record, if made with the estimates.
     """
 
     further: tuple[Check, ...] = ()
@@ -279,8 +282,8 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
     def parts(self) -> "tuple[Identification, ...]":
         """The result of each record: its rows, and the parameters of its own axis.
 
-        What a record leaves of the model can be looked at in its part as of a record by itself; the
-        parameters are those of all records. One record is its own part.
+        The residuals of a record can be examined in its part as for a single record. The parameters
+        are those of all records. A single record is its own part.
         """
         parts = self.case.parts if self.case.has_parts else ()
         whole = (
@@ -301,7 +304,7 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
 
     @cached_property
     def of_records(self) -> tuple[RecordResult, ...]:
-        """Results by record of several; empty for one."""
+        """Results by record; empty for a single record."""
         problem, diagnosis, found = self.problem, self.diagnosis, []
         known = {} if problem.joint_form is None else problem.joint_form.known
         every = zip(self.record_names, problem.data, diagnosis.records, self.parts, strict=False)
@@ -332,7 +335,7 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
 
     @property
     def declared_gain(self) -> float | None:
-        """The declared drive gain where the gain is identified; None where it is relied on."""
+        """Declared drive gain if the gain is identified; None if the declared gain is used."""
         return None if self.problem.joint_form is None else self.problem.joint_form.gain
 
     def __repr__(self) -> str:
@@ -343,9 +346,9 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
 
     @cached_property
     def physical(self) -> PhysicalByMethod:
-        """Declared parameters by method; empty where the estimates are of them already.
+        """Declared parameters by method; empty if these are the parameters of the estimates.
 
-        From the base parameters and what is declared as known; see `axisid.fix`.
+        They follow from the base parameters and the known values; see `axisid.fix`.
         """
         found = {
             name: physical_parameters(name, e.form, e.distribution)
@@ -357,9 +360,9 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
     def preferred(self) -> Estimate:
         """The reported estimate.
 
-        By output error where every record's control is the declared law's, but where instruments
-        differ from it and are the more precise; else by instruments where there are, inverse model
-        first.
+        It is that of output error if the control of every record follows the declared law, except
+        if instruments differ from it significantly and are more precise. Otherwise it is that of
+        instruments where there are any, with the inverse model before the direct one.
         """
         return self.estimates[self.case.method]
 
@@ -392,7 +395,7 @@ class Identification(HasRecords, ByMethod[Estimate], Uncached, Presentable, Exac
 
     @property
     def checks(self) -> tuple[Check, ...]:
-        """The same as `verdict`."""
+        """Checks, the same as `verdict`."""
         return self.diagnosis.verdict
 
     def to_dict(self, draws: int = 0) -> dict[str, Any]:

@@ -23,9 +23,14 @@ from axisid.support.files import digest_of, unchanged
 from axisid.support.libraries import library, refusing
 from axisid.support.memory import SHORTER_FILES, Room, room_for
 
-from .json_npz_parquet_dataframe import read_frame, read_json, read_npz, read_parquet
+from .dataframe import read_frame
+from .json_log import read_json
 from .matlab import read_matlab
-from .mdf_tdms_rosbag import bag_of, is_bag, read_bag, read_mdf, read_tdms
+from .mdf import read_mdf
+from .npz import read_npz
+from .parquet import read_parquet
+from .rosbag import bag_of, is_bag, read_bag
+from .tdms import read_tdms
 
 
 def _zstd(file: Path, content: Any) -> Any:

@@ -1,7 +1,7 @@
 """Methods of estimation: from a problem to an estimate.
 
 In: `Problem`. Out: `Method` with its `Fit`, and the `Estimate` that it makes.
-Knows nothing of verdicts and of how it is shown.
+Knows nothing of verdicts, nor of presentation.
 """
 
 from .estimating import estimate_by as estimate_by

@@ -1,15 +1,15 @@
-"""DIDIM: least squares of the measured force by the rows of the simulated loop.
+"""DIDIM: least squares of the measured force on the rows of the simulated loop.
 
-The direct and inverse dynamic identification model of [Gautier2013]_: the loop is simulated with
-an estimate, and the measured force is explained by what that loop's motion makes of the model. No
-measured motion is in the regressor, so that neither the encoder's noise nor the derivative of what
-was filtered biases it; measured and simulated force pass the same filter. It is an output-error
-estimate, of the force, and asks that the control law is the drive's.
+The direct and inverse dynamic identification model of [Gautier2013]_: the loop is simulated with an
+estimate, and the measured force is regressed on the model along the simulated motion. The regressor
+contains no measured motion. Neither the noise of the encoder nor the derivative of a filtered
+signal biases it. Measured and simulated force pass the same filter. DIDIM is an output-error
+estimate of the force, and requires that the drive has the declared control law.
 
-Where the iteration stands still, the rows Z of the loop are orthogonal to what is left. How far
-noise moves that point depends on how the whole simulated force changes with the parameters, J, and
-not on Z alone: by (Z'J)^-1 Z' of it. A law that holds the motion tightly has J near Z; under P-PI
-laws deviations are 0.8 to 1.4 times those by Z alone.
+At convergence, the rows Z of the loop are orthogonal to the residual. The effect of noise on the
+estimate depends on the derivatives J of the whole simulated force by the parameters, and not only
+on Z: it is (Z'J)^-1 Z' times the noise. A stiff control law has J near Z. With P-PI laws the
+standard errors are 0.8 to 1.4 times those by Z alone.
 """
 
 from contextlib import suppress
@@ -26,26 +26,27 @@ from axisid.support.errors import EstimationError
 from .instrumental import Instruments, Iteration, IterationState, IterationStep, SimulatedRows
 from .least_squares import robust_scale, robust_solution, size_by_loss
 
-# of a parameter, left by a step where the loop does not follow: measured, from 5 to 1000 kg on
-# the EMPS record, with 0.1 to 0.5 alike
+# of a parameter, that a step keeps at least where the loop does not follow the record: measured on
+# the EMPS record from 5 to 1000 kg, with the same result for 0.1 to 0.5
 _LEAST_SHARE_OF_A_STEP = 0.25
-# of the simulation error; a step that adds more is halved. A loop's reversals round by less
+# of the simulation error; a step that adds more is halved. Rounding at reversals adds less
 _MAX_ERROR_GROWTH = 1e-3
-_LEAST_SLOPE_STEP = 1e-4  # of the force, by which a parameter's part changes for a slope
+_LEAST_SLOPE_STEP = 1e-4  # of the force: change of a parameter's part for a numerical derivative
 
-_MOST_BY_ROWS = 10  # iterates, after which steps are by the slopes of the loop
+_MOST_BY_ROWS = 10  # iterates, after which steps use the derivatives of the loop
 
 _HALVINGS = 6
 
 
 class _ByOutputError(Iteration):
-    """The iteration, whose rows are the simulated loop's and whose left side was measured.
+    """Iteration with the rows of the simulated loop and a measured left side.
 
-    What it minimises is the loop's own error, so that a step that makes that larger goes too far.
+    It minimises the simulation error of the loop, so that a step that increases this error is too
+    long.
 
-    A loop whose motion depends on the parameters, as under a PI law, has slopes J far from its rows
-    Z, and steps by Z alone hardly shrink or are many. From there on steps are Newton's towards the
-    same estimate, ``(Z'J)^-1 Z'`` of the force that the loop leaves.
+    If the motion of the loop depends on the parameters, as with a PI law, its derivatives J differ
+    from its rows Z, and the steps by Z hardly shrink or are many. From then on the steps are
+    Newton's steps towards the same estimate: ``(Z'J)^-1 Z'`` times the residual force of the loop.
     """
 
     _by_slopes = False
@@ -73,7 +74,7 @@ class _ByOutputError(Iteration):
             with suppress(EstimationError):
                 loops, right = self._on.simulated(self._form, wanted, self._budget)
                 left = self._on.rows(self._form.at(wanted)).left
-                # What the loop leaves is to be less than before, or hardly more.
+                # The residual of the loop must decrease, or hardly increase.
                 now, before = (
                     size_by_loss(left - each, scale, self._loss)
                     for each in (right.predicted(self._form.regressed(wanted)), step.at.simulated)
@@ -84,7 +85,7 @@ class _ByOutputError(Iteration):
         return wanted, None
 
     def _newton_goal(self, step: IterationStep) -> Array:
-        """Where the simulated force, as straight lines of the parameters, has the estimate."""
+        """Return the estimate for a simulated force that is linear in the parameters."""
         solver = Solver(
             loop=step.simulated,
             slopes=self._slopes(step.solution, step.at),
@@ -93,10 +94,11 @@ class _ByOutputError(Iteration):
         return self._form.physical(solver(self._form, step.at.measured).theta)[0]
 
     def _near(self, physical: Array, goal: Array) -> Array:
-        """Less of a step, from where the simulated loop does not follow the records.
+        """Return a shorter step from parameters whose simulated loop does not follow the records.
 
-        A loop that swings asks for what would stop it at once: nearly no inertia, or friction that
-        drives the axis. Within the bounds, and no positive parameter to less than a share of it.
+        The solution for an oscillating loop would stop it at once: with nearly no inertia, or with
+        friction that drives the axis. The step stays within the bounds, and keeps at least a share
+        of every positive parameter.
         """
         lower, upper = (
             [getattr(p, end) for p in self._form.declared] for end in ("lower", "upper")
@@ -117,9 +119,10 @@ class _ByOutputError(Iteration):
         return rows, solver, replace(step.solution, influence=influence)
 
     def _slopes(self, solution: Solution, at: IterationState) -> Equations:
-        """The simulated left side, (n,), as straight lines of the parameters about an estimate.
+        """Return the simulated left side, (n,), as a linear function of the parameters.
 
-        Over a deviation, as reversals that move from one sample to the next have no slope.
+        The derivatives are differences over a standard error, because reversals that move from one
+        sample to the next have no derivative.
         """
         simulated, Z, theta = at.simulated, at.right.regressor, self._form.regressed(at.physical)
         J = Z.copy()
@@ -128,7 +131,7 @@ class _ByOutputError(Iteration):
         for j, step in enumerate(np.maximum(deviations, least)):
             moved = theta.copy()
             moved[j] += step
-            # At the edge of what can be simulated the rows have to do.
+            # Where the loop cannot be simulated with changed parameters, the rows are used.
             with suppress(EstimationError):
                 at_moved = self._form.physical(moved)[0]
                 _, right = self._on.simulated(self._form, at_moved, self._budget)
@@ -137,6 +140,6 @@ class _ByOutputError(Iteration):
 
 
 class Didim(Instruments):
-    """Output error of the force, by the simulated loop's own rows."""
+    """Output-error estimate of the force with the rows of the simulated loop."""
 
     iterated = _ByOutputError

@@ -1,6 +1,6 @@
 """From a problem and a method to an estimate: fit, map, covariances and remarks.
 
-Bias and deviations are by the parametric bootstrap of the problem's records.
+Bias and standard errors are found by the parametric bootstrap of the problem's records.
 """
 
 from collections.abc import Iterator, Mapping
@@ -48,8 +48,8 @@ from .parametric_bootstrap import (
 
 _BOUND_TOLERANCE = 1e-6  # relative distance of a nonlinear parameter from a bound that it is at
 
-_GAIN_STEP = 1e-4  # of the gain, for the slopes by it
-_PIVOT = "hac"  # whose deviations twins scale
+_GAIN_STEP = 1e-4  # of the gain, for the derivatives by it
+_PIVOT = "hac"  # covariance whose standard errors are scaled by simulated replicas
 
 
 def estimate_by(
@@ -59,25 +59,25 @@ def estimate_by(
     covariance: str = "hac",
     bootstrap: Bootstrap | None = None,
 ) -> Estimate:
-    """An estimate by one method.
+    """Return the estimate by one method.
 
     Parameters
     ----------
     problem : Problem
     method : Method
     lags : int, optional
-        Of the autocorrelation-consistent covariance; chosen from the data by default.
+        Lags of the autocorrelation-consistent covariance; chosen from the data by default.
     covariance : str
-        Of `COVARIANCES`: what intervals, draws and tests are of.
+        One of `COVARIANCES`, which intervals, draws and tests use.
     bootstrap : Bootstrap, optional
-        Whose twins tell bias and HAC deviations, where they can be drawn.
+        Simulated replicas for the bias and the HAC standard errors, where they can be drawn.
 
     Raises
     ------
     ModelError, LoopDataError
         The axis, or the record, does not allow the method.
     EstimationError
-        The rows cannot be solved, or what comes of them is not finite.
+        The rows cannot be solved, or the solution is not finite.
     """
     fit = method.fitted(problem)
     form, solution, solver, y = fit.form, fit.solution, fit.solver, fit.measured.left
@@ -135,9 +135,9 @@ def _applied(
     known: Array,
     jacobian: Array,
 ) -> dict[str, CovarianceEstimate]:
-    """Covariances of the regression's own parameters, by name; refused where they are not finite.
+    """Return the covariances of the regression's own parameters, by name; refused if not finite.
 
-    To each is added what comes of values that are known with a deviation, (k, k).
+    Each includes the uncertainty by values that are known with a standard deviation, (k, k).
     """
     y, solution = fit.measured.left, fit.solution
     found: dict[str, CovarianceEstimate] = {}
@@ -147,21 +147,21 @@ def _applied(
     if not mapped or not np.all(np.isfinite(mapped)):
         raise EstimationError(
             f"{method.name}: the regression is not finite, or the {fit.form.left} is zero in every "
-            "row; check the signals' size and the known terms of the equation of motion.",
+            "row. Check the size of the signals and the known terms of the equation of motion.",
             code="not-finite",
         )
     return {name: replace(each, matrix=each.matrix + known) for name, each in found.items()}
 
 
 def _remarks(problem: Problem, fit: Fit, loss: str) -> Iterator[str]:
-    """What the user should know of an estimate."""
+    """Yield remarks for the user on an estimate."""
     every = (data.sampling.filter.remarks() for data in problem.data)
     yield from dict.fromkeys(remark for of_one in every for remark in of_one)
     if np.inf > fit.simulation_error_percent > NO_RELATION.value:
-        cause = "check the control law, the reference and the signs and units of the columns"
+        advice = "Check the control law, the reference and the signs and units of the columns"
         if (resting := resting_axis(problem.rest)) is not None:
-            cause = resting.sentence
-        yield f"the simulated loop does not follow the record; {cause}"
+            advice = f"A likely cause is that {resting.sentence}"
+        yield f"the simulated loop does not follow the record. {advice}"
     yield from loss_remarks(loss, fit.solution)
     yield from fit.remarks
     form = fit.form
@@ -170,7 +170,10 @@ def _remarks(problem: Problem, fit: Fit, loss: str) -> Iterator[str]:
     for (p, value), is_searched in zip(values, searched, strict=False):
         reach = min(abs(value - p.lower), abs(value - p.upper))
         if is_searched and reach <= _BOUND_TOLERANCE * abs(value):
-            yield f"{p.name} = {value:.6g} {p.unit} is at its bound: the search would go further"
+            yield (
+                f"{p.name} = {value:.6g} {p.unit} is at its bound. Without the bound, the search "
+                "would go further"
+            )
     yield from (p.out_of_bounds(value) for p, value in values if not p.allows(value))
 
 
@@ -183,30 +186,30 @@ def _inference(
     known: Array,
     bootstrap: Bootstrap | None,
 ) -> Inference:
-    """What filter, noise and gain do to an estimate, and its covariances with that.
+    """Return the effects of filter, noise and gain on an estimate, and its covariances.
 
     Parameters
     ----------
     problem : Problem
     fit : Fit
     applied : dict of str to CovarianceEstimate
-        The covariances of the regression's own parameters.
+        Covariances of the regression's own parameters.
     pivot : Covariance
-        That twins scale.
+        Covariance that is scaled by simulated replicas.
     known : (k, k) array
-        What values that are known with a deviation add to each covariance.
+        Uncertainty in each covariance by values that are known with a standard deviation.
     bootstrap : Bootstrap or None
-        Whose twins tell what filter and noise do, where they can be drawn.
+        Simulated replicas for the effects of filter and noise, where they can be drawn.
     """
     solution, form = fit.solution, fit.form.at(fit.physical)
     jacobian = form.physical(solution.theta)[1]
     quiet, by_gain, theta_by_gain = None, None, None
-    # What is not finite is told by what is missing; NumPy's own warnings would only repeat it.
+    # Values that are not finite are reported as missing. NumPy's warnings would only repeat it.
     with np.errstate(all="ignore"):
         with suppress(ModelError, DataError, EstimationError):
             looped = with_loops(problem, fit)
             if looped.follows:
-                # What filtering, differencing and decimation alone leave of its own loop.
+                # Residual of the simulated loop itself, by filter, differences and decimation.
                 pairs = zip(problem.data, problem.by_record(looped.loops), strict=True)
                 own_signals = [noise_free_record(data, loops).signals for data, loops in pairs]
                 left_of_loop = fit.solver(form, problem.reduced(form, own_signals)).residuals
@@ -214,24 +217,24 @@ def _inference(
         if gain_relative_sd(problem):
             with suppress(DataError, EstimationError):
                 by_gain, theta_by_gain = _jacobian_by_gain(form, problem, fit)
-        told = _by_twins(fit, form, pivot, bootstrap)
+        correction = _by_replicas(fit, form, pivot, bootstrap)
         own = {name: each.matrix for name, each in applied.items()}
         mapped = {name: delta_method(each, jacobian) for name, each in own.items()}
         freedom = {name: each.freedom for name, each in applied.items()}
         notes = {name: each.note for name, each in applied.items()}
         chains: tuple[Chain, ...] = ()
         bias = left = off = None
-        if isinstance(told, str):
-            notes[_PIVOT] = replace(notes[_PIVOT], no_replicas=told)
+        if isinstance(correction, str):
+            notes[_PIVOT] = replace(notes[_PIVOT], no_replicas=correction)
         else:
             by_known = delta_method(known, jacobian)
-            own[_PIVOT] = _scaled(own[_PIVOT], known, *told.theta_scaled)
-            mapped[_PIVOT] = _scaled(mapped[_PIVOT], by_known, *told.scaled)
-            notes[_PIVOT] = _with_replicas(notes[_PIVOT], problem, told)
-            left = _own_rows(told.residuals, problem.row_weights)
-            if told.count > 1:
-                freedom[_PIVOT] = np.full(len(solution.theta), told.freedom)
-            chains, bias, off = told.twins.chains, told.bias, told.theta_error
+            own[_PIVOT] = _scaled(own[_PIVOT], known, *correction.theta_scaled)
+            mapped[_PIVOT] = _scaled(mapped[_PIVOT], by_known, *correction.scaled)
+            notes[_PIVOT] = _with_replicas(notes[_PIVOT], problem, correction)
+            left = _own_rows(correction.residuals, problem.row_weights)
+            if correction.count > 1:
+                freedom[_PIVOT] = np.full(len(solution.theta), correction.freedom)
+            chains, bias, off = correction.twins.chains, correction.bias, correction.theta_error
             quiet = None if quiet is None else left.mean(axis=1)
         direct = isinstance(form, DirectForm)
         return Inference(
@@ -251,12 +254,13 @@ def _inference(
 
 
 def _jacobian_by_gain(form: Form, problem: Problem, fit: Fit) -> tuple[Array, Array]:
-    """Slopes of the physical parameters, (p,), and of the regression's, (k,), by ln(gain).
+    """Return derivatives of the physical, (p,), and the regression's parameters, (k,), by ln(gain).
 
-    Without known terms every linear parameter is proportional to the gain; a known term keeps its
-    size, so that the others take what it leaves. So does what the drive makes without its gain.
+    Without known terms every linear parameter is proportional to the gain. A known term does not
+    change with the gain, and neither does a force of the drive that does not depend on its gain.
+    The other terms then account for the rest of the force.
     """
-    if isinstance(form, InverseForm):  # the force is on the left alone
+    if isinstance(form, InverseForm):  # the force is only on the left side
         rows = problem.stacked(lambda data: data.reduce(data.force_by_gain))
         slope = fit.solution.response.T @ (problem.row_weights * rows)
         return slope, slope
@@ -270,16 +274,16 @@ def _jacobian_by_gain(form: Form, problem: Problem, fit: Fit) -> tuple[Array, Ar
     return physical / (2 * _GAIN_STEP), (ahead - behind) / (2 * _GAIN_STEP)
 
 
-def _by_twins(
+def _by_replicas(
     fit: Fit, form: Form, pivot: Covariance, bootstrap: Bootstrap | None
 ) -> BootstrapCorrection | str:
-    """Return what replicas tell; or why there are none, empty where none were asked for."""
+    """Return the correction by simulated replicas, or why there is none; empty if not requested."""
     if bootstrap is None:
         return ""
     twins = bootstrap.twins
     if isinstance(twins, str):
         return twins.rstrip(".")
-    with suppress(EstimationError):  # the solution of a twin may have no covariance
+    with suppress(EstimationError):  # the solution of a replica may have no covariance
         correction = bootstrap_correction(twins, form, fit.solver, fit.solution, pivot)
         if correction is not None:
             return correction
@@ -300,30 +304,33 @@ def _with_replicas(
 
 
 def _scaled(covariance: Array, known: Array, scale: Array, correlation: Array) -> Array:
-    """A covariance as twins scatter, but for what known values add: they are no noise."""
+    """Return a covariance scaled by replicas, except for the part by known values."""
     deviations = scale * np.sqrt(np.maximum(np.diag(covariance - known), 0.0))
     return np.outer(deviations, deviations) * correlation + known
 
 
 def gain_relative_sd(problem: Problem) -> float:
-    """Of the gain that scaled the force; 0 for a measured force, and where it is estimated."""
+    """Return the relative standard deviation of the gain that scaled the force.
+
+    It is 0 for a measured force, and for an estimated gain.
+    """
     measured = all(data.record.force is not None for data in problem.data)
     estimated = problem.joint_form is not None and problem.joint_form.gain is not None
     return 0.0 if measured or estimated else problem.axis.drive.relative_sd
 
 
 def _own_rows(values: Array, weights: Array) -> Array:
-    """Rows, (n,) or (n, k), as they were before each was weighted."""
+    """Return rows, (n,) or (n, k), without their weights."""
     if np.all(weights == 1):
         return values  # not a copy of all rows
     return values / (weights if values.ndim == 1 else weights[:, None])
 
 
 def _known_spread(problem: Problem, fit: Fit) -> Array:
-    """What wrong known values add to the regression's covariance, (k, k); 0 for exact ones.
+    """Return the part of the regression's covariance by known values, (k, k); 0 for exact values.
 
-    A value that is wrong by a deviation changes the force that the model needs, row by row, and the
-    estimate by the influence of the rows.
+    An error of a known value by its standard deviation changes the force of the model row by row,
+    and the estimate by the influence of the rows.
     """
     joint, theta = problem.joint_form, fit.solution.theta
     if joint is None:
@@ -341,9 +348,9 @@ def _known_spread(problem: Problem, fit: Fit) -> Array:
 
 
 def _unexplained(problem: Problem, form: Form, values: Mapping[str, float]) -> Array:
-    """What the model leaves of each row with parameters by name, (n,).
+    """Return the residual of each row for parameters by name, (n,).
 
-    What appears only beside a value, as at one of 0, has no estimate.
+    A parameter that acts only together with a value, which may be 0, has no estimate.
     """
     rows = problem.reduced(form, [data.signals for data in problem.data])
     return rows.residuals(np.array([values.get(q.name, 0.0) for q in form.quantities]))

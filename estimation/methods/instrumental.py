@@ -1,11 +1,11 @@
-"""Instrumental variables: instruments from the simulated loop, until the estimate stands still.
+"""Instrumental variables: instruments from the simulated loop, iterated until convergence.
 
-The next estimate follows from instruments that are simulated with the last one. Where the model
-leaves much unexplained, a whole step may overshoot, and the iteration swings between two estimates
-for ever: part of a step ends that, at the same estimate. Where each step is a steady part of the
-last, what follows is known from two of them [Walker2011]_. And a loop that reverses thousands of
-times jumps with the parameters, as reversals move from one sample to the next: then no estimate
-follows from itself to the last digit.
+Each estimate follows from instruments that are simulated with the previous estimate. If the model
+leaves much of the force unexplained, a full step may overshoot, and the iteration oscillates
+between two estimates without end. A damped step converges to the same estimate. If the steps shrink
+by a constant factor, the limit follows from two of them [Walker2011]_. A loop that reverses
+thousands of times jumps with the parameters, because reversals move from one sample to the next. In
+that case no estimate reproduces itself to the last digit.
 """
 
 from collections.abc import Iterator
@@ -41,40 +41,40 @@ from axisid.support.errors import DataError, EstimationError
 from .least_squares import LeastSquares, check_loss, robust_solution
 from .method import Fit, Method
 
-_ROUNDING = 1e-9  # of the value, which stands for the deviation in records without noise
-_SWINGING = 0.5  # of the last step, from which a step hardly shrinks; backwards it swings
+_ROUNDING = 1e-9  # of the value, instead of the standard error in records without noise
+_SWINGING = 0.5  # of the last step, from which a step hardly shrinks; it oscillates if opposite
 _LEAST = 0.125
-_NEAR = 0.5  # deviations, within which an estimate goes in proportion with the one before
-_FALLING = 0.25  # of the last step, up to which what follows is told from the two
-_FIRST = 3  # steps; those from the nominal values are of any size and direction
+_NEAR = 0.5  # standard errors, within which an estimate is linear in the previous one
+_FALLING = 0.25  # of the last step, up to which the limit is extrapolated from both steps
+_FIRST = 3  # steps; the first steps from the nominal values have any size and direction
 
 
 class StepControl:
-    """Steps of one iteration, in deviations.
+    """Control of the steps of one iteration, in standard errors.
 
-    Without noise the deviations shrink with the distance from the solution, and steps in their own
-    deviations never do. So a step stalls only if it hardly shrinks in its own deviations and in the
-    same deviations as the one before.
+    Without noise, the standard errors shrink with the distance from the solution, and the steps in
+    units of their own standard errors never shrink. A step therefore stalls only if it hardly
+    shrinks both in its own standard errors and in those of the previous step.
     """
 
     def __init__(self) -> None:
         self.share, self._taken = 1.0, 0
-        self.stalls = False  # whether the last step was hardly shorter than the one before
+        self.stalls = False  # True if the last step was hardly shorter than the previous one
         self._last: Array | None = None
-        self._length = 0.0  # of the last step, in its own deviations
+        self._length = 0.0  # of the last step, in its own standard errors
         self._goal: Array | None = None
 
     def step(self, start: Array, goal: Array, deviation: Array) -> tuple[float, Array]:
-        """Take note of a step between parameters (p,).
+        """Record a step between parameters (p,).
 
-        `share` is then the part of it to go, and `stalls` says whether steps hardly shrink.
+        `share` is then the part of the step to take, and `stalls` is True if steps hardly shrink.
 
         Returns
         -------
         size : float
-            In deviations, the largest of them.
+            Largest component of the step, in standard errors.
         further : (p,) array
-            Where the steps lead to, if they go on as they do: the goal, or beyond it.
+            Extrapolated end of the steps: the goal, or a point beyond it.
         """
         unit = deviation + _ROUNDING / CONVERGED.value * np.abs(goal)
         step = goal - start
@@ -91,9 +91,10 @@ class StepControl:
         return float(np.abs(scaled_step).max()), further
 
     def _beyond(self, goal: Array, scaled_step: Array, last: Array | None) -> Array:
-        """The goal, or where it goes on to where steps fall steadily, from this and the last.
+        """Return the goal, or the extrapolated limit if the steps shrink steadily.
 
-        By the secant through both, Anderson's method of depth one.
+        The limit is that of the secant through this and the last step, Anderson's method of depth
+        one.
         """
         before = self._goal
         if last is None or before is None or self.share < 1:
@@ -109,37 +110,37 @@ class StepControl:
 
 
 def _scaled(step: Array, unit: Array) -> Array:
-    """A step in units (p,); 0 where it is 0."""
+    """Return a step divided by units (p,); 0 where the step is 0."""
     return np.divide(step, unit, out=np.zeros_like(step), where=step != 0)
 
 
-# simulation error at the end by that of least squares; beyond, a nonlinear model has gone to
-# another solution
+# simulation error at the end relative to that of least squares; beyond it, a nonlinear model has
+# converged to another solution
 _MAX_SIMULATION_ERROR_RATIO = 2.0
-# deviations, where the simulated loop jumps too much: a hundredth of the variance
+# standard errors, where the simulated loop jumps too much: a hundredth of the variance
 NEARLY_CONVERGED = 0.1
 
 _MOST = 20
-#: Loops that were simulated, and their rows.
+#: Simulated loops and their rows.
 SimulatedRows = tuple[tuple[Simulation, ...], Equations]
 
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """Where an iteration starts: at least squares, where its loop follows the records.
+    """Start of an iteration: least squares, if its simulated loop follows the records.
 
-    Least squares is nearer to the end than nominal values mostly are, and asks nothing of them.
-    Noise may move it so far that the loop simulated with it is no instrument; then the nominal
-    values serve.
+    Least squares is usually nearer to the solution than the nominal values, and does not depend on
+    them. Noise may bias it so much that the loop simulated with it is no instrument. The iteration
+    then starts from the nominal values.
 
     Attributes
     ----------
     physical : (p,) array
     named : {"least-squares", "nominal"}
     simulated : tuple of loops and Equations, or None
-        What is simulated with it, and its rows; None where it is still to be.
+        Loops simulated with the start, and their rows; None if they are not yet simulated.
     why_not : str or None
-        Why it does not start from least squares, where it was to.
+        Reason why the iteration does not start as requested.
     """
 
     physical: Array
@@ -150,9 +151,9 @@ class Start:
 
 @dataclass(frozen=True, slots=True)
 class IterationStep:
-    """A step: from where, to which estimate, by how many deviations, and by which loop's rows.
+    """Step of an iteration: its start, its goal, its size in standard errors, and the loop's rows.
 
-    `further` is where the next ones would lead to, if they fall as the last did.
+    `further` is the extrapolated end of the steps, if they shrink as the last step did.
     """
 
     at: "IterationState"
@@ -165,7 +166,7 @@ class IterationStep:
 
 @dataclass(frozen=True, slots=True)
 class IterationState:
-    """Where the iteration is: the measured rows about it, and the loops simulated with it."""
+    """State of the iteration: the measured rows about it, and the loops simulated with it."""
 
     measured: Equations
     physical: Array
@@ -181,20 +182,20 @@ class Iteration:
     ----------
     method : Method
     form : Form
-        Linearised where it starts, if it is not linear.
+        Form of the regression, linearised at the start if it is not linear.
     start : Start
     problem : Problem
     """
 
     def __init__(self, method: Method, form: Form, start: Start, problem: Problem) -> None:
         self._method, self._form, self._start, self._loss = method.name, form, start, method.loss
-        # What is linearised goes no further than its search may.
+        # A linearised model stays within the bounds of its search.
         self._bounds = (-np.inf, np.inf) if form.is_linear else search_bounds(form.axis)
         self._on = problem
         self._iterates: list[Iterate] = []
         loops = sum(len(data.record.spans) for data in problem.data)
         self._pace, self._budget = StepControl(), StepBudget(loops * STEPS_OF_SEARCH)
-        self.jumps = False  # whether the fit is near an estimate, and none
+        self.jumps = False  # True if the simulated loop jumps too much for exact convergence
 
     def fit(self) -> Fit:
         """Iterate.
@@ -202,7 +203,7 @@ class Iteration:
         Raises
         ------
         EstimationError
-            It does not come to an end, or a loop cannot be simulated; the iterate is named.
+            The iteration does not converge, or a loop cannot be simulated; the iterate is named.
         """
         physical, ahead = self._start.physical, self._start.simulated
         last: IterationStep | None = None
@@ -224,9 +225,9 @@ class Iteration:
             return self._ended(
                 nearest,
                 reached,
-                f"the iteration ends {nearest.size:.1g} deviations from an estimate that follows "
-                "from itself: the simulated loop reverses so often that it jumps with the "
-                "parameters",
+                f"the last step of the iteration is {nearest.size:.1g} standard errors, and "
+                "smaller steps are not possible: the simulated loop reverses so often that it "
+                "jumps with the parameters",
             )
 
     def _moving(self, physical: Array) -> EstimationError:
@@ -235,18 +236,18 @@ class Iteration:
             other = f'the nominal values: start="{NOMINAL_START}" in Python.'
         advice = f"Check the control law against the record, and start from {other}"
         if (resting := resting_axis(self._on.rest)) is not None:
-            advice = f"It may be that {resting.sentence}."
+            advice = f"A likely cause is that {resting.sentence}."
         return EstimationError(
-            f"{self._method} still moves after {_MOST} iterations; the last estimate is "
+            f"{self._method} does not converge in {_MOST} iterations. The last estimate is "
             f"{self._form.describe(physical)}. {advice}",
             code="no-convergence",
         )
 
     def _at(self, physical: Array, ahead: SimulatedRows | None) -> IterationState:
-        """The rows, and those of the loop simulated with parameters (p,), an iterate."""
+        """Return the measured rows and those of the loop simulated with parameters (p,)."""
         measured = self._on.rows(self._form.at(physical) if self._iterates else self._form)
         loops, right = ahead or self._on.simulated(self._form, physical, self._budget)
-        # Of the point that is simulated, which a damped step leaves short of the solution.
+        # Parameters of the simulated point, which a damped step places before the solution.
         theta = self._form.regressed(physical)
         simulated = right.predicted(theta)  # the loop satisfies the model row by row
         error = relative_error_percent(measured.left - simulated, measured.left)
@@ -256,19 +257,19 @@ class Iteration:
         return IterationState(measured, physical, loops, simulated, right)
 
     def _step(self, at: IterationState) -> IterationStep:
-        """From where the iteration is to the estimate by the loop that is simulated there."""
+        """Return the step from a state to the estimate by the loop that is simulated there."""
         names = [q.label for q in self._form.quantities]
         simulated = factor(at.right.regressor, names, "the simulated loop")
         solution = self._solution(at, simulated)
         goal, jacobian = self._form.physical(solution.theta)
         covariance = delta_method(PublishedCovariance().matrix(solution), jacobian)
         deviation = np.sqrt(np.diag(covariance))
-        # Of the whole step: part of one may be small far from the solution.
+        # Size of the full step: a damped step may be small far from the solution.
         size, further = self._pace.step(at.physical, goal, deviation)
         return IterationStep(at, goal, further, size, solution, simulated)
 
     def _solution(self, at: IterationState, simulated: QrFactors) -> Solution:
-        """By the simulated loop as instruments."""
+        """Return the solution with the simulated loop as instruments."""
         regressor = self._on.factored(self._form, at.measured)
         left = at.measured.left - at.measured.intercept
         return robust_solution(left, regressor, simulated, self._loss)
@@ -276,9 +277,9 @@ class Iteration:
     def _next(
         self, step: IterationStep, physical: Array, share: float
     ) -> tuple[Array, SimulatedRows | None]:
-        """Where the iteration goes from parameters (p,); partially linear ones stay in bounds.
+        """Return the next parameters, (p,), and the loops simulated with them if there are any.
 
-        And what was simulated there, if it was.
+        Parameters of a partially linear model stay within their bounds.
         """
         if step.size <= CONVERGED.value:
             return np.clip(step.goal, *self._bounds), None
@@ -287,15 +288,15 @@ class Iteration:
         return step.goal if share == 1 else physical + share * (step.goal - physical), None
 
     def _ended(self, step: IterationStep, reached: IterationState, *remarks: str) -> Fit:
-        """The fit that a step led to."""
+        """Return the fit at the end of a step."""
         first, last = (self._iterates[i].simulation_error_percent for i in (0, -1))
         if not self._form.is_linear and last > _MAX_SIMULATION_ERROR_RATIO * first:
-            # Its equations have several solutions, most of them wrong.
+            # The equations of a nonlinear model have several solutions, most of them wrong.
             raise EstimationError(
-                f"it went from least squares, whose loop leaves {first:.3g} % unexplained, to "
-                f"{self._form.describe(self._iterates[-1].physical)}, whose loop leaves "
-                f"{last:.3g} %; that is another solution of the same equations. Believe idm-ls, or "
-                "record a motion that stays longer where the nonlinear terms change."
+                "the iteration converged to another solution of the same equations, "
+                f"{self._form.describe(self._iterates[-1].physical)}, with a simulation error of "
+                f"{last:.3g} % instead of {first:.3g} % at least squares. Use idm-ls, or record a "
+                "motion that stays longer where the nonlinear terms change."
             )
         measured, solver, solution = self._solved(step, reached)
         if not self._form.is_linear:
@@ -316,13 +317,13 @@ class Iteration:
     def _solved(
         self, step: IterationStep, reached: IterationState
     ) -> tuple[Equations, Solver, Solution]:
-        """The rows that were solved, by what, and the solution with what noise makes of it."""
+        """Return the solved rows, their solver, and the solution with its influence of noise."""
         solver = Solver(loop=step.simulated, counts=step.solution.counts)
         return reached.measured, solver, step.solution
 
     @contextmanager
     def _naming(self) -> Iterator[None]:
-        """Say in an estimation error where it arose."""
+        """Add the method and the iterate to an estimation error."""
         what = f"{self._method}, iterate {len(self._iterates)}"
         try:
             yield
@@ -333,8 +334,8 @@ class Iteration:
 class Instruments(Method):
     """Instrumental variables from the simulated loop."""
 
-    #: What goes from one start, of least squares and the nominal values, and from the other one
-    #: where it comes to no end.
+    #: Iteration that is started from least squares or the nominal values, and from the other of the
+    #: two if it does not converge.
     iterated = Iteration
 
     def fit(self, problem: Problem) -> Fit:
@@ -369,11 +370,11 @@ class Instruments(Method):
 
 
 def _start_of(problem: Problem, form: Form, asked: str) -> tuple[Form, Start]:
-    """A form, where it is linearised, and where its iteration starts.
+    """Return the form, linearised if necessary, and the start of its iteration.
 
-    What is not linear is searched for widely by least squares, from where instruments go on
-    whatever is asked for. Both forms start from the inverse model's least squares: they are one
-    estimate.
+    A nonlinear model is first fitted by a global search with least squares, and instruments start
+    from there whatever start is requested. Both forms start from least squares of the inverse
+    model.
 
     Raises
     ------
@@ -394,31 +395,33 @@ def _start_of(problem: Problem, form: Form, asked: str) -> tuple[Form, Start]:
         if right is None or not isinstance(form, InverseForm):
             right = problem.simulated_rows(form, fit.physical, fit.loops)
         return form, Start(fit.physical, LEAST_SQUARES_START, (fit.loops, right))
-    said = f"the loop of least squares leaves {fit.simulation_error_percent:.3g} % of the force"
-    missing = isinstance(fit.simulated, NotSimulated) and fit.simulated.reason
-    return form, _nominal_start(form, missing or f"{said} unexplained")
+    if isinstance(fit.simulated, NotSimulated) and fit.simulated.reason:
+        return form, _nominal_start(form, fit.simulated.reason)
+    percent = f"{fit.simulation_error_percent:.3g} %"
+    reason = f"the simulation error of least squares is {percent} of the force"
+    return form, _nominal_start(form, reason)
 
 
 def _other_start(problem: Problem, form: Form, first: Start) -> Start | None:
-    """Second start of a linear model; None where it has no least squares."""
+    """Return the second start of a linear model; None where it has no least squares."""
     if first.named != NOMINAL_START:
-        return _nominal_start(form, "from least squares it comes to no end")
+        return _nominal_start(form, "it does not converge from least squares")
     try:
         fit = LeastSquares(name="idm-ls", form=InverseForm).fitted(problem)
     except (DataError, EstimationError):
         return None
-    why_not = "from the nominal values it comes to no end"
     return Start(
         fit.physical,
         LEAST_SQUARES_START,
-        why_not=f"the iteration starts from least squares, since {why_not}",
+        why_not="the iteration starts from least squares, because it does not converge from the "
+        "nominal values",
     )
 
 
 def _nominal_start(form: Form, why_not: str | None = None) -> Start:
-    """The nominal values of a linear model, and why it is not least squares."""
+    """Return a start at the nominal values, with the reason why it is not least squares."""
     return Start(
         form.start,
         NOMINAL_START,
-        why_not=why_not and f"the iteration starts from the nominal values, since {why_not}",
+        why_not=why_not and f"the iteration starts from the nominal values, because {why_not}",
     )

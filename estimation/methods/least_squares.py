@@ -1,9 +1,10 @@
-"""Least squares of one form, linear or partially linear, also by a loss (M-estimation).
+"""Least squares of one form, linear or partially linear, also with a robust loss (M-estimation).
 
-A reversal that the filter rounds, a shock, a bad contact: rows whose residual is no noise of the
-others. Their squares lead least squares; by M-estimation a row counts for less the larger its
-residual is, in deviations by the median, and with the bisquare not at all from 4.7 on. Both are 95
-% as precise as least squares where the noise is normal.
+A reversal that the filter rounds, a shock or a bad contact makes rows with residuals far larger
+than the noise of the other rows. Their squares dominate least squares. With M-estimation, a row has
+less weight the larger its residual is, in standard deviations estimated by the median. With the
+bisquare it has no weight beyond 4.7 standard deviations. Both losses are 95 % as precise as least
+squares for normal noise.
 
 References
 ----------
@@ -35,13 +36,13 @@ from axisid.support.errors import DataError, EstimationError, ModelError
 from .method import Fit, Method
 
 _MOST, _STANDS_STILL = 200, 1e-10
-#: Rows whose residuals are rounding alone have no scale.
+#: Residuals below it, relative to the left side, are rounding and have no scale.
 _ROUNDING = 1e-13
 
 
 _HUBER, _BISQUARE = HUBER_TUNING.value, BISQUARE_TUNING.value
-#: Of residuals by their size in deviations, (n,): ``psi(u) / u``, which is 1 for a small one,
-#: ``psi'(u)``, and ``rho(u)``, which is ``u^2/2`` for a small one.
+#: Functions of the residuals u in standard deviations, (n,): ``psi(u) / u``, which is 1 for a small
+#: residual, ``psi'(u)``, and ``rho(u)``, which is ``u^2/2`` for a small residual.
 RowLoss = Callable[[Array], tuple[Array, Array, Array]]
 
 
@@ -59,16 +60,16 @@ def _bisquare(u: Array) -> tuple[Array, Array, Array]:
 
 
 LOSS_FUNCTIONS: Mapping[str, RowLoss] = {HUBER_LOSS: _huber, BISQUARE_LOSS: _bisquare}
-#: The loss whose estimate another is iterated from, instead of least squares: one that forgets
-#: large residuals has several valleys.
+#: The loss whose estimate starts the iteration of another loss, instead of least squares: a loss
+#: that ignores large residuals has several minima.
 _STARTS = {BISQUARE_LOSS: HUBER_LOSS}
 
 
 def robust_solution(y: Array, X: Columns, Z: QrFactors, loss: str) -> Solution:
-    """The solution of ``sum psi(e_i/s) z_i = 0`` with s from the median of the residuals' sizes.
+    """Return the solution of ``sum psi(e_i/s) z_i = 0``, with s from the median residual size.
 
-    Of least squares Z is X. The influence is that of these equations, ``Z (X' diag(psi') Z)^-1`` of
-    residuals as they count, so that every covariance of it is the sandwich that is consistent.
+    Z is X for least squares. The influence is that of these equations, ``Z (X' diag(psi') Z)^-1``
+    times the weighted residuals, so that every covariance is the consistent sandwich covariance.
 
     Parameters
     ----------
@@ -76,12 +77,12 @@ def robust_solution(y: Array, X: Columns, Z: QrFactors, loss: str) -> Solution:
     X : Columns
     Z : QrFactors
     loss : str
-        Of `ROW_LOSSES`, or another for squares.
+        One of `ROW_LOSSES`; any other name stands for squares.
 
     Raises
     ------
     EstimationError
-        It does not stand still, or what counts of the rows does not tell the parameters apart.
+        The iteration does not converge, or the weighted rows do not distinguish the parameters.
     """
     plain = instrumental_variables(y, X, Z)
     if loss not in LOSS_FUNCTIONS or robust_scale(plain.residuals) <= _ROUNDING * np.linalg.norm(y):
@@ -97,21 +98,21 @@ def robust_solution(y: Array, X: Columns, Z: QrFactors, loss: str) -> Solution:
         if change <= _STANDS_STILL * np.linalg.norm(previous * X.scale):
             return solution
     raise EstimationError(
-        f"the {loss} estimate still moves after {_MOST} iterations; use least squares, and look at "
-        "what the residuals are.",
+        f"the estimate with the {loss} loss does not converge in {_MOST} iterations. Use least "
+        "squares, and examine the residuals.",
         code="no-convergence",
     )
 
 
 def size_by_loss(residuals: Array, scale: float, loss: str) -> float:
-    """What a loss makes of residuals, (n,), in their unit: their norm, if it is of squares."""
+    """Return the size of residuals, (n,), by a loss, in their unit: their norm for squares."""
     if loss not in LOSS_FUNCTIONS or not scale > 0:
         return float(np.linalg.norm(residuals))
     return scale * float(np.sqrt(2 * np.sum(LOSS_FUNCTIONS[loss](residuals / scale)[2])))
 
 
 def check_loss(loss: str, form: Form) -> None:
-    """Refuse a loss for a model whose parameters are searched for by squares.
+    """Refuse a robust loss for a model whose parameters are searched with squares.
 
     Raises
     ------
@@ -120,34 +121,34 @@ def check_loss(loss: str, form: Form) -> None:
     """
     if loss in LOSS_FUNCTIONS and not form.is_linear:
         raise ModelError(
-            f"the {loss} loss is of models that are linear in their parameters, and axis "
-            f'{form.axis.name!r} is not; use loss="{SQUARES_LOSS}", or fit the control '
+            f"the {loss} loss needs a model that is linear in its parameters, and axis "
+            f'{form.axis.name!r} is not. Use loss="{SQUARES_LOSS}", or fit the control '
             "with a loss.",
             code="method",
         )
 
 
 def loss_remarks(loss: str, solution: Solution) -> list[str]:
-    """What a loss did to the rows, in words; nothing of squares."""
+    """Return the effect of a robust loss on the rows, as text; empty for squares."""
     if loss not in LOSS_FUNCTIONS:
         return []
     if solution.counts is None:
-        return [f"{loss} loss: the rows are exact to rounding, and all count alike"]
+        return [f"{loss} loss: the rows are exact to rounding, and all have the same weight"]
     weights = solution.counts.weights
     light, least = np.count_nonzero(weights < LIGHT_ROW.value), float(weights.min())
     return [
-        f"{loss} loss: {light} of {len(weights)} rows count for less than half, "
-        f"the least by {least:.2g}"
+        f"{loss} loss: {light} of {len(weights)} rows have a weight below one half; the smallest "
+        f"weight is {least:.2g}"
     ]
 
 
 def robust_scale(residuals: Array) -> float:
-    """Deviation of normal residuals with this median size."""
+    """Return the standard deviation of normal residuals with the same median size."""
     return float(np.median(np.abs(residuals))) / MEDIAN_OF_NORMAL.value
 
 
 class LeastSquares(Method):
-    """Least squares of one form; the simulated loop is a courtesy."""
+    """Least squares of one form; the loop is simulated only for the simulation error."""
 
     def fit(self, problem: Problem) -> Fit:
         """See `Method.fit`."""
@@ -168,10 +169,11 @@ class LeastSquares(Method):
             loops, right = problem.simulated(form, form.physical(solution.theta)[0])
         except (ModelError, DataError, EstimationError) as error:
             by_estimate = isinstance(error, EstimationError)
-            said = f"no simulation error, since {error!s}"
+            said = f"there is no simulation error, because {error!s}"
             return replace(
                 fit,
                 simulated=NotSimulated(str(error), by_estimate=by_estimate),
-                remarks=(said,) if by_estimate else (),  # what no method has, the verdict tells
+                # If no loop can be simulated for any method, the verdict reports it.
+                remarks=(said,) if by_estimate else (),
             )
         return replace(fit, loops=loops, right=right, simulated=right.predicted(solution.theta))

@@ -1,4 +1,4 @@
-"""What a method of estimation is, and what it makes of a problem."""
+"""Base class of the methods of estimation, and the fit that they make of a problem."""
 
 import math
 from abc import ABC, abstractmethod
@@ -22,15 +22,15 @@ class Fit:
     Attributes
     ----------
     form : Form
-        At the point that the rows are linearised about.
+        Form at the point that the rows are linearised about.
     measured : Equations
     solution : Solution
     solver : Solver
-        What solved the rows, and solves others as it did.
+        Solver of the rows, which solves other rows in the same way.
     iterates : tuple of Iterate
-        The start and every iterate; empty for what is no iteration.
+        The start and every iterate; empty without an iteration.
     started : str
-        Where the iteration started, of `INSTRUMENT_STARTS`; empty for what is no iteration.
+        Start of the iteration, of `INSTRUMENT_STARTS`; empty without an iteration.
     loops : tuple of Simulation
         One for each segment of each record; empty where they could not be simulated.
     right : Equations or None
@@ -58,7 +58,7 @@ class Fit:
 
     @property
     def simulation_error_percent(self) -> float:
-        """What the simulated loops leave of the left side; infinite where there are none."""
+        """Residual of the simulated loops in percent of the left side; infinite without loops."""
         left = self.measured.left
         if isinstance(self.simulated, NotSimulated):
             return math.inf
@@ -66,25 +66,25 @@ class Fit:
 
     @property
     def follows(self) -> bool:
-        """Whether the simulated loops move as the records do, so that they stand for them."""
+        """True if the simulated loops follow the records, so that they can represent them."""
         return self.simulation_error_percent < MAX_SIMULATION_ERROR.value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Method(ABC):
-    """A way from a problem's rows to an estimate.
+    """A method of estimation from the rows of a problem.
 
     Attributes
     ----------
     name : str
-        As users give it, ``idm-ls``.
+        Name that users give, such as ``idm-ls``.
     form : type of Form
-        That is regressed.
+        Form of the regression.
     start : str
-        Of `INSTRUMENT_STARTS`, where an iteration starts; least squares only where its loop follows
+        Start of an iteration, of `INSTRUMENT_STARTS`; least squares only if its loop follows the
         records.
     loss : str
-        Of `ROW_LOSSES`, how rows count.
+        Loss of the rows, of `ROW_LOSSES`.
     """
 
     name: str
@@ -93,7 +93,7 @@ class Method(ABC):
     loss: str = ROW_LOSSES[0]
 
     def fitted(self, problem: Problem) -> Fit:
-        """The fit of a problem, which is made once; see `fit`."""
+        """Return the fit of a problem, which is made once; see `fit`."""
         if self not in problem.made:
             problem.made[self] = self.fit(problem)
         found: Fit = problem.made[self]

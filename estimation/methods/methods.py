@@ -1,4 +1,4 @@
-"""Every method as it is run, from the rows of `axisid.estimation.choices`."""
+"""All methods of estimation, from the rows of `axisid.estimation.choices`."""
 
 from pkgutil import resolve_name
 
@@ -6,7 +6,7 @@ from axisid.estimation.choices import METHOD_ROWS
 
 from .method import Method
 
-#: In the order in which they are run.
+#: Methods in the order in which they are run.
 METHODS: dict[str, Method] = {
     row.name: resolve_name(row.method)(name=row.name, form=resolve_name(row.form))
     for row in METHOD_ROWS

@@ -1,4 +1,4 @@
-"""The parametric bootstrap: twins of a problem's records, and what they tell of an estimate."""
+"""Parametric bootstrap: simulated replicas of a problem's records, and corrections by them."""
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -28,34 +28,35 @@ from axisid.support.errors import DataError, EstimationError, ModelError
 from .method import Fit
 from .methods import METHODS
 
-TOO_FEW = "more than half of the loops with its noise cannot be simulated, or estimated from"
-_FOLLOWS_NOT = "the loop does not follow the record"
-_ROUNDS = 4  # of twins, each less the bias that the one before has
-_MEASURED = 2  # rounds that measure the chains: at the estimate, and less a first bias
-_ROUNDING = 1e-9  # of a parameter: what simulated loops that reverse make of the last digit
-_CLOSE = 1e-7  # of a parameter: what hardly moves a bias
+TOO_FEW = "more than half of the replicas cannot be simulated, or give no estimate"
+_FOLLOWS_NOT = "the simulated loop does not follow the record"
+_ROUNDS = 4  # of replicas, each at the estimate minus the bias of the previous round
+_MEASURED = 2  # rounds that measure the noise: at the estimate, and at it minus a first bias
+_ROUNDING = 1e-9  # of a parameter: rounding by reversals of simulated loops
+_CLOSE = 1e-7  # of a parameter: a change that hardly affects a bias
 
 
 @dataclass(frozen=True, kw_only=True)
 class Bootstrap:
-    """Twins of the records of a problem.
+    """Simulated replicas of the records of a problem.
 
-    Their loops are those of the output error of the force, or of instruments, or of least squares
-    where these come to nothing, less its bias, which is found again where it leads: noise in the
-    loop biases the first least. What is judged by the twins is any method.
+    Their loops are simulated with the estimate by the output error of the force, otherwise by
+    instruments or by least squares. Noise in the loop biases the first of these least. The bias of
+    this estimate is subtracted, and found again at the result. The replicas serve every method.
 
     Attributes
     ----------
     problem : Problem
     count : int
     methods : sequence of str
-        That may be judged, whose rows are made together.
+        Methods whose rows are made together.
     has_laws : callable
-        Whether the records' controls are the declared law's. Only then may noise be most of what
-        their loops leave of the force, and only as much as it is in twins: what another law, or
-        another delay, leaves is none.
+        Whether the recorded controls follow the declared law. Only then may noise be most of the
+        residual force of the loops, and only as much as in the replicas: a residual by another law
+        or another delay is not noise.
     loss : str
-        Of `ROW_LOSSES`: only squares have twins, as outliers are no noise of a chain.
+        One of `ROW_LOSSES`. Only squares have replicas, because outliers are not noise of a signal
+        chain.
     """
 
     problem: Problem
@@ -66,9 +67,9 @@ class Bootstrap:
 
     @cached_property
     def twins(self) -> Twins | str:
-        """Or why there are none."""
+        """Simulated replicas, or the reason why there are none."""
         if self.loss != ROW_LOSSES[0]:
-            return "rows count by their residuals, and outliers are no noise of a loop"
+            return "a robust loss weights the rows, and outliers are not noise of the signals"
         why = _FOLLOWS_NOT
         for method in ("didim", "idm-iv", "idm-ls"):
             try:
@@ -78,14 +79,14 @@ class Bootstrap:
                     if fit.follows or isinstance(twins, str) or self._leave_as_much(twins, fit):
                         return twins
                 why = _FOLLOWS_NOT
-            except (ModelError, LoopDataError):  # which the verdict tells
+            except (ModelError, LoopDataError):  # the verdict reports the reason
                 why = "there is no loop to simulate"
             except (DataError, EstimationError) as error:
                 why = str(error).rstrip("; ")
         return why
 
     def _less_bias(self, fit: Fit) -> Twins | str:
-        """At an estimate less the bias that it has there, where that is beyond a deviation."""
+        """Return replicas at the estimate minus its bias, iterated to within a standard error."""
         form, model, at, loops = fit.form, Hac(), fit.physical, fit.loops
         standard_errors = np.sqrt(np.diag(model.matrix(fit.solution)))
         chains: tuple[Chain, ...] = ()
@@ -119,14 +120,14 @@ class Bootstrap:
             if np.all(change <= tolerance):
                 return twins
             loops = _at(self.problem, form, at)
-        return "the parameters of their loops do not settle"
+        return "the bias of the estimate does not converge"
 
     @cached_property
     def _noisy(self) -> list[FilteredRecord]:
-        """The records under filters that leave their noise: their own, or those by default.
+        """Records under filters that keep their noise: their own filters, or the default ones.
 
-        Noise is a record's own, whatever its rows are made by, and below a low cut-off all rows are
-        near a turn.
+        The noise of a record does not depend on the filter of its rows. With a low cut-off all rows
+        are near a reversal.
         """
         noisy = []
         for data in self.problem.data:
@@ -139,7 +140,7 @@ class Bootstrap:
         return noisy
 
     def _leave_as_much(self, twins: Twins, fit: Fit) -> bool:
-        """Whether the loop leaves as much of twins' force as of the records'."""
+        """Return True if the residual of the loop is as large in replicas as in the records."""
         problem, form = self.problem, fit.form.at(twins.at)
         rows = problem.simulated_rows(form, twins.at, _at(problem, form, twins.at))
         simulated = rows.predicted(form.regressed(twins.at))
@@ -149,12 +150,12 @@ class Bootstrap:
 
 
 def with_loops(problem: Problem, fit: Fit) -> Fit:
-    """A fit with the loops of its records, as far as they follow them without a reference.
+    """Return a fit with loops of its records, which follow the records if without a reference.
 
     Raises
     ------
     ModelError, DataError, EstimationError
-        There are none.
+        No loops can be simulated.
     """
     if fit.loops:
         return fit
@@ -173,22 +174,23 @@ def _at(problem: Problem, form: Form, physical: Array) -> tuple[Simulation, ...]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BootstrapCorrection:
-    """What twins tell of an estimate.
+    """Correction of an estimate by simulated replicas.
 
     Attributes
     ----------
     twins : Twins
+        The simulated replicas.
     off : (R, p) array
-        The twins' physical parameters, less those of their loops.
+        Errors of the physical parameters of the replicas: estimates minus parameters of the loops.
     theta_error : (R, k) array
-        The same of the regression's own parameters.
+        Errors of the regression's own parameters.
     scaled : (p,) array, (p, p) array
-        What deviations are to be multiplied by, and the correlation as the twins scatter; of the
-        covariance where they are too few to tell it.
+        Factors of the standard errors, and the correlation matrix of the replicas' errors; that of
+        the covariance if there are too few replicas.
     theta_scaled : (k,) array, (k, k) array
-        The same of the regression's own parameters.
+        The same for the regression's own parameters.
     residuals : (n, R) array
-        What the estimator leaves of the twins.
+        Residuals of the estimator in the replicas.
     """
 
     twins: Twins
@@ -200,20 +202,21 @@ class BootstrapCorrection:
 
     @property
     def count(self) -> int:
-        """How many twins tell it."""
+        """Number of replicas."""
         return len(self.off)
 
     @property
     def freedom(self) -> float:
         """Degrees of freedom of `scaled`, and of Student's distribution of the intervals.
 
-        Infinite for a single twin, of which the covariance is told. Else see `pair_freedom`.
+        Infinite for a single replica, with which the covariance is not scaled. Otherwise see
+        `pair_freedom`.
         """
         return pair_freedom(self.count) if self.count > 1 else np.inf
 
     @property
     def bias(self) -> Array:
-        """Mean of what the twins are off by, (p,)."""
+        """Mean error of the replicas, (p,)."""
         return np.asarray(self.off.mean(axis=0))
 
 
@@ -224,28 +227,31 @@ def bootstrap_correction(
     solution: Solution,
     covariance: Covariance,
 ) -> BootstrapCorrection | None:
-    """Bias of an estimate, and what its deviations lack; None where too few twins can be solved.
+    """Return the bias of an estimate and the factors of its standard errors.
 
-    A covariance is the pivot, whose law the twins have: what they are off by in their own
-    deviations, the bootstrap-t of [EfronTibshirani1993]_. With the deviations ``h_r`` of the twins
-    and ``h`` of the records, ``s = sd_r((theta_r - theta_0) / h_r)``, the interval is
+    This is the bootstrap-t of [EfronTibshirani1993]_: the errors of the replicas, each divided by
+    its own standard error, give the distribution of the pivot. With the standard errors ``h_r`` of
+    the replicas and ``h`` of the records, ``s = sd_r((theta_r - theta_0) / h_r)``, the interval is
     ``theta - bias +- t_nu s h`` with Student's ``t_nu`` and the degrees of freedom ``nu`` of
     `BootstrapCorrection.freedom`.
 
     Parameters
     ----------
     twins : Twins
+        Simulated replicas.
     form : Form
-        At the estimate.
+        Form at the estimate.
     solver : Solver
-        Of the estimate.
+        Solver of the estimate.
     solution : Solution
-        Of the records.
+        Solution of the records.
     covariance : Covariance
+        Covariance of the pivot.
 
     Returns
     -------
     BootstrapCorrection or None
+        None where too few replicas can be solved.
     """
     solved = twins.solutions(form, solver)
     if not 0 < twins.count <= 2 * len(solved):
@@ -254,7 +260,7 @@ def bootstrap_correction(
     regressed = form.regressed(twins.at)
     theta_error = np.array([each.theta for each in solved]) - regressed
     off = np.array([form.physical(each.theta)[0] for each in solved]) - twins.at
-    # Of the records, and then of each twin.
+    # Covariances of the records, and then of each replica.
     own_covariances = [covariance.matrix(each) for each in (solution, *solved)]
     covariances = [delta_method(each, jacobian) for each in own_covariances]
     return BootstrapCorrection(
@@ -268,15 +274,17 @@ def bootstrap_correction(
 
 
 def _pivot(off: Array, covariances: list[Array], at: Array) -> tuple[Array, Array]:
-    """Deviation of what twins are off by beside their bias, in their own; and its correlation.
+    """Return the factors of the standard errors by replicas, and the correlation of the errors.
 
     Parameters
     ----------
     off : (R, p) array
+        Errors of the replicas.
     covariances : list of (p, p) arrays
-        Of the estimate, whose deviations are no less than rounding of a loop, and each twin's own.
+        Covariance of the estimate, with standard errors of at least the rounding of a loop, and
+        those of the replicas.
     at : (p,) array
-        Parameters of their loops.
+        Parameters of the simulated loops.
     """
     if len(off) == 1:
         return np.ones(len(at)), np.nan_to_num(correlation(covariances[0]))
@@ -284,7 +292,7 @@ def _pivot(off: Array, covariances: list[Array], at: Array) -> tuple[Array, Arra
     centred = np.vstack([_ROUNDING * np.abs(at), off - off.mean(axis=0)])
     least, *t = np.divide(centred, deviations, out=np.zeros_like(centred), where=deviations > 0)
     scale = np.maximum(np.std(t, axis=0, ddof=1), least)
-    # Opposite twins are one sample of a straight line.
+    # Two antithetic replicas are one sample, to first order.
     tells = len(off) // 2 > len(at)
     matrix = np.atleast_2d(np.cov(centred[1:].T)) if tells else covariances[0]
     correlations = np.nan_to_num(correlation(matrix))

@@ -1,8 +1,8 @@
-"""A record under its filter, as methods have it: turns and means by the loop that it tells.
+"""Filtered record for the methods, with reversals and mean controls of its simulated loop.
 
-Where a motion turns or rests, noise decides the sign of the measured velocity: it makes reversals
-where there are none, hides rests, and so chooses the rows by what is to be regressed. The loop that
-is simulated with least squares turns where the axis does, and has no noise.
+Where a motion reverses or rests, noise decides the sign of the measured velocity. It makes false
+reversals and hides rests, and so selects the rows by the quantity that is regressed. The loop that
+is simulated with least squares reverses where the axis does, and has no noise.
 """
 
 import numpy as np
@@ -22,29 +22,29 @@ from .methods import METHODS
 def filtered_record(
     axis: GeneratedAxis, record: Record, prefilter: Prefilter, fastest: float = 0.0
 ) -> FilteredRecord:
-    """A record under a filter, its reversals those of the simulated loop where that follows it.
+    """Return a filtered record, with the reversals of the simulated loop if that follows it.
 
-    `fastest` is the largest speed of the records beside it, see `FilteredRecord`.
+    `fastest` is the largest speed of all records that are used together, see `FilteredRecord`.
 
     Raises
     ------
     UsageError, DataError
-        As `FilteredRecord.bind` does.
+        As in `FilteredRecord.bind`.
     """
     data = FilteredRecord.bind(axis, record, prefilter, fastest)
     data = data.with_mean_control(_mean_until_next(axis, record))
     if data.prefilter.reversals != "leave-out" or record.reference is None:
         return data
     try:
-        with np.errstate(all="ignore"):  # what is not finite is refused where it is estimated
+        with np.errstate(all="ignore"):  # estimation refuses values that are not finite
             fit = METHODS["idm-ls"].fit(Problem(axis=axis, data=(data,)))
             return data.turning_as(simulated_position(fit.loops)) if fit.follows else data
     except AxisidError:
-        return data  # whoever asks for an estimate is told why there is none
+        return data  # estimation reports the reason
 
 
 def _mean_until_next(axis: GeneratedAxis, record: Record) -> Array | None:
-    """By how much the mean of the control until the next sample is more than that at each, (N,).
+    """Return the mean control until the next sample minus the control at each sample, (N,).
 
     Parameters
     ----------
@@ -54,8 +54,8 @@ def _mean_until_next(axis: GeneratedAxis, record: Record) -> Array | None:
     Returns
     -------
     (N,) array or None
-        None where the law is evaluated at the samples or seldomer, where the reference is not held
-        between them, so that the control is no sawtooth, or where the law cannot be run.
+        None where the law is evaluated at the samples or less often, where the reference is not
+        held between samples, so that the control is no sawtooth, or where the law cannot be run.
     """
     law = axis.control
     if law is None or record.reference is None or record.control is None:
@@ -67,11 +67,11 @@ def _mean_until_next(axis: GeneratedAxis, record: Record) -> Array | None:
             return None
         ticks = law_ticks(axis, record, span)
         control = control_at_ticks(axis, ticks, start_of_law(axis, record, span, ticks))
-        # Each is held until the next evaluation; the last beyond the last sample.
+        # Each control is held until the next evaluation, the last one beyond the last sample.
         edges = np.append(clocks.times, clocks.times[-1] + clocks.law_period / clocks.log_period)
         until = np.concatenate([[0.0], np.cumsum(control * np.diff(edges))])
         mean = np.diff(np.interp(np.arange(clocks.samples + 1), edges, until))
-        mean[-1] = control[ticks.held[-1]]  # it goes on beyond the record
+        mean[-1] = control[ticks.held[-1]]  # it is held beyond the record
         change = mean - control[ticks.held]
         pieces.append(np.where(np.isfinite(change), change, 0.0))
     return np.concatenate(pieces)

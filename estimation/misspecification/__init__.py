@@ -1,8 +1,8 @@
 """Misspecification of a model on a record: missing terms, faulty signals, systematic residuals.
 
-In: an estimate and its record. Out: `Misspecification`, the one that explains most first, each with
-its finding; `LackOfFit` of the residual that repeats; `JackknifeInterval` of how far the model's
-error may move a parameter. Knows nothing of verdicts.
+In: an estimate and its record. Out: each `Misspecification` with its finding, the one that explains
+most first; `LackOfFit` of the residual that repeats; `JackknifeInterval` of the possible effect of
+the model error on a parameter. Knows nothing of verdicts.
 """
 
 from .misspecification_findings import (

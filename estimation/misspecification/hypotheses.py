@@ -1,7 +1,7 @@
-"""What a model may lack: columns beside it, each with a name and where it has places.
+"""Hypotheses on a misspecified model: additional columns with a name and a grid of places.
 
-Terms of the motion, parameters that change in time, recorded signals that are late or of another
-unit, and single samples of a signal that leave their course.
+They are terms of the motion, parameters that change in time, recorded signals that are late or in
+another unit, and single samples of a signal that are outliers.
 """
 
 import math
@@ -15,42 +15,43 @@ import numpy as np
 from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord
 from axisid.support.arrays import Array
-from axisid.support.errors import CandidateError, quoted
+from axisid.support.errors import CandidateError
+from axisid.support.wording import quoted
 
 from .scores import RecordScores
 from .terms import TERMS, Along, Term
 
-#: What stands for a parameter where it is the drive's gain that changes.
+#: Name instead of a parameter, if the gain of the drive changes.
 GAIN = "the drive gain"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Hypothesis:
-    """Columns that a model may lack.
+    """Columns that the model may lack.
 
     Attributes
     ----------
     kind : str
     columns : callable
-        Of places (m,): (n, m, g).
+        Returns the columns for places (m,): (n, m, g).
     parameter : str
-        As of `Misspecification`.
+        As in `Misspecification`.
     places : (m,) array
-        NaN where there is one place alone.
+        Grid of places; NaN for a single hypothesis without place.
     measured : callable or None
-        The same of the measured motion, which says where it is between the places of the grid.
+        Columns of the measured motion, with which the place between those of the grid is found.
     between : callable or None
-        Places about one of the grid, that it is looked for at once it is told.
+        Returns places about a place of the grid, for the refined search of a significant one.
     is_positive : bool
-        Whether it must be: friction, a mass.
+        Whether the size must be positive, as of friction or a mass.
     least : float
-        That its chance is no smaller than: of places that were chosen by what is left.
+        Lower limit of the p-value, for places that were chosen by the residuals.
     is_whole : bool
-        Whether the columns are the whole of it, so that its place alone tells how much.
+        Whether the columns contain the size, so that the place determines it.
     is_lost : bool
-        Whether they are a part of the force that was not given.
+        Whether the columns are a part of the commanded force that the drive did not give.
     unit : str
-        Of its size; empty where none is told.
+        Unit of the size; empty where no size is reported.
     """
 
     kind: str
@@ -67,7 +68,7 @@ class Hypothesis:
 
 
 def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
-    """All that is looked for: terms of the motion, what is held or changes in time, signals."""
+    """Return all hypotheses: terms, fixed and changing parameters, and recorded signals."""
     data = scores.data
     axis, drive = data.axis, data.axis.drive
     commanded = data.record.force is None and drive.is_gain and not drive.logs_what_acts
@@ -90,7 +91,7 @@ def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
         and (commanded or not term.is_of_command)
         and (scores.twins or not term.is_of_force)
     ]
-    held = [  # parameters that have a value which the record did not tell
+    held = [  # parameters with a value that was not estimated from the record
         Hypothesis(
             kind="held",
             parameter=q.name,
@@ -100,7 +101,7 @@ def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
         for j, q in enumerate(data.axis.parameters)
         if j not in scores.free
     ]
-    if held:  # of what is declared the parameter is told, not the term
+    if held:  # a declared term is reported as its parameter
         declared = scores.with_columns(
             np.hstack([each.columns(each.places)[:, 0] for each in held])
         )
@@ -110,12 +111,12 @@ def hypotheses_of(scores: RecordScores) -> list[Hypothesis]:
     return [each for each in (*found, *held, *changing, *of_signals) if len(each.places)]
 
 
-_HUGE = 1e100  # whose square is finite still
+_HUGE = 1e100  # its square is still finite
 _VALUES_AT_ONCE = 2**19  # of candidates' columns at all samples: 4 MB
 
 
 def _of_user(term: Term, make: Callable[..., Array], *arguments: Any) -> Array:
-    """What a term makes, which may be a user's own and raise."""
+    """Return the result of a term's function, which may be a user's own and raise."""
     try:
         with np.errstate(all="ignore"):
             return np.atleast_1d(np.asarray(make(*arguments), dtype=float))
@@ -124,13 +125,13 @@ def _of_user(term: Term, make: Callable[..., Array], *arguments: Any) -> Array:
     except Exception as error:
         said = f"{type(error).__name__}: {error}".rstrip(": ")
         raise CandidateError(
-            f"the candidate {quoted(term.kind)} makes no columns or places ({said}); mend it, or "
-            "take it out of axisid.candidates.TERMS.",
+            f"the candidate {quoted(term.kind)} makes no columns or places ({said}). Correct it, "
+            "or remove it from axisid.candidates.TERMS.",
         ) from error
 
 
 def _columns(term: Term, most: int, along: Along, places: Array) -> Array:
-    """Return the columns of a term, (n, m, g), which may be a user's own and of another shape.
+    """Return the columns of a term, (n, m, g), after a check of a user's own term.
 
     Raises
     ------
@@ -148,15 +149,15 @@ def _columns(term: Term, most: int, along: Along, places: Array) -> Array:
     if not (is_block and found.size and found.shape[2] <= most and finite):
         raise CandidateError(
             f"the columns of the candidate {quoted(term.kind)} have the shape {found.shape}"
-            f"{f', and are not all below {_HUGE:g}' * (not finite)}; give such ones of {rows} "
-            f"rows, {len(places)} places and one or a few of each, {most} at most, as "
+            f"{f', and are not all below {_HUGE:g}' * (not finite)}. Return an array of {rows} "
+            f"rows, {len(places)} places, and 1 to {most} columns for each place, such as "
             "motion.reduce(force)[:, None, None] for a force without places.",
         )
     return found
 
 
 def _changing(scores: RecordScores, *, commanded: bool) -> list[Hypothesis]:
-    """Each parameter, and the drive gain, as it drifts or is another from some time on."""
+    """Return each parameter, and the drive gain, with a drift or a step in time."""
     of = {
         (q.name, str(q.unit)): column
         for q, column in zip(scores.data.axis.parameters, scores.regressor.T, strict=True)
@@ -168,7 +169,7 @@ def _changing(scores: RecordScores, *, commanded: bool) -> list[Hypothesis]:
     return [
         hypothesis
         for (name, unit), column in of.items()
-        if column.any()  # else nothing that these rows could show of it changes
+        if column.any()  # these rows cannot show a change of a zero column
         for hypothesis in (
             Hypothesis(
                 kind="drift",
@@ -189,29 +190,29 @@ def _changing(scores: RecordScores, *, commanded: bool) -> list[Hypothesis]:
 
 
 def drifts(times: Array) -> Array:
-    """Courses over the rows' times, (n, 3): a line, and one slow swing."""
+    """Return shapes of a drift over the times of the rows, (n, 3): a line, and one slow wave."""
     part = (times - times[0]) / (times[-1] - times[0])
     return np.column_stack([part, np.sin(2 * np.pi * part), np.cos(2 * np.pi * part)])
 
 
 def _once(columns: Array, _: Array) -> Array:
-    """Columns (n, g) of one place."""
+    """Return columns (n, g) as those of a single place."""
     return columns[:, None]
 
 
 def _from(column: Array, times: Array, places: Array) -> Array:
-    """A column from each time on, (n, m, 1)."""
+    """Return a column that is zero before each time, (n, m, 1)."""
     return np.where(times[:, None] >= places, column[:, None], 0.0)[:, :, None]
 
 
 def _between(grid: Array, at: float) -> Array:
-    """Places about one of a grid."""
+    """Return places about one place of a grid."""
     place = int(np.argmin(np.abs(grid - at)))
     return np.linspace(grid[max(place - 1, 0)], grid[min(place + 1, len(grid) - 1)], 65)
 
 
 def _of_signals(scores: RecordScores) -> list[Hypothesis]:
-    """Each recorded signal that makes a force, late or early, and of another size."""
+    """Return each recorded signal that makes a force, with a delay, and with a scale."""
     by, record = _by_change(scores, scores.quiet), scores.quiet.record
     longest = min(0.5 / scores.data.period, 0.1 * len(scores.data))  # half a second
     late = np.unique(np.round(np.geomspace(1.0, max(longest, 2.0), 14)))
@@ -238,17 +239,17 @@ def _of_signals(scores: RecordScores) -> list[Hypothesis]:
 
 
 def _of_late(by: Callable[[str, Array], Array], record: Record, name: str, delays: Array) -> Array:
-    """Rows, (n, m, 1), of what is lacking where a signal was logged so many samples late."""
+    """Return the missing force in the rows, (n, m, 1), for delays of a signal in samples."""
     moved = np.repeat(record.channels()[name][None], len(delays), axis=0)
     for first, last in record.spans:
         at = np.arange(first, last, dtype=float)
-        for own, late in zip(moved, delays, strict=True):  # it belongs earlier
+        for own, late in zip(moved, delays, strict=True):  # a late signal is moved earlier
             own[first:last] = np.interp(at + late, at, own[first:last])
     return -np.stack([by(name, own) for own in moved], axis=1)[:, :, None]
 
 
 def _by_change(scores: RecordScores, data: FilteredRecord) -> Callable[[str, Array], Array]:
-    """What rows leave more, (n,), where a record has other values of a column, by its role."""
+    """Return a function for the change of the residual, (n,), by other values of a column."""
 
     def left(**changed: Array) -> Array:
         record = data.record.with_channels({**data.record.channels(), **changed})
@@ -260,15 +261,15 @@ def _by_change(scores: RecordScores, data: FilteredRecord) -> Callable[[str, Arr
 
 
 def outliers_of(scores: RecordScores) -> list[Hypothesis]:
-    """A pulse in each signal that was measured, about the row of which most is left.
+    """Return a pulse in each measured signal, about the row with the largest residual.
 
-    None without twins: the variance by HAC is that of the very samples.
+    There are none without replicas, because a HAC variance contains the outliers themselves.
     """
     if not scores.twins:
         return []
     data, residuals = scores.data, np.abs(scores.net_residuals)
     worst, (largest, *of_twins) = int(np.argmax(residuals[:, 0])), residuals.max(axis=0)
-    # That noise leaves as much: by Gumbel's law of the twins' largest.
+    # Probability of such a residual by noise: Gumbel's distribution of the replicas' largest.
     spread = np.std(of_twins, ddof=1) * math.sqrt(6 * (1 + 1 / len(of_twins))) / math.pi
     beyond = (largest - np.mean(of_twins)) / spread + np.euler_gamma if spread else np.inf
     width = data.prefilter.decimate
@@ -294,7 +295,7 @@ def _every_sample(grid: Array, at: float) -> Array:
 
 
 def _pulses(by: Callable[[str, Array], Array], values: Array, role: str, samples: Array) -> Array:
-    """By a pulse of one in each sample of a column, (n, m, 1)."""
-    pulse = 1e-4 * (float(np.std(values)) or 1.0)  # so small that it moves no sign
+    """Return the effect of a unit pulse in each sample of a column, (n, m, 1)."""
+    pulse = 1e-4 * (float(np.std(values)) or 1.0)  # too small to change a sign of the velocity
     alone = (pulse * (np.arange(len(values)) == sample) for sample in samples)
     return np.stack([by(role, values + each) / pulse for each in alone], axis=1)[:, :, None]

@@ -18,21 +18,21 @@ from .hypotheses import GAIN
 from .search import Misspecification
 from .terms import TERMS
 
-_RIGID = 3.0  # times below an antiresonance, up to which an axis moves as a rigid body
-_MIN_SHIFT_ERROR = 0.5  # samples by which an advised shift may be another whole number
+_RIGID = 3.0  # factor below an antiresonance, up to which an axis moves as a rigid body
+_MIN_SHIFT_ERROR = 0.5  # least uncertainty of an advised shift, samples
 _MIN_UNIT_ERROR = 0.02  # relative difference of a factor from that of another unit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ShareOfForce:
-    """The part of the force that something makes, root mean square.
+    """Part of the force by a misspecification, root mean square, in percent of the force.
 
     Attributes
     ----------
     percent : float
-        All of it; above 100 where the model's own parameters cancel it.
+        Whole part; above 100 if the parameters of the model cancel it.
     beyond_percent : float
-        Without the part that the model's own parameters make of it, by which it matters.
+        Part that the parameters of the model do not explain. This is compared with the threshold.
     """
 
     percent: float
@@ -58,7 +58,7 @@ class CandidateTerm:
     is_declared : bool
         Whether the axis has an element of this kind already, with other fixed numbers.
     what, declare : str
-        Words of a term of the user's own, see `Term`; empty for a built-in term.
+        Texts of a term of the user's own, see `Term`; empty for a built-in term.
     """
 
     kind: str
@@ -81,9 +81,9 @@ class MissingTerm(Finding):
     size : float
         Factor of its column, or norm of the factors; in `unit`.
     standard_error : float
-        Of the size.
+        Standard error of the size.
     unit : str
-        Of the size; empty for a term whose size has no meaning of its own.
+        Unit of the size; empty for a term whose size has no meaning of its own.
     share : ShareOfForce
     coordinate, coordinate_unit, force_unit, drive_unit : str
         Name of the coordinate, and units of the axis.
@@ -114,14 +114,14 @@ class ChangedParameter(Finding):
     is_gain : bool
         Whether it is the gain of the drive, which changes by a factor.
     change : {"held", "drift", "step"}
-        It has a given value that is wrong; it changes slowly over the record; or at one time.
+        A wrong given value; a slow change over the record; or a change at one time.
     size : float
-        Change, in `unit`; of a held value the true one minus the given one.
+        Change, in `unit`; for a given value the true value minus the given value.
     standard_error : float
         Of the size.
     unit : str
     percent : float or None
-        Change relative to the value before; None of a held value.
+        Change in percent of the value before; None for a given value.
     share : ShareOfForce
         Explained by the change.
     seconds : float or None
@@ -171,7 +171,7 @@ class LateSignal(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScaledSignal(Finding):
-    """A recorded signal that has another size than its force needs.
+    """A recorded signal with another scale than its force needs.
 
     Attributes
     ----------

@@ -224,7 +224,7 @@ _MIN_GROUPS = 3  # groups of rows; two do not show a scatter
 # variance without a group, relative to that with all rows, beyond which the jackknife is not used
 _MAX_DELETED_INFLATION = 20.0
 # half width of the jackknife interval relative to that of the 95 % interval for noise, from which
-# it is shown
+# it is reported
 _MIN_BAND_EXCESS = 1.5
 # p-value of the groups' scatter for noise alone, where no repeats are known; each parameter is
 # tested with two groupings
@@ -251,7 +251,8 @@ class JackknifeInterval(Struct, frozen=True, kw_only=True, rename={"interval": "
 
     deviation: float
     interval: Annotated[
-        tuple[float, float], Meta(description="Student's, of as many groups less one.")
+        tuple[float, float],
+        Meta(description="By Student's distribution, with the number of groups minus 1."),
     ]
     groups: int
     by: str
@@ -374,7 +375,7 @@ def _delete_group_jackknife(estimate: Estimate, labels: NDArray[np.intp]) -> _Gr
 def _exceeds_noise(estimate: Estimate, jackknife: _GroupJackknife, dof: Array) -> BoolArray:
     """Test by F whether groups scatter more than noise alone would scatter them, (p,).
 
-    With the leverage ``h_g`` of the inflation less 1 of each group, noise of the variance
+    With the leverage ``h_g`` of each group, its inflation minus 1, noise of the variance
     ``v = max(v_HAC, v_White)`` gives the jackknife the expected variance
     ``v max((G - 1)/G sum_g h_g, 1)``. The ratio of the jackknife variance to it is F distributed
     with ``(sum_g h_g)^2 / sum_g h_g^2 - 1`` degrees of freedom, by the effective number of groups

@@ -1,9 +1,10 @@
-"""Residuals of a record and of its twins, and tests of columns that the model has not.
+"""Residuals of a record and of its simulated replicas, and tests of columns not in the model.
 
-A column beside the model is told by ``s = C'e``: C less what the instruments span, and e the
-residuals of instrumental variables. What s is under the model, the twins say: the loop simulated
-with the noise of the record, and solved alike. So noise that shakes friction, the steps of an
-encoder and the filter's own error are allowed for, whatever estimator is judged.
+A column that is not in the model is tested by the score ``s = C'e``, with C the part of the column
+that the instruments do not span, and e the residuals of instrumental variables. The distribution of
+s for a correct model is that of simulated replicas: the loop is simulated with the noise of the
+record, and solved in the same way. The test therefore allows for noise that changes friction, for
+encoder steps and for the error of the filter, whatever the reported estimator is.
 """
 
 from collections.abc import Iterable, Sequence
@@ -27,28 +28,28 @@ from axisid.estimation.regression import (
 )
 from axisid.estimation.signals import FilteredRecord, Signals
 from axisid.support.arrays import Array
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 
 from .terms import Along
 
-_FEWEST_ROWS = 8  # for each column: twins tell what chance makes of so few
+_FEWEST_ROWS = 8  # for each column; replicas give the distribution for so few rows
 _RANK = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColumnTests:
-    """Tests of blocks of g columns beside the model, one for each of m places.
+    """Tests of blocks of g columns that are added to the model, one block for each of m places.
 
     Attributes
     ----------
     p_values : (m,) array
-        Of each block by itself; 1 where the model's own columns span it.
+        P-value of each block alone; 1 where the columns of the model span it.
     values : (m, g) array
         Factors of the columns.
     covariances : (m, g, g) array
-        Of the factors.
+        Covariance of the factors.
     powers : (m,) array
-        Mean square that each takes of the residuals.
+        Mean square of the residuals that each block explains.
     """
 
     p_values: Array
@@ -58,7 +59,7 @@ class ColumnTests:
 
     @property
     def whole_powers(self) -> Array:
-        """What the first column of each takes where its factor is 1, (m,)."""
+        """Mean square that the first column of each block explains with a factor of 1, (m,)."""
         first = self.values[:, 0]
         sizes = np.where(first == 0, np.inf, first)
         return np.asarray(self.powers * (2 / sizes - 1 / sizes**2))
@@ -66,31 +67,31 @@ class ColumnTests:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RecordScores:
-    """Residuals of a record and of its twins beside the columns of a model.
+    """Residuals of a record and of its simulated replicas, with the columns of the model.
 
     Attributes
     ----------
     basis : (n, r) array
-        Orthonormal: what instruments, and columns that were added to them, span.
+        Orthonormal basis of the instruments and of columns that were added to them.
     columns : (n, k + j) array
-        Of the free parameters, as they were measured, and those that were added.
+        Measured columns of the free parameters, and added columns.
     free : (k,) array of int
-        Which parameters of the axis these are.
+        Indices of the free parameters of the axis.
     regressor : (n, p) array
-        Of the loop without noise, by all parameters.
+        Regressor of the loop without noise, by all parameters.
     residuals : (n, 1 + R) array
-        Of the record, then of its twins.
+        Residuals of the record, then of its replicas.
     force : (n,) array
-        The left side.
+        Left side.
     form : InverseForm
     physical : (p,) array
-        The estimate that twins are at.
+        Estimate that the replicas are simulated with.
     signals : Signals
-        The motion of which columns are made, of the loop where there is one.
+        Motion for the columns, of the simulated loop where there is one.
     along, measured : Along
-        The same with what rows make of it, and the motion as it was measured.
+        This motion with its reduction to rows, and the measured motion.
     data, quiet : FilteredRecord
-        The record, and the same as its loop has it, where there is one.
+        The record, and the record with the motion of its simulated loop where there is one.
     """
 
     basis: Array
@@ -109,29 +110,29 @@ class RecordScores:
 
     @property
     def twins(self) -> int:
-        """How many there are."""
+        """Number of simulated replicas."""
         return int(self.residuals.shape[1]) - 1
 
     @property
     def by_loop(self) -> bool:
-        """Whether instruments and columns are of the simulated loop."""
+        """True if instruments and columns are those of the simulated loop."""
         return self.signals is not self.data.signals
 
     @cached_property
     def net_residuals(self) -> Array:
-        """Residuals beyond twins', less what is in the basis, of record and twins, (n, 1 + R)."""
+        """Residuals minus the replicas' mean and their part in the basis, (n, 1 + R)."""
         net_residuals = self.residuals - self.basis @ (self.basis.T @ self.residuals)
         if self.twins:
             net_residuals -= net_residuals[:, 1:].mean(axis=1, keepdims=True)
-            # The mean holds a twin itself, and the record not: beside the mean of the others.
+            # The mean contains the replica itself, so it is compared with the mean of the others.
             net_residuals[:, 1:] *= self.twins / max(self.twins - 1, 1)
         return net_residuals
 
     def with_columns(self, columns: Array) -> "RecordScores":
-        """With columns (n, g) taken into the model."""
+        """Return the scores of a model with additional columns (n, g)."""
         own = columns - self.basis @ (self.basis.T @ columns)
         sizes, least = np.linalg.norm(own, axis=0), _RANK * np.linalg.norm(columns, axis=0)
-        shown = sizes > least  # none of a column that the model spans, or that no row shows
+        shown = sizes > least  # without columns that the model spans or that are zero
         return replace(
             self,
             basis=np.hstack([self.basis, np.linalg.qr(own[:, shown] / sizes[shown])[0]]),
@@ -139,13 +140,13 @@ class RecordScores:
         )
 
     def nearest(self, instruments: Array, columns: Array) -> int:
-        """The place of columns (n, m, g) that fits the residuals best, by their instruments.
+        """Return the index of the place, of columns (n, m, g), that fits the residuals best.
 
-        What is measured stands in the columns, noise and all; the instruments, of the same shape,
-        are of the loop.
+        The columns are of the measured motion with its noise. The instruments, of the same shape,
+        are of the simulated loop.
         """
         span = instruments.reshape(len(instruments), -1)
-        # Instruments of near places differ by less.
+        # Instruments of neighbouring places differ by less.
         u = orth(span - self.basis @ (self.basis.T @ span), 1e-3)
         left, taken = u.T @ self.net_residuals[:, 0], list[float]()
         for own in np.moveaxis(columns, 1, 0):
@@ -154,13 +155,13 @@ class RecordScores:
         return int(np.argmax(taken))
 
     def moved_by(self, columns: Array, values: Array) -> Array:
-        """What the free parameters move by where so much of columns (n, g) is taken in, (k,)."""
+        """Return the change of the free parameters, (k,), by columns (n, g) times their factors."""
         by = self.basis.T @ (columns @ values)
         moved = np.linalg.lstsq(self.basis.T @ self.columns, by, rcond=_RANK)[0]
         return -np.asarray(moved[: len(self.free)])
 
     def test(self, columns: Array) -> ColumnTests:
-        """Test columns, (n, m, g), those of each place beside the model."""
+        """Test columns, (n, m, g), by adding the block of each place to the model."""
         (n, m, g), flat = columns.shape, columns.reshape(len(columns), -1)
         of_place = np.ascontiguousarray(np.moveaxis(columns, 0, 1))
         whole, within = of_place.transpose(0, 2, 1) @ of_place, flat.T @ self.basis
@@ -168,19 +169,20 @@ class RecordScores:
         scores = (flat.T @ self.residuals - within @ (self.basis.T @ self.residuals)).reshape(
             m, g, -1
         )
-        # Of which the model's columns do not span a block, nor its own each other.
+        # Blocks that are independent of the model's columns, and whose columns are independent.
         sizes = np.sqrt(np.einsum("mgg->mg", whole))
         is_there = np.all(sizes > 0, axis=1)
         sizes = np.where(is_there[:, None], sizes, 1.0)
         correlations = own / sizes[:, :, None] / sizes[:, None, :]
-        # A twentieth of a column is its own: beside less its deviation is twenty times as large.
+        # A twentieth of a column must be independent: with less its standard error is 20 times as
+        # large.
         is_own = is_there & (np.linalg.eigvalsh(correlations)[:, 0] > 0.05**2)
         own = np.where(is_own[:, None, None], own, np.eye(g))
         away = scores[:, :, 0] - (scores[:, :, 1:].mean(axis=2) if self.twins else 0.0)
         values = np.asarray(np.linalg.solve(own, away[:, :, None])[:, :, 0], dtype=float)
         powers = np.where(is_own, np.einsum("mg,mg->m", away, values) / n, 0.0)
         p_values, spread = (
-            self._by_twins(away, scores[:, :, 1:], is_own)
+            self._by_replicas(away, scores[:, :, 1:], is_own)
             if self.twins
             else self._by_hac(columns, values, own, powers)
         )
@@ -192,7 +194,7 @@ class RecordScores:
             powers=powers,
         )
 
-    def _by_twins(
+    def _by_replicas(
         self, away: Array, scores: Array, is_own: NDArray[np.bool_]
     ) -> tuple[Array, Array]:
         """Hotelling's test of each block, and the covariance of its scores, (m, g, g)."""
@@ -207,10 +209,10 @@ class RecordScores:
     def _by_hac(
         self, columns: Array, values: Array, own: Array, powers: Array
     ) -> tuple[Array, Array]:
-        """Wald's test, HAC, of the block that takes most, which the score test has to confirm.
+        """Return Wald's HAC test of the block that explains most, confirmed by the score test.
 
-        Wald's alone is misled by few rows in slow noise; the score test knows nothing of what is
-        nearly all of the residuals.
+        Wald's test alone is misled by few rows in slow noise. The score test alone does not detect
+        a term that makes nearly all of the residuals.
         """
         m, g = values.shape
         p_values, spread, place = np.ones(m), np.zeros((m, g, g)), int(np.argmax(powers))
@@ -223,7 +225,7 @@ class RecordScores:
             square = float(away @ np.linalg.solve(run.matrix, away))
             chances.append((hotelling_p_value(square, g, float(np.min(run.freedom))), run.matrix))
         (wald, spread[place]), (score, _) = chances
-        # Where it is most of the residuals, their covariance is that of the term itself.
+        # If the term makes most of the residuals, their covariance is that of the term itself.
         mostly = powers[place] > 0.8 * np.mean(residuals**2)
         p_values[place] = wald if mostly or score <= 0.01 else max(wald, score)
         return p_values, spread
@@ -237,32 +239,33 @@ def scores_of(
     *,
     by_loop: bool = False,
 ) -> RecordScores | Missing:
-    """Residuals of a record and of twins at an estimate.
+    """Return the residuals of a record and of its simulated replicas at an estimate.
 
     Parameters
     ----------
     data : FilteredRecord
     physical : (p,) array
-        Parameters of the record's axis, less their bias.
+        Parameters of the record's axis, minus their bias.
     chain : Chain or None
-        The record's noise; None where it could not be measured.
+        Noise of the record; None where it could not be measured.
     free : sequence of int
-        Which of the parameters are estimated; the others have the values that are given.
+        Indices of the estimated parameters; the others have given values.
     by_loop : bool
-        Whether the simulated loop gives the instruments without a chain too, from which no twins
-        are made then.
+        Whether the simulated loop gives the instruments even without a chain, and thus without
+        replicas.
     """
     if loop_carries_noise(data):
         return Missing(
-            "the control law reads a velocity that is in no record, without which noise of the "
-            "position is in the loop that follows it: record the reference"
+            "the reference was not recorded, and the control law reads a velocity that is not in "
+            "the record, so the simulated loop would follow the noise of the position. Record the "
+            "reference"
         )
     form, quiet, moved = InverseForm(data.axis).at(physical), data, None
     twins: Iterable[FilteredRecord] = ()
     if chain is not None or by_loop:
         loops = recorded_loops(data, physical)
         quiet = noise_free_record(data, loops)
-        # Without rows near rests and reversals of the loop, if rows are left then.
+        # Rows near rests and reversals of the loop are left out if enough rows remain.
         moving = data.turning_as(quiet.record.position, also=True)
         if len(moving.sampling.rows) >= _FEWEST_ROWS * (len(data.axis.parameters) + 1):
             data = moving
@@ -279,22 +282,22 @@ def scores_of(
     k, n = len(free), len(data.sampling.rows)
     if n < _FEWEST_ROWS * (k + 1):
         return Missing(
-            f"{n} rows in motion are too few to tell what the model lacks, which takes "
-            f"{_FEWEST_ROWS * (k + 1)}; record a longer motion"
+            f"the record has {n} rows in motion, and the search for missing terms needs "
+            f"{_FEWEST_ROWS * (k + 1)}. Record a longer motion"
         )
     rows = form.equations(data.signals).reduced(data)
     clean = form.equations(quiet.signals).reduced(data)
     instruments = clean.regressor[:, free]
     sizes = np.linalg.norm(instruments, axis=0)
     basis = orth(instruments[:, sizes > 0] / sizes[sizes > 0], _RANK)
-    # What the filter itself leaves of a loop.
+    # Residual of the simulated loop by the filter.
     by_filter = 0.0 if moved is None else _residuals(clean, physical, free, basis)
     of_twins = [
         _residuals(form.equations(each.signals).reduced(data), physical, free, basis) - by_filter
         for each in twins
     ]
     if 2 * len(of_twins) < DEFAULT_TWIN_COUNT:
-        of_twins = []  # which do not tell how they scatter
+        of_twins = []  # too few for a covariance
     return RecordScores(
         basis=basis,
         columns=rows.regressor[:, free],
@@ -313,7 +316,7 @@ def scores_of(
 
 
 def _residuals(rows: Equations, physical: Array, free: Sequence[int], basis: Array) -> Array:
-    """Of instrumental variables, (n,), the parameters that are not free as they are."""
+    """Return instrumental-variable residuals, (n,), with given values of the fixed parameters."""
     residuals = rows.residuals(physical)
     columns = rows.regressor[:, free]
     change = np.linalg.lstsq(basis.T @ columns, basis.T @ residuals, rcond=_RANK)[0]
@@ -343,7 +346,7 @@ def _along(s: Signals, data: FilteredRecord) -> Along:
 def scores_at(
     data: FilteredRecord, preferred: Estimate, *, by_loop: bool = False
 ) -> RecordScores | Missing:
-    """Residuals of a record and of its twins at the judged estimate, as by `scores_of`."""
+    """Return residuals of a record and its replicas at the reported estimate, see `scores_of`."""
     chain = next(iter(preferred.inference.chains), None)
     at = preferred.physical if chain is None else preferred.corrected
     return scores_of(data, at, chain, range(len(at)), by_loop=by_loop)

@@ -1,8 +1,9 @@
-"""What a model lacks: each hypothesis against the twins; the name that explains most.
+"""Search for misspecifications: test of each hypothesis with simulated replicas.
 
-All are tested at once, their level by Holm's rule, and what is told must matter too: more than 1 %
-of the force, or a parameter by more than its interval. Of what fails, the name is the one that
-makes the largest part of the force; it is taken into the model, and the others are asked again.
+All hypotheses are tested together at a level by Holm's rule. A reported one must also be relevant:
+it makes more than 1 % of the force, or moves a parameter by more than its interval. Of the
+significant hypotheses, the one with the largest part of the force is reported and added to the
+model. The others are then tested again.
 """
 
 import math
@@ -16,22 +17,22 @@ from axisid.estimation.records.columns import expected_units
 from axisid.estimation.thresholds import MIN_MODEL_SHARE
 from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Levels
 from axisid.support.arrays import Array
-from axisid.support.errors import unless_missing
+from axisid.support.missing import unless_missing
 
 from .hypotheses import GAIN, Hypothesis, drifts, hypotheses_of, outliers_of
 from .scores import ColumnTests, RecordScores
 from .terms import TERMS
 
-# residuals less the filter's own, by the left side, up to which their look is a note: measured,
-# at most 4e-7 without noise, 5e-3 and more on wrong models that residuals tell
+# residuals minus those of the filter, relative to the left side, up to which they count as
+# rounding: measured, at most 4e-7 without noise, 5e-3 and more for wrong models
 _NEGLIGIBLE_RESIDUAL = 1e-4
-# of a column's norm, up to which another is the same: the filter rounds both at reversals
+# of a column's norm; two columns that differ by less are the same, as the filter rounds reversals
 _SAME_COLUMN = 0.05
-# of the force, above which it counts that another term moves a parameter
+# of the force, above which a change of a parameter by another term counts
 _LARGE_PART = 0.1
 # of the share of the term that explains most, from which another one may be the cause as well
 _NEARLY = 0.9
-#: By kind of what is no term: the check that tells it.
+#: Checks that report hypotheses that are not terms, by kind.
 _CHECKS = {
     "late signal": "recorded signals",
     "scaled signal": "recorded signals",
@@ -41,39 +42,39 @@ _CHECKS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Misspecification:
-    """Something that the model lacks.
+    """A misspecification of the model: a missing term, a changed parameter or a faulty signal.
 
     Attributes
     ----------
     kind : str
     parameter : str
-        What changes in time or is held at a wrong value, or the signal; empty for a term.
+        Parameter that changes in time or has a wrong given value, or the signal; empty for a term.
     values : tuple of float
-        Factors of its columns; of a parameter by what it changes.
+        Factors of its columns; for a parameter its change.
     deviation : float
-        Of their size, as they scatter in twins.
+        Standard error of the size, by simulated replicas.
     before : float
-        Of a parameter that changes: its value before, or at the start; 0 for a term.
+        For a parameter that changes: its value before, or at the start; 0 for a term.
     at : float
         Speed, period, frequency, time of the change in s since the first row, or sample of an
         outlier; NaN for none.
     share : float
-        Of the force that is its part of it, root mean square.
+        Its part of the force, root mean square, relative to the force.
     own_share : float
-        The same beside what the parameters make of it, by which it matters.
+        The part that the parameters do not explain, which is compared with the threshold.
     p_value : float
-        Over all its places.
+        P-value over all its places.
     unit : str
-        Of its size; empty where none is told.
+        Unit of its size; empty where no size is reported.
     parameters : mapping of str to tuple of float
         Values of the free parameters if it and everything found before it are in the model. Two
-        values, forward and backward, of a parameter that it makes differ between directions.
+        values, forward and backward, for a parameter that it makes differ between directions.
     moved : str
         The parameter that it moves or changes most, relative to its value. Only parameters count
         that it moves by more than their interval, with a large part of the force, or that change
         themselves in the record with more than the least share of the force. Empty for none.
     moved_percent : float
-        By how much.
+        Change of this parameter, percent of its value.
     at_the_end : bool
         Whether a delay ended at the end of its search range, so that it is not known.
     others : tuple of (str, float)
@@ -98,37 +99,38 @@ class Misspecification:
 
     @property
     def size(self) -> float:
-        """How much of it there is, in its unit: of several columns that of all."""
+        """Size in its unit; the norm of the factors of several columns."""
         return self.values[0] if len(self.values) == 1 else float(np.linalg.norm(self.values))
 
     @property
     def is_term(self) -> bool:
-        """Whether it is a force of the motion, not a change of a parameter or of a signal."""
+        """True for a force of the motion, not a change of a parameter or a faulty signal."""
         return not self.parameter
 
     @property
     def check(self) -> str:
-        """Name of the check that tells it: a signal, or a sample of one, may be wrong."""
+        """Name of the check that reports it; there are separate checks of signals and samples."""
         return _CHECKS.get(self.kind, "missing terms")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TestedHypothesis:
-    """A hypothesis at its best place, tested beside a model.
+    """A hypothesis at its best place, tested as an addition to a model.
 
     Attributes
     ----------
     hypothesis : Hypothesis
     at : float
-        That place.
+        The best place.
     columns : (n, g) array
-        There.
+        Columns at this place.
     p_value : float
-        Over all places.
+        P-value over all places.
     share : float
-        Of the force that it makes beside what the parameters make of it, root mean square.
+        Its part of the force that the parameters do not explain, root mean square, relative to the
+        force.
     moved : float
-        By how much of its interval it moves the parameter that it moves most.
+        Largest change of a parameter, relative to the half width of its interval.
     at_the_end : bool
         Whether the place of a delay is the end of its search range. The delay itself is not known.
     """
@@ -149,19 +151,19 @@ def find_misspecification(
     records: int = 1,
     levels: Levels = DEFAULT_LEVELS,
 ) -> tuple[Misspecification, ...]:
-    """What is found beside a model, the name that explains most first.
+    """Return the misspecifications of a model, the one that explains most first.
 
     Parameters
     ----------
     scores : RecordScores
     half_widths : (p,) array
-        Of its intervals.
+        Half widths of the intervals of the parameters.
     records : int
-        How many are searched by themselves, which share the level.
+        Number of records that are searched separately, and share the level.
     levels : Levels
     """
     lasting = hypotheses_of(scores)
-    # Without twins nothing tells what the filter itself moves the parameters by.
+    # Without replicas the effect of the filter on the parameters is unknown.
     half = half_widths[scores.free] if scores.twins else np.full(len(scores.free), np.inf)
     level, lacks = levels.level / records, list[Misspecification]()
     revised = scores.physical[scores.free]
@@ -170,7 +172,7 @@ def find_misspecification(
         tests = [_tested(scores, each, half, level / len(every)) for each in every]
         tests.sort(key=lambda each: each.p_value)
         holm = zip(tests, level / np.arange(len(tests), 0, -1), strict=True)
-        # Any part of the force, or more than rounding and moves a parameter.
+        # It is relevant by its part of the force, or if it moves a parameter and is no rounding.
         most = max(
             (
                 each
@@ -178,8 +180,8 @@ def find_misspecification(
                 if each.share > levels.least_share
                 or (each.moved > 1 and each.share > _NEGLIGIBLE_RESIDUAL)
             ),
-            # A delay at the end of its range may stand for another fault: what has a place or a
-            # size of its own comes first.
+            # A delay at the end of its range may be the effect of another fault. A hypothesis with
+            # a place or a size of its own comes first.
             key=lambda each: (not each.at_the_end, each.share),
             default=None,
         )
@@ -197,8 +199,8 @@ def find_misspecification(
             and each.p_value <= level
             and each.share >= _NEARLY * most.share
         )
-        told = _told(scores, found, half_widths, levels)
-        lacks.append(replace(told, parameters=with_it, others=others))
+        lack = _misspecification_of(scores, found, half_widths, levels)
+        lacks.append(replace(lack, parameters=with_it, others=others))
         scores = scores.with_columns(found.columns)
     return tuple(lacks)
 
@@ -206,22 +208,29 @@ def find_misspecification(
 def _tested(
     scores: RecordScores, hypothesis: Hypothesis, half: Array, sure: float
 ) -> TestedHypothesis:
-    """It at the place that takes most of those that are sure, else at the surest."""
+    """Return a hypothesis at the significant place that explains most, or at the most significant.
+
+    The latter is returned where no place is significant.
+    """
     places = hypothesis.places
     columns = hypothesis.columns(places)
     tested = scores.test(columns)
-    taken = _taken(scores, hypothesis, tested, columns)
+    explained = _explained_power(scores, hypothesis, tested, columns)
     if hypothesis.is_lost:
-        # Without twins the chance of one place alone is told: that which explains most.
-        one = [int(np.argmax(taken))]
-        places, columns, taken = places[one], columns[:, one], taken[one]
+        # Without replicas, the p-value is that of the place that explains most.
+        one = [int(np.argmax(explained))]
+        places, columns, explained = places[one], columns[:, one], explained[one]
         tested = scores.test(columns)
     first = tested.values[:, 0]
     p_values = np.clip(tested.p_values * len(hypothesis.places), hypothesis.least, 1.0)
     p_values[hypothesis.is_positive & (first <= 0)] = 1.0
-    p_values[hypothesis.is_lost & (taken <= 0)] = 1.0
-    told = p_values <= sure
-    best = int(np.argmax(np.where(told, taken, -np.inf)) if told.any() else np.argmin(p_values))
+    p_values[hypothesis.is_lost & (explained <= 0)] = 1.0
+    significant = p_values <= sure
+    best = int(
+        np.argmax(np.where(significant, explained, -np.inf))
+        if significant.any()
+        else np.argmin(p_values)
+    )
     moved = np.abs(scores.moved_by(columns[:, best], tested.values[best]))
     far = np.divide(moved, half, out=np.zeros_like(moved), where=half > 0)
     return TestedHypothesis(
@@ -235,15 +244,15 @@ def _tested(
     )
 
 
-def _taken(
+def _explained_power(
     scores: RecordScores, hypothesis: Hypothesis, tested: ColumnTests, columns: Array
 ) -> Array:
-    """What each place takes of the residuals' mean square, (m,).
+    """Return the mean square of the residuals that each place explains, (m,).
 
-    Where force is lost, the residuals are less as the force is. They are held against what is left
-    of it, and the place takes nothing unless it explains most of them:
-    ``e'e - (e'e - w) f'f / (f - c)'(f - c)``, with w what the columns c take of the residuals e,
-    and f the force.
+    If a part of the commanded force is lost, the residuals become smaller because the force does.
+    They are therefore taken relative to the remaining force, and a place explains nothing unless it
+    explains most of the residuals: ``e'e - (e'e - w) f'f / (f - c)'(f - c)``, with w the part of
+    the residuals e that the columns c explain, and f the force.
     """
     if not hypothesis.is_whole:
         return tested.powers
@@ -257,20 +266,20 @@ def _taken(
 
 
 def _located(scores: RecordScores, found: TestedHypothesis) -> TestedHypothesis:
-    """The same at the best place between those of its grid."""
+    """Return a tested hypothesis at its best place between those of the grid."""
     hypothesis = found.hypothesis
     if hypothesis.between is None:
         return found
     near = hypothesis.between(hypothesis.places, found.at)
     columns = hypothesis.columns(near)
     if hypothesis.is_lost:
-        best = int(np.argmax(_taken(scores, hypothesis, scores.test(columns), columns)))
+        best = int(np.argmax(_explained_power(scores, hypothesis, scores.test(columns), columns)))
     elif hypothesis.measured is None:
         best = int(np.argmax(scores.test(columns).powers))
     else:
         best = scores.nearest(columns, hypothesis.measured(near))
     values = scores.test(columns[:, [best]]).values[0]
-    # What was taken in before is at one of these places, and nothing of it there.
+    # A column that was added before is at one of these places, where its part is zero.
     if not values.any() or (hypothesis.is_positive and values[0] <= 0):
         return found
     at = float(near[best])
@@ -289,9 +298,9 @@ def _values_with(
     scores : RecordScores
     found : TestedHypothesis
     revised : (k,) array
-        The free parameters with it.
+        Free parameters with the hypothesis in the model.
     size : float
-        Factor of its first column.
+        Factor of the first column of the hypothesis.
     """
     every = scores.data.axis.parameters
     values: dict[str, tuple[float, ...]] = {
@@ -310,12 +319,13 @@ def _values_with(
     return values
 
 
-def _told(
+def _misspecification_of(
     scores: RecordScores, name: TestedHypothesis, half_widths: Array, levels: Levels
 ) -> Misspecification:
-    """What is found, as it is told: a change, a delay, a factor, or how much of each column.
+    """Return the misspecification of a tested hypothesis: a change, delay, factor or size.
 
-    What a parameter is before it changes is told beside: the estimate is in between.
+    For a parameter that changes, the value before the change is given too. The estimate lies
+    between the values before and after.
     """
     kind, parameter, columns = name.hypothesis.kind, name.hypothesis.parameter, name.columns
     tested = scores.test(columns[:, None])
@@ -325,7 +335,7 @@ def _told(
         step = name.hypothesis.columns(np.array([name.at - 0.5, name.at + 0.5])) @ factors
         slope = scores.test((step[:, 1:] - step[:, :1])[:, :, None])
         values, covariance = np.array([name.at]), slope.covariances[0]
-    elif kind == "drift":  # from its lowest to its highest, in the order of time
+    elif kind == "drift":  # between its lowest and highest value, in the order of time
         shapes = drifts(scores.data.times_of_rows)
         course = shapes @ factors
         first, last = sorted((int(np.argmin(course)), int(np.argmax(course))))
@@ -337,13 +347,13 @@ def _told(
     names = [q.name for q in scores.data.axis.parameters]
     moved = np.zeros(len(names))
     moved[scores.free] = scores.moved_by(columns, factors)
-    if parameter == GAIN:  # what it makes is on the other side
+    if parameter == GAIN:  # the commanded force is on the left side
         values, before = -values, 1.0
     elif parameter in names:
         place = names.index(parameter)
         before = float(scores.physical[place] + moved[place] + begun)
         moved[place] = max(abs(moved[place]), abs(values[0]))
-    # A small offset may be moved by a multiple of itself, which hardly changes the force.
+    # A small offset may change by a multiple of itself, which hardly changes the force.
     least = np.full(len(names), _LARGE_PART)
     if parameter in names:
         least[names.index(parameter)] = levels.least_share

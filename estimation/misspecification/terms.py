@@ -1,8 +1,9 @@
-"""What a model may lack, once for all that look for it: forces along a motion, with their names.
+"""Table of terms that a model may lack: forces along a motion, with their names.
 
-Rows of an inverse model and errors of outputs are asked for the same forces. Each term makes its
-columns of a motion, over a grid of places where it has one (Stribeck velocities, periods,
-antiresonances). `axisid.presentation.sentences` says what it is, and which element declares it.
+The same terms are searched in the rows of an inverse model and in the output errors of a fit. Each
+term makes its columns from a motion, over a grid of places where it has one (Stribeck velocities,
+periods, antiresonances). `axisid.presentation.sentences` describes the term, and names the element
+that declares it.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,34 +15,35 @@ from numpy.typing import NDArray
 
 from axisid.estimation.signals import Span
 from axisid.support.arrays import Array
-from axisid.support.errors import UsageError, quoted
+from axisid.support.errors import UsageError
+from axisid.support.wording import quoted
 
-_WAVES_APART = 0.75  # in the travel
+_WAVES_APART = 0.75  # difference of the wave numbers of two periods, in waves over the travel
 _SLOWEST, _FASTEST = 3.0, 120.0  # Hz, of an antiresonance
-_APART = 1.25  # from one antiresonance to the next
-_BETWEEN = 97  # frequencies, or speeds, among which it is told
+_APART = 1.25  # ratio of one antiresonance to the next
+_BETWEEN = 97  # number of frequencies, or speeds, of the refined search
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Along:
-    """A motion along which forces act, at each of N samples, and what rows make of them.
+    """A motion along which forces act, at each of N samples, and its reduction to rows.
 
     Attributes
     ----------
     time, position, velocity, acceleration, direction, force : (N,) array
-        SI; the position about its middle, and so is the time of what drifts.
+        SI; position and time are relative to their middle.
     spans : sequence of (int, int)
-        Stretches that do not go on from each other.
+        Stretches between gaps.
     rows : (n,) array of int, optional
-        Samples of the rows; of all where there are none.
+        Samples of the rows; all samples by default.
     reduce : callable
-        What rows make of values (N,) or (N, m).
+        Filters and decimates values (N,) or (N, m) to the rows.
     period : float
-        Of the samples, s.
+        Sample period, s.
     row_period : float
-        Between rows, s.
+        Time between rows, s.
     middle : float
-        Of the positions, which a spring is not about.
+        Middle of the positions before it is subtracted, for springs, which rest elsewhere.
     """
 
     time: Array
@@ -63,13 +65,13 @@ class Along:
         return self.position if self.rows is None else self.position[self.rows]
 
     def waves(self, factor: Array, periods: Array) -> Array:
-        """Cosine and sine over the position, of each period, by what rows make of a factor."""
+        """Return cosine and sine over the position for each period, times a factor, in the rows."""
         angle = 2 * np.pi * self.place[:, None] / periods
         waves = np.stack([np.cos(angle), np.sin(angle)], axis=2)
         return np.asarray(self.reduce(factor)[:, None, None] * waves, dtype=float)
 
     def by_stretch(self, change: Callable[[Array], Array], values: Array) -> Array:
-        """What is made of values (N,) in each stretch by itself; zero outside of them."""
+        """Return values (N,) transformed in each stretch separately; zero outside of these."""
         found = np.zeros_like(values)
         for first, last in self.spans:
             found[first:last] = change(values[first:last])
@@ -83,11 +85,13 @@ class Term:
     Attributes
     ----------
     kind : str
-        Its name, by which it stands in `TERMS`.
+        Name of the term in `TERMS`.
     unit : str
-        Of its size, in ``{force}`` and the coordinate's ``{unit}``; empty where none is told.
+        Unit of its size, in ``{force}`` and the coordinate's ``{unit}``; empty where no size is
+        reported.
     columns : callable
-        Of a motion and places (m,): (n, m, g), g columns of each, as resisting forces.
+        Returns columns for a motion and places (m,): (n, m, g), g columns for each place, as
+        resisting forces.
     what : str, optional
         Its name in a sentence, with the place of the grid, ``{at}``, for a term of your own. The
         built-in terms have their sentences in `axisid.presentation.sentences`.
@@ -95,23 +99,23 @@ class Term:
         The instruction for it, with the coordinate's name, ``{q}``, and the place, for a term of
         your own.
     places : callable, optional
-        The grid; one place where there is none.
+        Returns the grid of places for a motion; a single place by default.
     between : callable, optional
-        Places about one of a grid that is coarse.
+        Returns places about a place of a coarse grid.
     opposite : (str, str), optional
         `what` and `declare` where its size is negative, for a term of your own.
     is_positive : bool
-        Whether it must be: friction, what a dead band takes, a mass.
+        Whether its size must be positive, as of friction, a dead band or a mass.
     is_by_direction : bool
-        Whether its size is what a parameter is forward less what it is backward.
+        Whether its size is the forward value of a parameter minus its backward value.
     is_of_force : bool
-        Whether its columns are made of the force or the acceleration: noise of a measured one is in
-        the residuals too, so that it is looked for along simulated loops alone.
+        Whether its columns are made from the force or the acceleration. The noise of a measured
+        force is also in the residuals, so the term is searched only along simulated loops.
     is_of_command : bool
-        Whether a drive makes it of what is commanded, so that a measured force has none of it.
+        Whether the drive makes it from the command, so that a measured force does not contain it.
     is_lost : bool
-        Whether its columns are a part of what is commanded that the drive does not give, all of it,
-        so that the force is less by that and its place alone tells how much.
+        Whether its columns are the part of the command that the drive does not give. The force is
+        smaller by this part, and the place alone determines its size.
     """
 
     kind: str
@@ -139,40 +143,40 @@ class Term:
         except (LookupError, ValueError, AttributeError) as error:
             raise UsageError(
                 f"the texts of the candidate {quoted(self.kind)} cannot be filled in "
-                f"({type(error).__name__}: {error}); they may have {{q}}, {{unit}}, {{drive}}, "
-                "{force} and {at}, its unit {force} and {unit}.",
+                f"({type(error).__name__}: {error}). Use only {{q}}, {{unit}}, {{drive}}, "
+                "{force} and {at} in its texts, and {force} and {unit} in its unit.",
                 code="candidate",
             ) from error
 
 
 def wave_periods(s: Along) -> Array:
-    """Periods of waves over the position; longer ones are slopes and bends."""
+    """Return periods of waves over the position; longer waves are slopes and bends."""
     travel = float(np.ptp(s.place))
     usual = float(np.median(np.abs(s.velocity[s.velocity != 0]))) if s.velocity.any() else 0.0
-    shortest = usual * max(1 / 25.0, 4.0 * s.row_period)  # 25 Hz, and four rows
+    shortest = usual * max(1 / 25.0, 4.0 * s.row_period)  # at most 25 Hz, at least four rows
     most = min(60, travel / shortest) if shortest > 0 else 0.0
     return np.asarray(travel / np.arange(1.0, most, _WAVES_APART), dtype=float)
 
 
 def _periods_near(periods: Array, at: float) -> Array:
     near = 1 / at + _WAVES_APART / periods[0] * np.linspace(-0.5, 0.5, 15)
-    return np.asarray(1 / near[near >= 1 / periods[0]], dtype=float)  # longer ones are slopes
+    return np.asarray(1 / near[near >= 1 / periods[0]], dtype=float)  # longer waves are slopes
 
 
 def antiresonances(s: Along) -> Array:
-    """Frequencies of loads behind springs that the samples can follow, Hz."""
-    last = min(_FASTEST, 1 / (7.0 * s.period))  # seven samples in a swing
+    """Return frequencies of loads behind springs that the sample period can resolve, Hz."""
+    last = min(_FASTEST, 1 / (7.0 * s.period))  # seven samples in an oscillation
     many = int(np.log(last / _SLOWEST) / np.log(_APART)) + 1 if last > _SLOWEST else 0
     return np.asarray(_SLOWEST * _APART ** np.arange(many), dtype=float)
 
 
 def behind_spring(s: Along, frequencies: Array) -> Array:
-    """Acceleration of a load behind a spring, less that of the axis, (N, m)."""
+    """Return the acceleration of a load behind a spring minus that of the axis, (N, m)."""
     from scipy.signal import bilinear, lfilter
 
     found = []
     for rate in 2 * np.pi * frequencies:
-        # Exact at the frequency; its damping is wide enough to be seen between places.
+        # Exact at the frequency, with enough damping to be found between places of the grid.
         c, damped = rate / np.tan(rate * s.period / 2), 2 * 0.1 * rate
         b, a = bilinear([damped, rate**2], [1.0, damped, rate**2], fs=c / 2)
         found.append(s.by_stretch(partial(lfilter, b, a), s.acceleration))
@@ -192,7 +196,7 @@ def _ones(s: Along) -> Array:
 
 
 def _pushes(s: Along) -> Array:
-    """Which way the axis is pushed, the last one where it hardly is, (N,)."""
+    """Return the sign of the acceleration, or its last sign where that is small, (N,)."""
     size = np.abs(s.acceleration)
     sign = np.where(size > 0.05 * size.max(), np.sign(s.acceleration), 0.0)
     return np.asarray(sign[np.maximum.accumulate(np.where(sign != 0, np.arange(len(sign)), 0))])
@@ -201,7 +205,7 @@ def _pushes(s: Along) -> Array:
 def _after(
     sign: Callable[[Along], Array], times: Sequence[float], signed: bool, s: Along, _: Array
 ) -> Array:
-    """What dies away after a sign changes, in each time, s; with the sign, and without if asked."""
+    """Return decays after changes of a sign, for each time constant, s, signed or unsigned."""
     signs, number = sign(s), np.arange(len(s.time))
     turns = np.diff(signs, prepend=signs[0]) != 0
     since = s.period * (number - np.maximum.accumulate(np.where(turns, number, 0)))
@@ -209,7 +213,7 @@ def _after(
     return s.reduce(np.hstack([signs[:, None] * decays, *[decays] * signed]))[:, None]
 
 
-# Of the force that commands go up to but for a few samples: more would be of these alone.
+# Of the force that commands reach except in a few samples: a larger level would have only these.
 _USUALLY_LARGEST = 0.98
 _LEVELS = np.geomspace(0.05, 0.95, 40)
 
@@ -223,7 +227,7 @@ def saturation_levels(s: Along) -> Array:
 
 
 def beyond_levels(s: Along, levels: Array) -> Array:
-    """What is commanded beyond each level, which a drive with that limit does not give, (N, m)."""
+    """Return the commanded force beyond each level, which a drive with that limit lacks, (N, m)."""
     force = s.force[:, None]
     return np.asarray(np.sign(force) * np.maximum(np.abs(force) - levels, 0.0))
 
@@ -330,7 +334,7 @@ _TERMS = (
     Term(
         kind="loss",
         unit="",
-        # The force with the sign of its power, and its size.
+        # The force times the sign of its power, and its size.
         columns=lambda s, _: s.reduce(
             np.stack([np.sign(s.force * s.velocity) * s.force, np.abs(s.force)], axis=1)
         )[:, None],
@@ -368,5 +372,5 @@ _TERMS = (
 )
 
 
-#: What is looked for, by kind; a row that is added is looked for too.
+#: Terms of the search, by kind; terms that are added are searched as well.
 TERMS: dict[str, Term] = {term.kind: term for term in _TERMS}

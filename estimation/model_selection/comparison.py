@@ -30,19 +30,13 @@ from axisid.estimation.unknowns import KnownValue, KnownValues, declared_names
 from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Checked, Levels
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Exact, MaybeNan
-from axisid.support.errors import (
-    EstimationError,
-    Missing,
-    ModelError,
-    UsageError,
-    check_among,
-    is_among,
-    quoted,
-    refuse,
-)
+from axisid.support.checks import check_among, is_among, refuse
+from axisid.support.errors import EstimationError, ModelError, UsageError
+from axisid.support.missing import Missing
 from axisid.support.one_thread import in_one_thread
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
+from axisid.support.wording import quoted
 
 from .held_out import (
     HeldOut,

@@ -46,18 +46,13 @@ from axisid.estimation.unknowns import KnownValue
 from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Checked, made
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import (
-    DataError,
-    EstimationError,
-    Missing,
-    ModelError,
-    UsageError,
-    is_real,
-    quoted,
-)
+from axisid.support.checks import is_real
+from axisid.support.errors import DataError, EstimationError, ModelError, UsageError
+from axisid.support.missing import Missing
 from axisid.support.one_thread import in_one_thread
 from axisid.support.presentable import Presentable
 from axisid.support.progress import Progress, with_progress
+from axisid.support.wording import quoted
 
 # relative difference of a well-known parameter to the neighbouring cut-off, above which no cut-off
 # is recommended without instruments

@@ -1,7 +1,7 @@
-"""Estimates as they are, held against another record, and their friction against its velocity.
+"""Validation of estimates on another record, and the friction of a record by velocity.
 
-In: results and records. Out: `Validation`, `FitValidation`, `FrictionCurve`. Knows nothing of how
-it is shown.
+In: results and records. Out: `Validation`, `FitValidation`, `FrictionCurve`. Knows nothing of
+presentation.
 """
 
 from .friction_curve import FrictionCurve as FrictionCurve, friction_curve as friction_curve

@@ -1,4 +1,4 @@
-"""The friction that a record shows, against velocity, beside the law that was fitted."""
+"""Friction of a record by velocity, and the fitted friction law."""
 
 from dataclasses import dataclass, replace
 
@@ -10,12 +10,13 @@ from axisid.estimation.identification import Identification
 from axisid.estimation.regression import InverseForm
 from axisid.estimation.signals import Signals
 from axisid.support.arrays import Array
-from axisid.support.errors import Missing, first_case
+from axisid.support.missing import Missing
+from axisid.support.wording import first_case
 
-_MAX_WEIGHT_DEVIATION = 0.02  # of a row's weight from 1; with less it is a point of the curve
-# of the friction depends on more than the velocity, and there is a curve
+_MAX_WEIGHT_DIFFERENCE = 0.02  # of a row's weight from 1, up to which it is a point of the curve
+# largest part of the friction that depends on other signals than the velocity, for a curve
 _MAX_INSEPARABLE_FORCE = 1e-6
-_MIN_BIN_ROWS = 4  # in a bin of velocity, from which their mean is shown
+_MIN_BIN_ROWS = 4  # fewest rows in a bin of velocity whose mean is shown
 
 _BINS = 41
 _PROBES = 200
@@ -23,15 +24,17 @@ _PROBES = 200
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FrictionCurve:
-    """What the force is beyond inertia, gravity and whatever else does not need a velocity.
+    """Force minus inertia, gravity and all other parts that do not depend on velocity.
 
     Attributes
     ----------
     velocity, force : (n,) array
-        Of the rows: recorded force less the model's parts without velocity.
+        Velocity and friction of the rows: recorded force minus the parts of the model that do not
+        depend on velocity.
     skipped : int
-        Rows that are not among them, since samples under them have no weight in the fit: with some
-        of its weight a row has less velocity and less force, but not the law's less force.
+        Number of rows that are left out, since some of their samples have no weight in the
+        estimate: the average of such a row has less velocity and less force, but does not lie on
+        the friction law.
     binned : (b, 3) array
         Velocity, mean and standard deviation of the force, by bin of velocity.
     law : (m, 2) array
@@ -46,13 +49,13 @@ class FrictionCurve:
 
 
 def friction_curve(result: "Identification", estimate: "Estimate") -> FrictionCurve | Missing:
-    """Friction by velocity, or why the velocity's part cannot be told from the rest.
+    """Return the friction by velocity, or the reason why it is not a function of velocity.
 
     Parameters
     ----------
     result : Identification
     estimate : Estimate
-        One of the result.
+        An estimate of the result.
     """
     axis, physical = result.axis, estimate.physical
     data, signals = result.data, result.data.signals
@@ -63,9 +66,9 @@ def friction_curve(result: "Identification", estimate: "Estimate") -> FrictionCu
         data.reduce(np.column_stack([signals.velocity, friction])),
         data.sampling.weights,
     )
-    whole = np.abs(weights / data.sampling.filter.row_gain - 1) < _MAX_WEIGHT_DEVIATION
+    whole = np.abs(weights / data.sampling.filter.row_gain - 1) < _MAX_WEIGHT_DIFFERENCE
     if not whole.any():
-        return Missing("no row of the fit is clear of the reversals and rests that it leaves out")
+        return Missing("every row contains samples near velocity reversals or standstill")
     velocity, force = (reduced[whole] / weights[whole, None]).T
     return FrictionCurve(
         velocity=velocity,
@@ -77,17 +80,17 @@ def friction_curve(result: "Identification", estimate: "Estimate") -> FrictionCu
 
 
 def _force(axis: GeneratedAxis, physical: Array, signals: Signals) -> Array:
-    """Force of the model with an estimate along a motion, (N,)."""
+    """Return the force of the model with given parameters along a motion, (N,)."""
     return InverseForm(axis).at(physical).equations(signals).predicted(physical)
 
 
 def _still(signals: Signals) -> Signals:
-    """The same places and accelerations without velocity or friction direction."""
+    """Return the same positions and accelerations without velocity and friction direction."""
     return replace(signals, velocity=0 * signals.velocity, direction=0 * signals.direction)
 
 
 def _at(signals: Signals, velocity: Array, place: int | None = None) -> Signals:
-    """Given velocities at one sample's place and acceleration, or at the middle of the motion."""
+    """Return velocities at the position and acceleration of a sample, or at their medians."""
     many = np.ones_like(velocity)
     position, acceleration, *recorded = (
         float(np.median(values) if place is None else values[place])
@@ -108,7 +111,7 @@ def _velocity_part(axis: GeneratedAxis, physical: Array, signals: Signals) -> Ar
 
 
 def _inseparable(axis: GeneratedAxis, physical: Array, signals: Signals) -> str:
-    """Why force by velocity is no function of the velocity alone; empty if it is."""
+    """Return the reason why friction is not a function of velocity; empty if it is one."""
     probes = np.linspace(0, len(signals.velocity) - 1, _PROBES).astype(int)
     velocity = float(np.max(np.abs(signals.velocity))) * np.linspace(-1, 1, 20)  # without 0
     parts = np.array([_velocity_part(axis, physical, _at(signals, velocity, i)) for i in probes])
@@ -139,7 +142,7 @@ def _binned(velocity: Array, force: Array) -> Array:
 
 
 def _law(axis: GeneratedAxis, physical: Array, signals: Signals, velocity: Array) -> Array:
-    """The law to both sides of rest, which itself is set-valued."""
+    """Return the friction law on both sides of standstill, where it is set-valued."""
     ends = min(velocity.min(), 0.0), max(velocity.max(), 0.0)
     v = np.sort(np.concatenate([end * np.linspace(1e-6, 1.0, 120) for end in ends if end]))
     law = np.column_stack([v, _velocity_part(axis, physical, _at(signals, v))])

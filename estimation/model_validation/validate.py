@@ -1,8 +1,7 @@
-"""Estimates, or a fit, held against another record: from a result and a record to a `Validation`.
+"""Validation of estimates, or of a fit, on another record: `validate` and `validate_fit`.
 
-Parameters are frozen, and the output is simulated anew. The windows of an open loop start where
-that record is: their first positions and velocities are of it, for whatever parameters are held
-against it, and nothing else is.
+Parameters are frozen, and the output is simulated for the other record. Only the initial positions
+and velocities of the windows of an open loop are estimated from that record.
 """
 
 import math
@@ -44,17 +43,12 @@ from axisid.estimation.thresholds import MIN_DISTANCE_FROM_NOISE
 from axisid.estimation.unknowns import GAIN, INITIAL_STATE_PARAMETERS, by_declared_gain
 from axisid.estimation.verdict_checks import Check, Levels, NotUsed, status_of
 from axisid.support.arrays import Array, relative_error_percent
-from axisid.support.errors import (
-    DataError,
-    EstimationError,
-    Missing,
-    ModelError,
-    UsageError,
-    check_among,
-    quoted,
-)
+from axisid.support.checks import check_among
+from axisid.support.errors import DataError, EstimationError, ModelError, UsageError
+from axisid.support.missing import Missing
 from axisid.support.one_thread import in_one_thread
 from axisid.support.settings import setting
+from axisid.support.wording import quoted
 
 from .validation_findings import OutputOnRecord, SamplePeriods
 from .validation_result import (
@@ -72,18 +66,17 @@ from .validation_result import (
 def validate(
     result: Identification | Any, record: Record, *, like: int | None = None
 ) -> Validation:
-    """Hold every estimate, frozen, against another record of the axis.
+    """Validate every estimate, with frozen parameters, on another record of the axis.
 
     Parameters
     ----------
     result : Identification or SavedIdentification
     record : Record
-        Read for the same axis; it is filtered as the estimates' own record was, in Hz. The hold and
-        the reversals are chosen for it anew where they were left open.
+        Read for the same axis. It is filtered like the record of the estimates, with the same
+        cut-off frequency in Hz; hold and reversals are chosen again if they were left open.
     like : int, optional
-        Number of one of several records that the result was made from, from 1: what is its own
-        (`local`) or known of it, such as a payload, holds of the record too. Needed where there is
-        such.
+        Number, from 1, of a record of the result whose local parameters (`local`) and known values,
+        such as a payload, also apply to this record. Needed if the result has such values.
 
     Raises
     ------
@@ -92,21 +85,21 @@ def validate(
     """
     if not hasattr(result, "estimates"):
         raise UsageError(
-            f"the result is {quoted(result)}; give what identify gave, or load_result(path).",
+            f"the result is {quoted(result)}. Give a result of identify, or load_result(path).",
             code="validation",
         )
     check_record(record)
     own_names = [*result.local_names, *(n for each in result.of_records[:1] for n in each.known)]
     if like is None and own_names:
         raise UsageError(
-            f"{', '.join(own_names)} of this result {'is' if len(own_names) == 1 else 'are'} each "
-            "record's own or known of each, and nothing says what holds of another record; "
-            "name the record that it is like: validate-like=1.",
+            f"this result has values of its own for each record: {', '.join(own_names)}. The "
+            "values for another record are unknown. Name the record with the same values: "
+            f"{setting('like', '1')}.",
             code="validation",
         )
     whole, levels = result, result.levels
     result = whole if like is None else whole.part(like)
-    requested = result.requested or result.prefilter  # what was left open suits each record
+    requested = result.requested or result.prefilter  # open settings are chosen for each record
     data = filtered_record(
         result.axis, record, requested.at_period(result.record.period, record.period)
     )
@@ -134,7 +127,7 @@ def validate(
 def _estimated_anew(
     data: FilteredRecord, methods: Sequence[str], law: LawAgreement | Missing
 ) -> dict[str, Estimate]:
-    """The second record's own estimates, with its twins; without those that it does not give."""
+    """Return the estimates from the second record, with its simulated replicas; some may fail."""
     problem, found = Problem(axis=data.axis, data=(data,)), {}
     twins = Bootstrap(
         problem=problem,
@@ -149,19 +142,19 @@ def _estimated_anew(
 
 
 def reestimated(frozen: SamplingDistribution, own: Estimate) -> RecordDifference | None:
-    """What a second record has more than frozen parameters, by its own estimate of one method.
+    """Return the difference between the estimate from a second record and frozen parameters.
 
     Parameters
     ----------
     frozen : SamplingDistribution
     own : Estimate
-        Of the second record.
+        Estimate from the second record by the same method.
 
     Returns
     -------
     RecordDifference or None
-        Less their bias where that is known of both; None where the second record's own tell
-        nothing.
+        Of the values minus their bias, if that is known for both; None if the second record does
+        not determine the parameters.
     """
     anew = own.distribution
     both_biases = frozen.bias is not None and anew.bias is not None
@@ -185,12 +178,15 @@ def reestimated(frozen: SamplingDistribution, own: Estimate) -> RecordDifference
 
 
 def least_mean_square(residuals: Array, neighbours: RowTimes) -> float:
-    """The least mean square that residuals (n,) stand for, where a few slow waves are all of it."""
+    """Return the lower limit of the mean square of residuals, (n,), which may vary slowly.
+
+    The mean square minus three of its standard errors (HAC), at least 0.
+    """
     squares = residuals**2
     mean = float(squares.mean())
     try:
         ones = factor(np.ones((len(squares), 1)), ["mean"], neighbours=neighbours)
-        # Squares are no errors that a fit has taken the slow part of: the kernel's is enough.
+        # Squares are not residuals of a fit, which removes slow parts: the kernel alone is enough.
         variance = Hac(widened=False).matrix(least_squares(squares, ones))[0, 0]
     except EstimationError:
         return mean
@@ -198,10 +194,10 @@ def least_mean_square(residuals: Array, neighbours: RowTimes) -> float:
 
 
 def _known_share(own: Sequence[RecordInfo], record: Record) -> float:
-    """Part of a record's samples that are among those of others: by what they are, or their file.
+    """Return the share of a record's samples that the result was estimated from.
 
-    A file has no samples of the records that a result was made from; of them the whole is known by
-    its digest, and parts of one log by their windows.
+    Samples are compared with those of the result's records, or by the log file and its windows. A
+    saved result has no samples; a whole record of it is recognised by its digest.
     """
     known = np.zeros(len(record), dtype=bool)
     for each in own:
@@ -223,7 +219,7 @@ def _validation(
     again: Estimate | None,
     levels: Levels,
 ) -> MethodValidation:
-    """How an estimate holds on a second record, its own records being these.
+    """Return the validation of one estimate on a second record.
 
     Parameters
     ----------
@@ -231,19 +227,19 @@ def _validation(
         The second record.
     estimate : Estimate or SavedEstimate
     own_data : sequence of FilteredRecord
-        What it was made from, where that is known.
+        Records of the estimate; empty if unknown.
     again : Estimate or None
-        The second record's own, by the same method.
+        Estimate from the second record by the same method.
     levels : Levels
-        From when on the two are others.
+        Levels from which the two estimates differ.
     """
     problem, frozen = Problem(axis=data.axis, data=(data,)), estimate.distribution
     form = METHODS[estimate.method].form(data.axis).at(frozen.theta)
     rows, theta, source = problem.rows(form), form.regressed(frozen.theta), data.record.provenance
     if not len(rows.left):
         raise DataError(
-            f"{source.source}: no row is left of it, since all its motion is near reversals "
-            "or masked. Record longer strokes, or identify with the prefilter's "
+            f"{source.source}: no rows remain, because all samples in motion are near reversals or "
+            "masked. Record longer strokes, or identify with the prefilter's "
             f"{setting('reversals', 'keep')}.",
             code="too-short",
         )
@@ -253,9 +249,9 @@ def _validation(
         loops, right = problem.simulated(form, frozen.theta)
         apart = rows.left - right.regressor @ theta - right.intercept
         simulation = relative_error_percent(apart, rows.left)
-        if is_output_error(estimate.method):  # whose rows are the loop's
+        if is_output_error(estimate.method):  # its rows are those of the simulated loop
             residuals = apart
-        if not data.record.integrated:  # the velocity's integral drifts from where the axis was
+        if not data.record.integrated:  # the integral of a velocity drifts from the position
             off, wanted = _positions(data, loops)
             position = float(np.sqrt(np.mean(off**2)))
             tracking = relative_error_percent(off, wanted)
@@ -263,8 +259,8 @@ def _validation(
         reason = str(error)
     if not math.isfinite(equation := relative_error_percent(residuals, rows.left)):
         raise DataError(
-            f"{source.source}: the equation error of {estimate.method} is not finite; check the "
-            "size and the units of its columns.",
+            f"{source.source}: the equation error of {estimate.method} is not finite. Check the "
+            "size and the units of the columns.",
             code="not-finite",
         )
     chance = math.sqrt(
@@ -290,7 +286,7 @@ def _validation(
 
 
 def _own_tracking(own: Sequence[FilteredRecord], physical: Array) -> float | None:
-    """The same error on the estimate's own records, where they and their loops are there."""
+    """Return the tracking error on the estimate's own records; None without records or loops."""
     if not own or any(data.record.integrated for data in own):
         return None
     with suppress(ModelError, DataError, EstimationError):
@@ -303,13 +299,13 @@ def _own_tracking(own: Sequence[FilteredRecord], physical: Array) -> float | Non
 
 
 def _positions(data: FilteredRecord, loops: Sequence[Simulation]) -> tuple[Array, Array]:
-    """Recorded less simulated position, and reference less recorded position."""
+    """Return recorded minus simulated position, and reference minus recorded position."""
     position, kept = data.record.position, data.sampling.kept
     tracking = loop_reference(data.axis, data.record) - position
     return (position - simulated_position(loops))[kept], tracking[kept]
 
 
-_OTHER_PERIOD = 1e-3  # relative difference of sample periods: clocks agree to less
+_OTHER_PERIOD = 1e-3  # relative difference of sampling periods; equal clocks differ by less
 
 
 @np.errstate(all="ignore")
@@ -320,40 +316,43 @@ def validate_fit(
     horizon: float | None = None,
     output: str | None = None,
 ) -> FitValidation:
-    """Hold a fit, frozen, against another record of the axis.
+    """Validate a fit, with frozen parameters, on another record of the axis.
 
-    A record that the fit was not made from says how well it predicts, and which of several models
-    does so best. To hold out part of one log, read its parts (`windows` of `read_record`).
+    The error on a record that the fit was not made from shows how well it predicts, and which of
+    several models predicts best. To hold out part of a log, read its parts (`windows` of
+    `read_record`).
 
     Parameters
     ----------
     result : OutputFit
-        Of `fit`.
+        Result of `fit`.
     record : Record
         Read for the same axis.
     horizon : float, optional
-        Length of the windows of an open loop, s; by default that of the fit. The first position and
-        velocity of each are fitted to the window itself.
+        Length of the windows of an open loop, s; by default that of the fit. The initial position
+        and velocity of each window are fitted to the window.
     output : str, optional
-        Which of the outputs that the fit follows; by default the first of them.
+        One of the outputs of the fit; by default the first.
 
     Raises
     ------
     UsageError
-        The result is no fit, has parameters of its own for each record, or no windows; or the
-        record has signals that the fit's axis does not declare.
+        The result is no fit, has local parameters or known values of each record, or no windows; or
+        the record has signals that the axis of the fit does not declare.
     DataError
-        The record lacks what is compared, or a signal.
+        The record lacks the compared output, or a signal.
     EstimationError
         The record cannot be simulated with these parameters.
     """
     check_record(record)
     if not isinstance(result, OutputFit):
-        raise UsageError(f"the result is {quoted(result)}; give what fit gave.", code="validation")
+        raise UsageError(
+            f"the result is {quoted(result)}. Give a result of fit.", code="validation"
+        )
     if {*result.local} - {*INITIAL_STATE_PARAMETERS} or result.known:
         raise UsageError(
-            "the fit has parameters or known values for each of its records, and nothing says "
-            "which are those of another record; fit without them.",
+            "the fit has parameters or known values of its own for each record, so that the values "
+            "for another record are unknown. Fit without them.",
             code="validation",
         )
     length = (
@@ -364,13 +363,13 @@ def validate_fit(
     axis = result.axes[0]
     if others := [*(record.signals.keys() - {signal.name for signal in axis.signals})]:
         raise UsageError(
-            f"{record.provenance.source} has the signal {others[0]!r}, which the fit's axis "
-            f"{axis.name!r} does not declare: it is of another axis. Read the record for "
-            "this one, or fit that one.",
+            f"{record.provenance.source} has the signal {others[0]!r}, which axis {axis.name!r} of "
+            "the fit does not declare, so the record was read for another axis. Read the record "
+            "for the axis of the fit, or fit the other axis.",
             code="validation",
         )
     form = InverseForm(axis)
-    # Gains of the law are in the axis, and where a loop starts is the record's.
+    # The axis has the estimated gains of the law, and the record has the initial state of a loop.
     physical = result.physical[: len(form.physical_quantities)]
     if GAIN in result.names:
         physical = by_declared_gain(axis, physical, result[GAIN].value)
@@ -382,7 +381,7 @@ def validate_fit(
     predictions.settle(physical)
     if (lanes := predictions(physical[None, :])).failures:
         raise EstimationError(
-            f"the parameters of the fit do not simulate {record.provenance.source}: "
+            f"{record.provenance.source} cannot be simulated with the parameters of the fit: "
             f"{lanes.failures[0]}",
             code="validation",
         )
@@ -419,7 +418,7 @@ def _checks(
         NotUsed("the fit of an open loop uses no control law")
         if result.outputs == (OPEN_LOOP,)
         else law_agreement(axis, record),
-        "the recorded control does not follow the law of the fit's axis: ",
+        "fit",
     )
     own = max(each.percent for each in result.of_records if each.output == output)
     holds = is_as_small(percent, own, MAX_VALIDATION_ERROR)

@@ -25,9 +25,9 @@ class KnownSamples(Finding):
     Attributes
     ----------
     percent : float
-        Of the samples.
+        Share of the samples of the second record, %.
     is_same_record : bool
-        Whether it is the estimates' own record, or a part of it.
+        True for the estimates' own record, or a part of it.
     """
 
     percent: float
@@ -43,9 +43,11 @@ class EquationErrorOnRecord(Finding):
     failed : tuple of str
         Methods whose error is too large.
     largest_percent : float
-        The largest error (rms) of the force (rms) minus that by chance in a short record, %.
+        Largest error (rms) relative to the force (rms), minus the part that may be chance in a
+        short record, %.
     max_percent, max_ratio : float
-        An error is too large beyond both, the latter relative to that on the own record.
+        An error is too large if it is above both limits; the ratio is relative to the error on the
+        estimate's own record.
     """
 
     failed: tuple[str, ...]
@@ -63,7 +65,7 @@ class SimulationOnRecord(Finding):
     failed : tuple of str
         Methods whose simulated loop is too far from the record.
     tracking_error_percent : float
-        Their largest position error (rms) of the tracking error (rms), %.
+        Largest position error (rms) relative to the tracking error (rms), %.
     """
 
     failed: tuple[str, ...]
@@ -77,12 +79,12 @@ class ReestimatedParameters(Finding):
     Attributes
     ----------
     failed : tuple of str
-        Methods by which parameters differ.
+        Methods with different parameters.
     changed : tuple of DifferingParameter
-        Of the method by which the difference makes most of the force; `own` of the second record
-        and `common` of the result.
+        Parameters of the method with the largest force by the difference; `own` is the value of the
+        second record and `common` that of the result.
     largest_percent : float
-        The largest force (rms) by the difference of all parameters, % of the force (rms).
+        Largest force (rms) by the difference of all parameters, relative to the force (rms), %.
     """
 
     failed: tuple[str, ...]
@@ -97,9 +99,9 @@ class EstimatesHold(Finding):
     Attributes
     ----------
     passed : tuple of Finding
-        Of the checks that passed.
+        Findings of the checks that passed.
     is_reestimated : bool
-        Whether the parameters could be estimated from the second record as well.
+        True if the parameters could be estimated from the second record as well.
     """
 
     passed: tuple[Finding, ...]
@@ -113,7 +115,7 @@ class EstimatesDoNotHold(Finding):
     Attributes
     ----------
     failed : tuple of str
-        Lines of the validation's verdict with a failed check.
+        Lines of the verdict of the validation with a failed check.
     """
 
     failed: tuple[str, ...]
@@ -138,7 +140,7 @@ class SamplePeriods(Finding):
     Attributes
     ----------
     of_record, of_fit : float
-        s.
+        Sampling periods, s.
     are_equal : bool
     """
 
@@ -155,7 +157,8 @@ class OutputOnRecord(Finding):
     ----------
     output : str
     percent, own_percent : float
-        Error (rms) of the recorded output (rms), %; the latter is the largest of the fit's records.
+        Error (rms) relative to the recorded output (rms), %, on the second record, and the largest
+        of the records of the fit.
     holds : bool
     """
 

@@ -1,13 +1,14 @@
 """Validation of estimates, or of a fit, with frozen parameters on a second record.
 
-An equation error says little of a parameter that scales a small part of the force: a mass that is
-10 % larger adds 6 % of the force to it, where noise may add as much. The parameters are therefore
-estimated from the second record as well, by the same method and with simulated replicas of its own:
-as of two records of one regression, the difference is tested, and has to be relevant.
+An equation error shows little of a parameter that scales a small part of the force: a mass that is
+10 % larger adds 6 % of the force to it, and noise may add as much. The parameters are therefore
+estimated from the second record as well, by the same method and with simulated replicas of its own.
+The difference is tested as between two records of one regression, and has to be relevant.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,8 @@ from axisid.estimation.verdict_checks import (
     status_of,
 )
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import Missing, check_among
+from axisid.support.checks import check_among
+from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 
 from .validation_findings import (
@@ -41,12 +43,12 @@ from .validation_findings import (
 )
 
 _REPEATED = "repeated records"
-_MAX_VALIDATION_ERROR_RATIO = 2.0  # equation error on another record over that on the own one
-MAX_VALIDATION_ERROR = 10.0  # %, up to which an estimate holds whatever the other error is
-# % of the tracking error: measured, at most 0.7 on correct records, 5.4 with a coarse encoder that
-# has as much on its own; 10 with a gain that is 10 % wrong
+_MAX_VALIDATION_ERROR_RATIO = 2.0  # error on another record, relative to that on the own record
+MAX_VALIDATION_ERROR = 10.0  # %, error that is small enough for any error on the own record
+# % of the tracking error: measured, at most 0.7 on correct records, 5.4 with a coarse encoder (as
+# on the own record), 10 with an error of 10 % of a gain
 _MAX_VALIDATION_TRACKING = 5.0
-_MAX_KNOWN_SHARE = 0.01  # of the samples that were estimated from: adjacent windows share one
+_MAX_KNOWN_SHARE = 0.01  # largest share of known samples: adjacent windows share one sample
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,27 +61,27 @@ class MethodValidation:
     equation_error_percent : float
         ``100 ||y - X theta|| / ||y||`` on the record, filtered as for the estimate.
     own_equation_error_percent : float
-        The same on the record that the estimate was made from.
+        The same on the estimate's own record.
     simulation_error_percent : float or None
-        ``100 ||y - simulated|| / ||y||``; None where the loop could not be simulated.
+        ``100 ||y - simulated|| / ||y||``; None if the loop could not be simulated.
     position_error_rms : float or None
-        Of the simulated position against the recorded one over the samples that are kept, in
-        the coordinate's unit.
+        Root mean square of recorded minus simulated position over the kept samples, in the unit of
+        the coordinate.
     tracking_error_percent : float or None
         The same in percent of the recorded tracking error, reference minus position: the part of
         the tracking error that the estimate does not explain.
     reason : str or None
-        Why there are no simulated figures.
+        The reason why there are no simulated figures.
     own_simulation_error_percent, own_tracking_error_percent : float or None
-        On the record that the estimate was made from; None where they are unknown. The latter is
-        unknown for a result that was read from a file.
+        Errors on the estimate's own record; None if they are unknown. The latter is unknown for a
+        result that was read from a file.
     least_equation_error_percent : float
         The equation error minus the part that may be chance in so short a record.
     reestimate : RecordDifference or None
-        The parameters estimated from the second record, compared with the frozen ones; None where
-        the record does not determine them.
+        Parameters estimated from the second record, compared with the frozen ones; None if the
+        record does not determine them.
     changed : tuple of str
-        Parameters that differ in it; none where the difference is chance, or makes a negligible
+        Names of parameters that differ; empty if the difference is chance, or makes a negligible
         force.
     """
 
@@ -98,22 +100,22 @@ class MethodValidation:
 
     @property
     def holds(self) -> bool:
-        """Whether the force fits the motion, the loop the record, and the parameters are the same.
+        """True if equation error and simulated loop are as good as on the estimate's own record.
 
-        The errors are compared with those on the estimate's own record.
+        The parameters from the second record must also be the same.
         """
         return self.fits and self.follows and not self.changed
 
     @property
     def fits(self) -> bool:
-        """Whether the equation error is of the size that it has on the estimate's own record."""
+        """True if the equation error is as small as on the estimate's own record."""
         return is_as_small(
             self.least_equation_error_percent, self.own_equation_error_percent, MAX_VALIDATION_ERROR
         )
 
     @property
     def follows(self) -> bool:
-        """Whether the simulated loop is as close to the record as to the estimate's own."""
+        """True if the simulated loop is as close to the record as to the estimate's own record."""
         return is_as_small(
             self.simulation_error_percent, self.own_simulation_error_percent, MAX_VALIDATION_ERROR
         ) and is_as_small(
@@ -129,11 +131,12 @@ class Validation(Checked, Presentable, Exact):
     ----------
     record : Record
     unit : str
-        Of the position.
+        Unit of the position.
     methods : tuple of MethodValidation
         In the order of the result's estimates; the object iterates over them.
     known_share : float
-        Part of its samples that the estimates were made from, which is no independent check.
+        Share of the record's samples that the estimates were made from, which are no independent
+        check.
     time_base : str or None
         The reason to doubt the record's sampling period.
     law : LawAgreement or Missing
@@ -172,8 +175,8 @@ class Validation(Checked, Presentable, Exact):
             ("simulation error", "%"): tuple(v.simulation_error_percent for v in self),
             ("position error, rms", self.unit): tuple(v.position_error_rms for v in self),
             ("of the tracking error", "%"): tuple(v.tracking_error_percent for v in self),
-            ("parameters anew", "%"): tuple(
-                # Of the estimates' own record the difference is rounding alone.
+            ("re-estimated parameters", "%"): tuple(
+                # On the estimates' own record the difference is rounding only.
                 None if v.reestimate is None else round(v.reestimate.share_percent, 6)
                 for v in self
             ),
@@ -189,8 +192,7 @@ class Validation(Checked, Presentable, Exact):
             same = KnownSamples(percent=100 * known, is_same_record=self.same_record)
             found.append(Check.unless(_REPEATED, same, "", known, most))
         if not self.same_record:
-            lead = "the estimates do not hold, because this record has another control law: "
-            law = checked_law(self.law, lead)
+            law = checked_law(self.law, "estimates")
             found += law, self._force(), self._parameters(), self._loop()
         return tuple(found)
 
@@ -205,17 +207,17 @@ class Validation(Checked, Presentable, Exact):
 
     @property
     def same_record(self) -> bool:
-        """Whether it is the record that the estimates were made from, or a part of it."""
+        """True for the record that the estimates were made from, or a part of it."""
         return self.known_share >= MIN_COMMON_SAMPLES.value
 
     @property
     def has_declared_law(self) -> bool:
-        """Whether nothing speaks against the declared control law on this record."""
+        """True if the record does not contradict the declared control law."""
         return isinstance(self.law, Missing) or self.law.passed
 
     @property
     def holds(self) -> bool:
-        """Whether the law is the record's, and each estimate holds on it."""
+        """True if the record follows the declared law, and every estimate holds on it."""
         return self.has_declared_law and all(v.holds for v in self)
 
     @property
@@ -254,15 +256,16 @@ class Validation(Checked, Presentable, Exact):
         )
 
     def _loop(self) -> Check:
-        """Return the check of the simulated loop, unless the law or the force is at fault."""
+        """Return the check of the simulated loop; not evaluated if the law or the force fails."""
         lost = [v for v in self if v.fits and not v.follows]
         shown = lost or [v for v in self if v.tracking_error_percent is not None]
         if not (self.has_declared_law and shown):
             reasons = [v.reason for v in self if v.reason]
-            why = "the control law of this record is another one, or the record has no position"
-            said = [*reasons, why][0]
-            is_unused = isinstance(self.law, NotUsed)
-            return Check.not_evaluated("simulation", NotUsed(said) if is_unused else Missing(said))
+            usual = "the control law of this record is another one, or the record has no position"
+            reason = [*reasons, usual][0]
+            if isinstance(self.law, NotUsed):
+                return Check.not_evaluated("simulation", NotUsed(reason))
+            return Check.not_evaluated("simulation", Missing(reason))
         worst = max(v.tracking_error_percent or 0.0 for v in shown)
         return Check(
             name="simulation",
@@ -305,23 +308,23 @@ class FitValidation(Checked, Presentable, Exact):
     output : str
         ``control``, ``position``, ``force`` or ``open-loop``.
     unit : str
-        Of the output.
+        Unit of the output.
     horizon : float or None
-        Length of the windows of an open loop, s, that was asked for.
+        Requested length of the windows of an open loop, s.
     windows : tuple of slice
-        Of the errors: each window of an open loop, or each segment of the record.
+        Rows of the errors by window of an open loop, or by segment of the record.
     errors : (n,) array
         Simulated minus recorded output.
     samples : (n,) array of int
-        Of the record, that the errors are at.
+        Samples of the record with these errors.
     counted : (n,) array of bool
-        Which of the samples are measurements.
+        True for samples that are measurements.
     percent : float
-        Root mean square of the errors, of that of the recorded output.
+        Root mean square of the errors, relative to that of the recorded output, %.
     checks : tuple of Check
-        Of the output, compared with the fit's own records; and of signs that the record is of
-        another axis, as a record does not know its axis: another control law, or another sample
-        period than that of the fit's records.
+        Checks of the output, compared with the fit's own records, and of signs that the record is
+        of another axis (a record does not contain its axis): another control law, or another
+        sampling period than that of the fit's records.
     """
 
     record: Record
@@ -346,16 +349,16 @@ class FitValidation(Checked, Presentable, Exact):
         return float(np.sqrt(np.mean(self.errors[self.counted] ** 2)))
 
 
-def checked_law(law: LawAgreement | Missing, lead: str) -> Check:
-    """Return the check of the declared law on a second record; `lead` begins a failed sentence."""
+def checked_law(law: LawAgreement | Missing, result: Literal["estimates", "fit"]) -> Check:
+    """Return the check of the declared law on a second record of a result."""
     found = law_check(law)
     if isinstance(found, Missing):
         return Check.not_evaluated("control law", found)
     if found.status != "fail":
         return found
-    return replace(found, finding=LawOfSecondRecord(lead=lead, finding=found.finding))
+    return replace(found, finding=LawOfSecondRecord(result=result, finding=found.finding))
 
 
 def is_as_small(found: float | None, own: float | None, most: float) -> bool:
-    """Tell whether an error is small, as large as on the own record, or one of them is unknown."""
+    """Return True if an error is small, or comparable to that on the own record, or unknown."""
     return found is None or own is None or found <= max(_MAX_VALIDATION_ERROR_RATIO * own, most)

@@ -1,7 +1,7 @@
 """Monte-Carlo studies: many twins of an axis, each identified, to assess estimates and intervals.
 
-In: an axis, the noise and true values of its twins, the methods. Out: `MonteCarlo` with its numbers
-by run. Knows nothing of measured records and of presentation.
+In: an axis, the noise and true values of its twins, the methods. Out: `MonteCarlo` with the numbers
+of every run. Knows nothing of measured records and of presentation.
 """
 
 from .drawn_twins import (

@@ -16,14 +16,9 @@ from axisid.estimation.records import Record
 from axisid.estimation.simulation import TwinPlan, simulate_batch, twin_plan
 from axisid.modeling.declaration import Experiment
 from axisid.support.arrays import Array
-from axisid.support.errors import (
-    AxisidError,
-    EstimationError,
-    ModelError,
-    UsageError,
-    by_name,
-    quoted,
-)
+from axisid.support.checks import by_name
+from axisid.support.errors import AxisidError, EstimationError, ModelError, UsageError
+from axisid.support.wording import quoted
 
 from .plan import MonteCarloPlan
 
@@ -41,46 +36,46 @@ def noise_of(given: object, twin: GeneratedAxis, runs: object = 1) -> Chain:
     Raises
     ------
     UsageError
-        The noise is no Chain; it has motions that begin anywhere in a count, but no encoder step;
-        it makes several twins that are equal; or it has jitter or is not read by the law, which
-        twins of an experiment do not have.
+        The noise is no Chain; it has motions that begin at a random place within an encoder step,
+        but no encoder step; several twins would be equal; or it has jitter or noise that the law
+        does not read, which twins of an experiment do not have.
     ModelError
         It has disturbances, and the drive logs the acting control.
     """
     noise = Chain.of_experiment(twin.axis) if given is None else given
     if not isinstance(noise, Chain):
         raise UsageError(
-            f"the noise is {quoted(noise)}; give a Chain, or leave it out.",
+            f"the noise is {quoted(noise)}. Give a Chain, or leave it out.",
             code="noise",
         )
-    for is_wrong, kind, said in (
+    for is_wrong, kind, text in (
         (
             noise.jitter or not noise.is_measured_by_law,
             UsageError,
-            "are sampled evenly and their law measures the logged position; give noise without "
+            "are sampled evenly and their law reads the logged position. Give noise without "
             "jitter, with is_measured_by_law=True",
         ),
         (
             noise.disturbances and twin.axis.drive.logs_what_acts,
             ModelError,
-            "log the acting control, which includes a disturbance; leave it out, or declare a "
-            "drive that logs its command",
+            "log the acting control, which includes a disturbance. Leave the disturbance out, or "
+            "declare a drive that logs its command",
         ),
         (
             noise.anywhere and not noise.position_step,
             UsageError,
-            "are to begin anywhere in a count, and their encoder has no resolution; give it a "
-            "resolution, or leave out the random start",
+            "start at a random place within an encoder step, but their encoder has no resolution. "
+            "Give a resolution, or leave out the random start",
         ),
         (
             runs != 1 and not noise.is_random,
             UsageError,
-            "would all be the same, since their noise is not random; give one run, noise, or "
-            "an encoder with motions that begin anywhere in a count",
+            "would all be the same, because their noise is not random. Give noise, one run, or an "
+            "encoder resolution with a random start",
         ),
     ):
         if is_wrong:
-            raise kind(f"the twins of {twin.axis.name!r} {said}.", code="study")
+            raise kind(f"the twins of {twin.axis.name!r} {text}.", code="study")
     return noise.likeliest
 
 
@@ -246,7 +241,7 @@ def _at_rest(plan: TwinPlan, position: Array) -> str:
         return ""
     return (
         f"axis {plan.axis.name!r} does not move with {plan.axis.describe(plan.truth)}: its "
-        "friction holds it at any force of the drive. Give true values with which it moves."
+        "friction is larger than the force of the drive. Give true values with which it moves."
     )
 
 

@@ -31,18 +31,12 @@ from axisid.estimation.simulation import twin_plan
 from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Levels
 from axisid.modeling.declaration import Axis, Move
 from axisid.support.arrays import Array
-from axisid.support.errors import (
-    EstimationError,
-    UsageError,
-    check_among,
-    is_whole,
-    listed,
-    quoted,
-    refuse,
-)
+from axisid.support.checks import check_among, is_whole, listed, refuse
+from axisid.support.errors import EstimationError, UsageError
 from axisid.support.jobs import Failure, pace, run_jobs
 from axisid.support.one_thread import in_one_thread
 from axisid.support.progress import Progress
+from axisid.support.wording import quoted
 
 from .drawn_twins import noise_of, twin_of
 from .plan import MonteCarloPlan
@@ -214,22 +208,22 @@ def monte_carlo(
         *(
             (
                 not (is_whole(value) and value >= 1),
-                f"{what}={quoted(value)}; give a whole number of 1 or more",
+                f"{what}={quoted(value)}. Give a whole number of 1 or more",
             )
             for what, value in (("block", block), ("jobs", jobs))
         ),
         (
             executor is not None and jobs != 1,
-            "both jobs and an executor are given; give one of them",
+            "both jobs and an executor are given. Give one of them",
         ),
         (
             not isinstance(executor, (Executor, type(None))),
-            f"the executor is {quoted(executor)}; give one of concurrent.futures, or what Dask's "
-            "Client.get_executor() gives",
+            f"the executor is {quoted(executor)}. Give an executor of concurrent.futures, or that "
+            "of Dask's Client.get_executor()",
         ),
         (
             not (keep is None or callable(keep)),
-            f"the argument keep is {quoted(keep)}; give a function of a MonteCarlo, or leave it "
+            f"the argument keep is {quoted(keep)}. Give a function of a MonteCarlo, or leave it "
             "out",
         ),
         code="study",

@@ -11,8 +11,10 @@ from axisid.estimation.noise_models import Chain
 from axisid.estimation.signals import Prefilter
 from axisid.estimation.simulation import twin_plan
 from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Levels
-from axisid.support.errors import UsageError, is_whole, quoted, refuse
+from axisid.support.checks import is_whole, refuse
+from axisid.support.errors import UsageError
 from axisid.support.mappings import FrozenMapping
+from axisid.support.wording import quoted
 
 #: Kinds of intervals of a fit: for autoregressive errors, and for independent errors.
 COLOURED, IID = "coloured", "iid"
@@ -66,9 +68,8 @@ class MonteCarloPlan:
             *(
                 (
                     not (is_whole(value) and least <= value <= most),
-                    f"the {what} {quoted(value)}; give a study a whole number of {least} or "
-                    f"more, and of runs {_MOST_RUNS:,} at most, whose numbers are in memory "
-                    "together",
+                    f"the {what} {quoted(value)}. Give a whole number of {least} or more; runs are "
+                    f"at most {_MOST_RUNS:,}, as their numbers are in memory together",
                 )
                 for what, value, least, most in (
                     ("runs are", self.runs, 1, _MOST_RUNS),

@@ -12,7 +12,7 @@ from axisid.estimation.methods import METHODS
 from axisid.estimation.simulation import twin_plan
 from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.support.arrays import Array, Exact, Uncached
-from axisid.support.errors import check_among
+from axisid.support.checks import check_among
 from axisid.support.presentable import Presentable
 
 from .plan import MonteCarloPlan, interval_covariance

@@ -132,8 +132,8 @@ def check_output(file: Path) -> None:
     """
     if file.suffix not in OUTPUT_SUFFIXES:
         raise UsageError(
-            f"{file}: the numbers of a study are written to {' or '.join(OUTPUT_SUFFIXES)}; give "
-            "a name with that ending.",
+            f"{file}: the numbers of a study are written to {' or '.join(OUTPUT_SUFFIXES)}. Give "
+            "a name with one of these endings.",
             code="study",
         )
     if file.suffix == ".parquet":

@@ -1,6 +1,6 @@
 """Figures of a study, each with its Monte-Carlo error, and checks of them.
 
-They are those of a study or of its file.
+They apply to a study and to a study that was read from a file.
 """
 
 import math
@@ -19,7 +19,9 @@ from scipy.special import ndtr, stdtrit
 from axisid.estimation.thresholds import INTERVAL_LEVEL, MIN_BIAS
 from axisid.estimation.verdict_checks import Check, Checked
 from axisid.support.arrays import Array, MaybeNan
-from axisid.support.errors import Missing, UsageError, quoted
+from axisid.support.errors import UsageError
+from axisid.support.missing import Missing
+from axisid.support.wording import quoted
 
 from .plan import interval_covariance
 from .runs import Estimand, FailedRun
@@ -42,7 +44,8 @@ class Share(Struct, frozen=True, rename={"interval": "interval_95"}):
     count: int
     of: int
     interval: Annotated[
-        tuple[float, float], Meta(description="Wilson's, of the probability; 0 to 1 of no time.")
+        tuple[float, float],
+        Meta(description="Wilson interval of the probability; 0 to 1 without trials."),
     ] = (0.0, 1.0)
 
     def __post_init__(self) -> None:
@@ -161,7 +164,7 @@ class CheckFigures(Struct, frozen=True, kw_only=True, rename={"missing": "not_ev
     fails: Share
     notes: Share
     passes: Share
-    missing: Annotated[Share, Meta(description="Of all that were judged.")]
+    missing: Annotated[Share, Meta(description="Share of all runs with a verdict.")]
 
 
 class StudyFigures(Checked):
@@ -193,34 +196,32 @@ class StudyFigures(Checked):
         """Checks of the coverage and width of intervals, of bias, and of failed runs."""
         narrow, wide = (_listed(self.miscovered(narrow=narrow)) for narrow in (True, False))
         shares = [each.coverage for each in self.figures if each.coverage]
-        runs, biased, lost = f"{len(self)} runs tell", _listed(self.biased), "; ".join(self._lost())
-        untold = Missing("No truth is known")
+        runs, biased, lost = f"in {len(self)} runs", _listed(self.biased), "; ".join(self._lost())
+        of_runs = Check.unless("runs", lost, "Every run gave every estimate")
+        if not shares:
+            unknown = Missing("No true value is known")
+            unmade = (Check.not_evaluated(name, unknown) for name in ("coverage", "width", "bias"))
+            return (*unmade, of_runs)
         return (
             Check.unless(
                 "coverage",
-                narrow and f"Intervals that hold the truth too rarely: {narrow}",
-                f"No interval holds the truth more rarely than it says, as far as {runs}",
-            )
-            if shares
-            else Check.not_evaluated("coverage", untold),
+                narrow and f"Intervals that cover the true value too rarely: {narrow}",
+                f"No interval covers the true value significantly too rarely {runs}",
+            ),
             Check.unless(
                 "width",
-                wide and f"Intervals that are wider than they need be: {wide}",
-                f"No interval is wider than it need be, as far as {runs}",
+                wide and f"Intervals that are wider than necessary: {wide}",
+                f"No interval is significantly wider than necessary {runs}",
                 matters=False,
-            )
-            if shares
-            else Check.not_evaluated("width", untold),
+            ),
             Check.unless(
                 "bias",
                 biased
-                and f"Bias beyond chance ({MIN_BIAS.value:g} standard errors of many twins, more "
-                f"of few): {biased}",
-                f"No bias is beyond chance, as far as {runs}",
-            )
-            if shares
-            else Check.not_evaluated("bias", untold),
-            Check.unless("runs", lost, "Every run gave every estimate"),
+                and f"Significant bias ({MIN_BIAS.value:g} standard errors for many twins, more "
+                f"for few): {biased}",
+                f"No bias is significant {runs}",
+            ),
+            of_runs,
         )
 
     def _lost(self) -> Iterator[str]:
@@ -229,7 +230,7 @@ class StudyFigures(Checked):
             count = sum(reasons.values())
             listed = list(reasons.items())[:_MOST_REASONS]
             why = "; ".join(f"{n} times: {reason.removesuffix('.')}" for reason, n in listed)
-            yield f"{of} came to nothing in {count} of {len(self)} runs: {why}"
+            yield f"{of} failed in {count} of {len(self)} runs: {why}"
 
     @property
     def biased(self) -> tuple[EstimandFigures, ...]:
@@ -277,7 +278,7 @@ class StudyFigures(Checked):
                 return found
         listed = ", ".join(f"{e.method} {e.name}" for e in self.figures)
         raise UsageError(
-            f"there is no {quoted(name)} by {quoted(method)}; the study has {listed or 'none'}.",
+            f"there is no {quoted(name)} by {quoted(method)}. The study has {listed or 'none'}.",
             code="result",
         )
 

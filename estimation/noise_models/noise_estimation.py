@@ -19,8 +19,8 @@ from .twins import noise_free_record, twins_of
 
 _DISTURBANCE_DRAWS = 16  # white disturbances, passed through filter and projection for their power
 _MAX_BANDS = 22  # frequency bands; with few rows each frequency is a band
-_MIN_FREQUENCIES = 8  # frequencies of the rows, below which their noise is not estimated
-_MAX_LEVERAGE = 0.8  # of a frequency: the share that columns are counted to take at most
+_MIN_FREQUENCIES = 8  # fewest frequencies of rows whose noise is estimated
+_MAX_LEVERAGE = 0.8  # largest leverage of the basis columns at a frequency that is counted
 _MIN_SINGULAR_VALUE_RATIO = 1e-6  # of the basis, relative to the largest singular value
 _MIN_ROWS_PER_COLUMN = 4
 _MAX_FREQUENCY = 0.6  # of the Nyquist frequency of the rows: the pass band of the filters
@@ -34,9 +34,9 @@ _MIN_LIKELIHOOD_GAIN = 6.0  # of the log-likelihood; exceeded by chance in one o
 _REFINEMENTS = 2  # corrections of the disturbances for the limit cycle of disturbed replicas
 _MAX_REDUCTION = 16.0  # of a variance in one refinement, of which the geometric mean is taken
 _LIKELIHOOD_STEPS = 400  # multiplicative updates
-_RELATIVE_FLOOR = 1e-12  # of the largest power: rounding
+_RELATIVE_FLOOR = 1e-12  # relative to the largest power: rounding
 _MIN_BAND_SHARE = 1e-3  # of the power of a band, below which a disturbance is left out
-_ROUNDING = 1e-12  # of the position, the control or the force
+_ROUNDING = 1e-12  # relative to the position, the control or the force
 _MIN_POWER_RATIO = 0.1  # of the power that white position noise would cause in the rows
 _MIN_RECORD_LENGTH = 8.0  # correlation times that a record must cover
 
@@ -617,7 +617,7 @@ class RowSpectrum:
         highest = _MAX_FREQUENCY * count / 2
         if highest < _MIN_FREQUENCIES:
             raise EstimationError(
-                f"the {len(places)} rows in motion are too few to estimate their noise; record a "
+                f"the {len(places)} rows in motion are too few to estimate their noise. Record a "
                 "longer motion.",
                 code="too-short",
             )

@@ -30,11 +30,11 @@ class NoiseSource:
         The measured quantity with the noise or the quantisation; or a disturbance, which adds to
         the control and is not logged.
     size : float
-        Standard deviation, or the quantisation step.
+        Standard deviation, or quantisation step.
     unit : str
-        Of the size; SI for the step of a control, which may be one of a force.
+        Unit of the size; SI for the step of a control, which may be that of a force.
     correlation_time : float or None
-        Of an autoregression, s; 0 for white noise, None of every other source.
+        Correlation time of an autoregression, s; 0 for white noise, None for every other source.
     """
 
     kind: Source
@@ -52,7 +52,7 @@ class NoiseSources(Finding):
     sources : tuple of NoiseSource
         Empty for no noise.
     is_measured_by_law : bool
-        Whether the control law reads the position with its steps, noise and jitter.
+        True if the control law reads the position with its steps, noise and jitter.
     """
 
     sources: tuple[NoiseSource, ...]
@@ -66,7 +66,7 @@ def noise_sources(chain: Chain, unit: str, control_unit: str) -> NoiseSources:
     ----------
     chain : Chain
     unit, control_unit : str
-        Of the coordinate, and of the control.
+        Units of the coordinate and of the control.
     """
     sizes: tuple[tuple[Source, float | None, str], ...] = (
         ("position step", chain.position_step, unit),

@@ -10,12 +10,14 @@ from scipy.fft import next_fast_len
 from axisid.estimation.records import Record
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
-from axisid.support.errors import UsageError, is_real, quoted
+from axisid.support.checks import is_real
+from axisid.support.errors import UsageError
+from axisid.support.wording import quoted
 
 #: Candidate correlation times of disturbances, s: first-order autoregressions; 0 is white noise.
 CORRELATION_TIMES = (0.0, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
 
-#: Extra length in longest correlation times, as noise drawn by its spectrum is periodic.
+#: Additional length in longest correlation times, as noise drawn by its spectrum is periodic.
 _RUN_IN = 2.0
 _FORGOTTEN = 9.0  # correlation times per period, beyond which wrap-around is negligible
 
@@ -108,7 +110,7 @@ class Chain:
                 form = "pairs of a correlation time and a standard deviation, as in ((0.05, 0.1),)"
             if not (allowed or name in _FLAGS or (value is None and name in _SENSORS)):
                 raise UsageError(
-                    f"the {name.replace('_', ' ')} of the noise is {quoted(value)}; give {form}.",
+                    f"the {name.replace('_', ' ')} of the noise is {quoted(value)}. Give {form}.",
                     code="noise",
                 )
 

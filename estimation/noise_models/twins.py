@@ -14,7 +14,9 @@ from axisid.estimation.regression import Equations, Form, Solution, recorded_loo
 from axisid.estimation.signals import FilteredRecord, Signals, hold_mean
 from axisid.estimation.simulation import Simulation, logged_control, measured_positions
 from axisid.support.arrays import Array, in_few_digits
-from axisid.support.errors import DataError, EstimationError, UsageError, is_whole, quoted
+from axisid.support.checks import is_whole
+from axisid.support.errors import DataError, EstimationError, UsageError
+from axisid.support.wording import quoted
 
 from .noise_model import AntitheticDraws, Chain
 
@@ -30,11 +32,11 @@ def check_twin_count(count: object) -> None:
     Raises
     ------
     UsageError
-        The number is another one, or no whole number.
+        The number is out of range, or no whole number.
     """
     if not (is_whole(count) and (count == 0 or _FEWEST <= count <= _MOST)):
         raise UsageError(
-            f"the number of simulated replicas of the bootstrap is {quoted(count)}; give a whole "
+            f"the number of simulated replicas of the bootstrap is {quoted(count)}. Give a whole "
             f"number from {_FEWEST} to {_MOST}, or 0 for none.",
             code="noise",
         )

@@ -48,7 +48,7 @@ from axisid.estimation.thresholds import (
 )
 from axisid.estimation.unknowns import GAIN
 from axisid.estimation.verdict_checks import Check, NotUsed, joined, made, status_of
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 from axisid.support.one_thread import in_one_thread
 
 from .covariance import UnseenDirection
@@ -69,13 +69,15 @@ from .fit_findings import (
 )
 from .result import OutputFit
 
-_MAX_BEYOND_NOISE = 15.0  # % of a recorded output, error beyond noise
-# % of a recorded output, error with noise; a loop that does not move has 100, noise with a small
-# motion hardly more
-_MAX_LEFT = 120.0
-_MAX_LAW_SENSITIVITY = 5.0  # % by 1 % of a term of the law; beyond, parameters have the law's error
-_MAX_APART = 0.5  # of the searches end higher than the best
-_SAME_END = 1e-3  # of the least cost, by which another search that ended there may be higher
+_MAX_BEYOND_NOISE = 15.0  # % of a recorded output: error beyond noise
+# % of a recorded output: error including noise; a loop that does not move has 100 %, noise of a
+# small motion hardly more
+_MAX_ERROR = 120.0
+# %, change of a parameter by an error of 1 % in a term of the law; beyond it, an error of the law
+# is an error of the parameters
+_MAX_LAW_SENSITIVITY = 5.0
+_MAX_APART = 0.5  # share of the searches that end above the lowest cost
+_SAME_END = 1e-3  # relative difference of costs up to which two searches end at the same minimum
 
 _FACTORS = "law's factors"
 
@@ -88,15 +90,15 @@ def judged(of: OutputFit) -> tuple[Check, ...]:
 
 
 def control_law_check(of: OutputFit) -> Check | Missing:
-    """Compare the declared law with the recorded control, by the moves of the parameters.
+    """Compare the declared law with the recorded control, by the changes of the parameters.
 
-    It fails where an explanation of the difference that the record cannot exclude moves a parameter
-    beyond its interval. It is a note where the law fails, but no such explanation moves any.
+    The check fails if a plausible explanation of the difference changes a parameter beyond its
+    interval. It is a note if the law fails, but no such explanation changes a parameter so much.
     """
     check, moved = law_check(of.law), _moved_most(of)
     if isinstance(check, Missing):
         return check
-    # Of several records one may have passed, and another have nothing to compare.
+    # One of several records may have passed, and another may have nothing to compare.
     check = replace(check, leaves_open=any(isinstance(law, Missing) for law in of.laws))
     if moved is None:
         return check
@@ -110,22 +112,22 @@ def control_law_check(of: OutputFit) -> Check | Missing:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _LargestMove:
-    """The parameter that a difference between law and control moves most.
+    """The parameter that a difference between law and control changes most.
 
     Attributes
     ----------
     kind : tuple of str
-        What differs, as of an `Explanation`.
+        Kind of the difference, as in `Explanation`.
     place : int
-        Of the parameter.
+        Index of the parameter.
     parameter : str
-        Its name.
+        Name of the parameter.
     percent : float or None
-        Of its value by which it moves; None where that is 0.
+        Change relative to the value, %; None for a value of 0.
     far : float
-        By which it moves, in standard errors.
+        Change in standard errors.
     is_beyond : bool
-        Whether that is beyond its interval.
+        True if the change is beyond the interval.
     """
 
     kind: tuple[str, ...]
@@ -136,7 +138,7 @@ class _LargestMove:
     is_beyond: bool
 
     def finding(self, correction: LawCorrection | None = None) -> MovedByLaw:
-        """Return it as a finding."""
+        """Return the finding with the correction of the law."""
         return MovedByLaw(
             differences=self.kind,
             parameter=self.parameter,
@@ -147,12 +149,12 @@ class _LargestMove:
 
 
 def _moved_most(of: OutputFit) -> _LargestMove | None:
-    """Return the largest move by explanations that the records do not exclude; None without any."""
+    """Return the largest change by plausible explanations of the records; None without any."""
     if isinstance(moves := of.law_moves_by_explanation, Missing):
         return None
     laws = [each for each in of.laws if isinstance(each, LawAgreement)]
     kinds = dict.fromkeys(each.kind for law in laws for each in law.plausible)
-    counted = (of.deviations > 0) & ~of.of_start  # a record's own start is no property
+    counted = (of.deviations > 0) & ~of.of_start  # an initial state is no property of the axis
     found = []
     for kind in kinds or ((GAINS,),):
         if kind not in moves:
@@ -179,7 +181,7 @@ def _moved_most(of: OutputFit) -> _LargestMove | None:
 
 
 def law_factors_check(of: OutputFit) -> Check | Missing | None:
-    """Return the check of the moves by the difference between law and recorded control."""
+    """Return the check of the changes by the difference between law and recorded control."""
     if isinstance(of.law_moves_by_explanation, Missing):
         return of.law_moves_by_explanation
     moved = _moved_most(of)
@@ -191,21 +193,21 @@ def law_factors_check(of: OutputFit) -> Check | Missing | None:
         status=status_of(passed),
         figure=moved.far,
         threshold=MAX_LAW_MOVE.value,
-        source=f"{MAX_LAW_MOVE.source}; fails too "
-        "where the control law fails but no explanation of that moves a parameter beyond its "
-        "interval, for which the check of the law is a note",
+        source=f"{MAX_LAW_MOVE.source}; also fails if the control law fails but no explanation of "
+        "the difference changes a parameter beyond its interval: the check of the law is then a "
+        "note",
         finding=moved.finding(None if passed else _correction_of_law(of, moved)),
     )
 
 
 def _is_explained(of: OutputFit) -> bool:
-    """Tell whether a law fails, and each that fails has an explanation."""
+    """Return True if a law fails and each law that fails has a plausible explanation."""
     failing = [each for each in of.laws if isinstance(each, LawAgreement) and not each.passed]
     return bool(failing) and all(each.plausible for each in failing)
 
 
 def _correction_of_law(of: OutputFit, moved: _LargestMove) -> LawCorrection:
-    """Return the term of the law whose difference moves a parameter most, if gains differ."""
+    """Return the term of the law that changes a parameter most, if gains differ."""
     term = factor = None
     if GAINS in moved.kind:
         parts = {
@@ -224,7 +226,7 @@ def exact_law_check(of: OutputFit) -> Check | None:
     """Return the check of the parameters' sensitivity to an error of the law."""
     if not of.law_moves:
         return None
-    # A gain that is estimated measures the law's error itself.
+    # An estimated gain includes the error of the law.
     counted = (of.physical != 0) & ~of.of_start & ~np.isin(of.names, of.estimated_gains.names)
     sizes = np.where(counted, np.abs(of.physical), np.inf)
     shares = {term: 100 * np.abs(move) / sizes for term, move in of.law_moves.items()}
@@ -236,7 +238,7 @@ def exact_law_check(of: OutputFit) -> Check | None:
         status=status_of(not is_large, matters=False),
         figure=share,
         threshold=_MAX_LAW_SENSITIVITY,
-        source="measured: 0.4 where the control is followed, 43 where the position is",
+        source="measured: 0.4 for a fit of the control, 43 for a fit of the position",
         finding=LawSensitivity(term=term, parameter=of.names[j], percent=share, is_large=is_large),
     )
 
@@ -262,9 +264,9 @@ def noise_in_loop_check(of: OutputFit) -> Missing | None:
     """Return the reason why the bias by noise in the loop is unknown; a known one is corrected."""
     if not isinstance(of.moved, Missing):
         return None
-    said = f"the bias of the parameters by noise in the loop is unknown: {of.moved.reason}"
+    reason = f"the bias of the parameters by noise in the loop is unknown: {of.moved.reason}"
     is_unused = isinstance(of.moved, NotUsed) or of.outputs == (OPEN_LOOP,)
-    return NotUsed(said) if is_unused else Missing(said)
+    return NotUsed(reason) if is_unused else Missing(reason)
 
 
 def starts_check(of: OutputFit) -> Check | None:
@@ -279,13 +281,13 @@ def starts_check(of: OutputFit) -> Check | None:
         status=status_of(share <= _MAX_APART, matters=False),
         figure=share,
         threshold=_MAX_APART,
-        source="chosen: few searches then find the best minimum",
+        source="chosen: beyond it, few searches find the lowest minimum",
         finding=EndsOfSearches(at_best=int(at_best), searches=searches),
     )
 
 
 def windows_check(of: OutputFit) -> Check | None:
-    """Return the check that windows of an open loop are enough, and errors do not grow in them."""
+    """Return the check that an open loop has enough windows, in which errors do not grow."""
     if not isinstance(of.predictions, MultipleShootingResiduals) or of.horizon is None:
         return None
     steady = of.predictions.steady_horizon(of.physical)
@@ -313,9 +315,9 @@ def windows_check(of: OutputFit) -> Check | None:
 
 
 def simulation_check(of: OutputFit) -> Check:
-    """Return the check of the error beyond noise, which may be most of a small or noisy output."""
-    # A loop that oscillates takes its oscillation for noise, and has errors above 100 %.
-    lost = of.error_percent > _MAX_LEFT
+    """Return the check of the error beyond noise; noise may be most of a small output."""
+    # The oscillation of an unstable loop looks like noise, but its error is above 100 %.
+    lost = of.error_percent > _MAX_ERROR
     worst = max(of.of_records, key=lambda each: each.percent if lost else each.percent_beyond_noise)
     beyond, output = worst.percent_beyond_noise, worst.output
     percent = max(each.percent for each in of.of_records if each.output == output)
@@ -325,7 +327,8 @@ def simulation_check(of: OutputFit) -> Check:
         status=status_of(good),
         figure=beyond,
         threshold=_MAX_BEYOND_NOISE,
-        source="chosen: it is 4.5 on the EMPS record, whose model lacks 6 % of the control",
+        source="chosen: it is 4.5 % on the EMPS record, whose model does not explain 6 % of the "
+        "control",
         finding=SimulatedOutput(
             output=output,
             percent=finite(percent),
@@ -336,11 +339,11 @@ def simulation_check(of: OutputFit) -> Check:
 
 
 def missing_terms_check(of: OutputFit) -> Check | None:
-    """Return the check that the residual has no force of the motion, nor of a fixed value."""
+    """Return the check that no missing term and no fixed value explains part of the residual."""
     check = joined_check("missing terms", of)
     if check is None or check.status != "fail":
         return check
-    # Missing terms move the gains that are estimated with them.
+    # Missing terms bias the gains that are estimated with the parameters.
     law, most = control_law_check(of), MIN_DISTANCE_FROM_NOISE.value
     refuted = [each.name for each in of.held if each.distance > most]
     found_apart = isinstance(of.law, LawAgreement) and of.law.found_apart
@@ -354,14 +357,14 @@ def missing_terms_check(of: OutputFit) -> Check | None:
 
 
 def moved_check(of: OutputFit) -> Check | None:
-    """Return the check that missing terms do not move a parameter so far as to be useless."""
+    """Return the check that missing terms do not bias a parameter too much for its use."""
     found = missing_terms_check(of)
     checks = [moved_parameters_check(found, lacks) for lacks in of.lacks]
     return joined(checks, record_labels(of.records))
 
 
 def joined_check(name: str, of: OutputFit) -> Check | None:
-    """Return the check of the misspecification of one name, over all records."""
+    """Return the misspecification check of a name, over all records."""
     checks = [
         made(name, partial(misspecification_check, lacks, name, axis, record, of.levels))
         for lacks, axis, record in zip(of.lacks, of.axes, of.records, strict=True)
@@ -378,7 +381,7 @@ def steps_check(of: OutputFit) -> Check | None:
 
 
 def rests_check(of: OutputFit) -> Check | None:
-    """Return a note on samples near rests; None without any."""
+    """Return a note on samples near standstill or velocity reversals; None without any."""
     counted, measured = of.judged_sandwich.counted, of.predictions.counted
     share = 1 - np.count_nonzero(counted) / np.count_nonzero(measured)
     if not (share or of.rests_count):
@@ -392,7 +395,7 @@ def rests_check(of: OutputFit) -> Check | None:
 
 
 def records_alike_check(of: OutputFit) -> Check | Missing | None:
-    """Return the check that each of several records has the parameters of the others."""
+    """Return the check that several records have the same parameters; None for one record."""
     if len(of.records) < 2:
         return None
     shared = np.isfinite(of.deviations) & (of.deviations > 0) & ~of.of_start
@@ -427,7 +430,7 @@ def records_alike_check(of: OutputFit) -> Check | Missing | None:
     return pooling_check(comparison, record_labels(of.records), of.levels, "output")
 
 
-_LEAST_VARIANCE = 1e-2  # of the prior: the least variance of an estimate's distance from it
+_LEAST_VARIANCE = 1e-2  # of the prior's variance: least variance of the distance from the prior
 
 
 def known_check(of: OutputFit) -> Check | None:
@@ -478,7 +481,7 @@ def shown_check(of: OutputFit) -> Check:
 
 
 def precise_check(of: OutputFit) -> Check | None:
-    """Compare every parameter that is searched, and shown, with its standard error."""
+    """Compare every parameter that is free and shown by the outputs with its standard error."""
     parts = np.abs(of.weighing.weights[:, None] * of.best.jacobian * of.physical)
     whole, peak = (
         np.divide(x, x.max() or 1.0) for x in (np.linalg.norm(parts, axis=0), parts.max(axis=0))
@@ -488,7 +491,7 @@ def precise_check(of: OutputFit) -> Check | None:
         return None
     with np.errstate(divide="ignore", invalid="ignore"):
         relative = np.where(chosen, of.deviations / np.abs(of.physical), 0.0)
-        times, percent = 1 + 2 * relative, 100 * relative  # of what it may be, by what it is
+        times, percent = 1 + 2 * relative, 100 * relative  # times: largest likely value, relative
         small = (whole * times < NEGLIGIBLE_FORCE.value) & (
             peak * times < NEGLIGIBLE_PEAK_FORCE.value
         )
@@ -509,9 +512,9 @@ def precise_check(of: OutputFit) -> Check | None:
 
 
 def enough_rows_check(of: OutputFit) -> Check | None:
-    """Return a failed check where independent samples are too few; None otherwise.
+    """Return a failed check if independent samples are too few; None otherwise.
 
-    As many samples count as `identify` has rows by default.
+    As many samples are independent as `identify` has rows by default.
     """
     sandwich, every = of.judged_sandwich, _samples_of_row(of)
     counted = [np.count_nonzero(sandwich.counted[record_rows(each)]) for each in sandwich.spans]
@@ -530,7 +533,7 @@ def _samples_of_row(of: OutputFit) -> list[int]:
 
 
 def bounds_check(of: OutputFit) -> Check:
-    """Return the check of parameters at their bounds, by chance or against the record."""
+    """Return the check of parameters at their bounds, which the record supports or contradicts."""
     if of.held:
         return at_bound_check(of.held)
     return Check(name="bounds", status="pass", finding=NoParameterAtBound())
@@ -546,7 +549,7 @@ def nominal_values_check(of: OutputFit) -> Check | None:
     )
 
 
-#: By name, in the order in which they are reported.
+#: Checks by name, in the order in which they are reported.
 _CHECKS: dict[str, Callable[[OutputFit], Check | Missing | None]] = {
     SUDDEN_STEPS: steps_check,
     "control law": control_law_check,

@@ -1,13 +1,14 @@
 """Covariance of an output-error estimate, whose errors the loop colours.
 
-Noise of the position comes back through the law, differentiated, so that errors follow one another
-with alternating signs; what the model lacks lasts. Both are told by an autoregression of the errors
-``a(q) e = w``, of each record its own, with which
+The law feeds noise of the position back, differentiated, so that consecutive errors have
+alternating signs; errors by a missing term are slow. An autoregression ``a(q) e = w`` of the errors
+of each record describes both, with which
 
     Sigma = (J'J)^-1 (sum_r J_r' C_r J_r) (J'J)^-1,    C the covariances of such errors,
 
-as the prediction-error method has it for errors that are not white [Ljung1999]_ (9.42). C is of
-errors that were under way before a stretch begins, so that short stretches count as long ones do.
+as in the prediction-error method for errors that are not white [Ljung1999]_ (9.42). C is that of
+stationary errors also at the beginning of a stretch, so that short stretches are treated like long
+ones.
 """
 
 from collections.abc import Sequence
@@ -32,8 +33,8 @@ from axisid.estimation.thresholds import MIN_SHOWN
 from axisid.estimation.unknowns import Unknowns
 from axisid.support.arrays import Array, BoolArray, column_sizes
 
-# of the largest change of the outputs along a direction that they do not show; a parameter with
-# as much is named
+# of the largest change of the outputs by a parameter along a direction that they do not show; a
+# parameter with a larger change is named
 _MIN_PART = 0.1
 
 
@@ -43,17 +44,17 @@ def unseen_directions(jacobian: Array, scale: Array, free: BoolArray) -> tuple[A
     Parameters
     ----------
     jacobian : (n, P) array
-        Of weighted errors, and of what was known before.
+        Derivatives of the weighted errors, and of the errors of prior values.
     scale : (P,) array
-        Of the parameters.
+        Scales of the parameters.
     free : (P,) array of bool
-        Which are searched; columns of the others are 0.
+        True for free parameters; columns of the others are 0.
 
     Returns
     -------
     (k, P) array, (k, P) array of bool
-        How the parameters move together, and which of them are part of a direction, by what each
-        alone would change in the outputs.
+        Common changes of the parameters in each direction, and True for parameters that are part of
+        it: by the change of the outputs that each parameter alone would make.
     """
     scaled = jacobian * scale
     sizes = np.linalg.norm(scaled, axis=0)
@@ -76,7 +77,7 @@ class UnseenDirection:
     ----------
     parameters : tuple of str
     changes : tuple of float
-        By which they change together without any effect, relative to the first.
+        Common changes of the parameters without any effect, relative to the first.
     """
 
     parameters: tuple[str, ...]
@@ -86,7 +87,7 @@ class UnseenDirection:
 def named_directions(
     moves: Array, parts: BoolArray, names: Sequence[str]
 ) -> tuple[UnseenDirection, ...]:
-    """Return `unseen_directions` with the names of their parameters."""
+    """Return the directions of `unseen_directions` with the names of their parameters."""
     directions = []
     for move, part in zip(moves, parts, strict=True):
         changes = move[part] / move[part][0]
@@ -99,7 +100,9 @@ def named_directions(
     return tuple(directions)
 
 
-_NOTHING = MIN_SHOWN.value / 2  # what is nearer to being shown is said to be vague instead
+# smallest singular value that is inverted, relative to the largest; a parameter above it that is
+# hardly shown has a large standard error instead
+_LEAST_SINGULAR_VALUE = MIN_SHOWN.value / 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,23 +112,23 @@ class Sandwich:
     Attributes
     ----------
     jacobian : (n, k) array
-        Of the weighted errors by the parameters that are free.
+        Derivatives of the weighted errors by the free parameters.
     errors : (n,) array
-        Weighted, as the loss lets them count.
+        Weighted errors times the slope of the loss.
     curvature : (n,) array
-        Of the loss: by how much each counted error changes with its error.
+        Derivatives of these errors by the weighted errors.
     known : (j, k) array
-        Rows of what was known before, over its deviations.
+        Rows of the prior values, divided by their standard errors.
     counts : (n,) array
-        What each error counts with; 0 where nothing is measured.
+        Weights of the errors times the slope of the loss; 0 where nothing is measured.
     spans : tuple of tuple of slice
         Stretches by record.
     periods : tuple of float
-        By record, s.
+        Sampling periods by record, s.
     outputs : int
-        Whose rows of a sample are neighbours.
+        Number of outputs; their rows of one sample are adjacent.
     twins : (n, R) array or None
-        What noise makes of the weighted errors.
+        Changes of the weighted errors by the noise of simulated replicas.
     """
 
     jacobian: Array
@@ -147,13 +150,13 @@ class Sandwich:
     def inverse(self) -> Array:
         """Inverse of the curvature of the cost, (k, k), from scaled columns.
 
-        What changes nothing is left out, whose variances are told as infinite: the rounding in it
-        would else be in those of every other parameter.
+        Directions without any effect are left out, and their variances reported as infinite:
+        otherwise their rounding errors would be in the variances of all other parameters.
         """
         rows = np.vstack([np.sqrt(self.curvature)[:, None] * self.jacobian, self.known])
         size = column_sizes(rows)
         triangle = np.linalg.qr(rows / size, mode="r")
-        factor = np.linalg.pinv(triangle, rcond=_NOTHING) / size[:, None]
+        factor = np.linalg.pinv(triangle, rcond=_LEAST_SINGULAR_VALUE) / size[:, None]
         return np.asarray(factor @ factor.T)
 
     def influence(self, weights: Array) -> Array:
@@ -175,9 +178,10 @@ class Sandwich:
         )
 
     def coloured(self, *, clustered: bool = False) -> CovarianceEstimate:
-        """Return the covariance for autoregressive errors, at least that of replicas, (k, k).
+        """Return the covariance for autoregressive errors, (k, k).
 
-        Or by the scatter over stretches, which are windows of an open loop. What was known is sure.
+        If `clustered`, by the scatter over stretches, which are windows of an open loop. The part
+        of the prior values has infinite degrees of freedom.
         """
         columns, known = self.jacobian @ self.inverse, self.by_known()
         if clustered:
@@ -231,7 +235,8 @@ class Sandwich:
     def extended(self, columns: Array, *, clustered: bool) -> tuple[Array, Array, Array]:
         """Return the changes by further columns (n, q), to first order; see `Solved`.
 
-        Chance is what twins make of them, or the errors' colours where those are too few.
+        The covariance of chance is that over simulated replicas, or that of the coloured errors if
+        there are too few replicas.
         """
         wide, k = self.beside(columns), self.jacobian.shape[1]
         change = -wide.inverse[:, k:] @ (columns.T @ self.errors)

@@ -1,4 +1,4 @@
-"""Output error: free parameters are searched so that a simulated output follows the record."""
+"""Output-error estimation: parameters whose simulated output follows the record."""
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -32,9 +32,11 @@ from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Levels
 from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, UsageError, check_among, is_whole, quoted, refuse
+from axisid.support.checks import check_among, is_whole, refuse
+from axisid.support.errors import EstimationError, UsageError
 from axisid.support.one_thread import in_one_thread
 from axisid.support.progress import Progress
+from axisid.support.wording import quoted
 
 from .checks_of_fit import judged
 from .fit_search import FitRun, FitSearch, near_rests
@@ -51,14 +53,14 @@ from .fit_setup import (
 from .result import OutputFit
 
 _MOST_STARTS, _LARGEST_SEED = 1000, 2**63
-# periods from the loop's own drive time, where the output is a straight line of it and the loop
-# need not be generated anew
+# periods: change of a time of the drive up to which the output is linear in it, so that the loop
+# need not be generated again
 _MAX_TIME_STEP = 0.01
 _ROUNDS = 8
-_FURTHEST = 2.0  # periods, by which a time of the drive moves in a round
-# of the time's standard deviation: a smaller step is below what the record shows
-_SHARE_OF_DEVIATION = 0.05
-_TIME_STEP = 0.05  # periods, by which a time of the drive is longer for the slope by it
+_FURTHEST = 2.0  # periods: largest change of a time of the drive in one round
+# of the standard error of the time: the record does not show smaller steps
+_SHARE_OF_STANDARD_ERROR = 0.05
+_TIME_STEP = 0.05  # periods: step of a time of the drive for the derivative by it
 
 
 @in_one_thread
@@ -86,70 +88,74 @@ def fit(
     level: float = DEFAULT_LEVELS.level,
     least_share: float = DEFAULT_LEVELS.least_share,
 ) -> OutputFit:
-    """Fit the simulated loop's output to that of a record, or of several of them together.
+    """Fit the simulated output of an axis to that of a record, or of several records together.
 
-    No filter and no derivative of what was measured is involved, so that neither the encoder's
-    noise nor a cut-off biases the parameters; the price is that the control law must be the
-    drive's. `OutputFit.checks` say whether it is, and what it moves.
+    The fit uses no filter and no derivative of measured signals, so that neither the noise of the
+    encoder nor a cut-off frequency biases the parameters. In return, the declared control law must
+    be that of the drive. `OutputFit.checks` report differences, and the parameters that they bias.
 
     Parameters
     ----------
     axis : Axis or GeneratedAxis
         With a control law.
     record : Record or sequence of Record
-        Each with a reference and the output. A loop starts as its record does, segment by segment.
+        Each with a reference and the output. A loop starts in the state of its record, segment by
+        segment.
     output : {"control", "position", "force", "open-loop"}, or sequence of them
-        What is followed, several outputs together: ``control`` is little moved by a law that is a
-        little wrong, ``position`` much, see `OutputFit.law_moves`; ``open-loop`` is the position
-        under the recorded control, without any law, in windows that each start where the record is,
-        and stands alone.
+        Output to fit, or several outputs together. An error of the control law changes the
+        estimates of a fit of the ``control`` little, of a fit of the ``position`` much, see
+        `OutputFit.law_moves`. ``open-loop`` is the position simulated with the recorded control,
+        without any law, in windows that start in the state of the record; it cannot be combined
+        with other outputs.
     start : str, mapping of str to float, or Estimate
-        ``instruments`` (or least squares, where these come to nothing), ``least-squares``, either
-        or nominal values, whichever leaves less; ``nominal``, values by name, or an estimate of
-        the same records.
+        Start of the search: ``instruments`` (least squares if instruments give no estimate) or
+        ``least-squares``, each replaced by the nominal values if their residual is smaller;
+        ``nominal``; values by name; or an estimate of the same records.
     local, known, gain
         As in `identify`.
     bounds : mapping of str to (float or None, float or None)
-        Lower and upper, SI, by parameter, within the declared ones, which hold anyway.
+        Lower and upper bound, SI, by parameter. The declared bounds hold as well.
     prior : mapping of str to (float, float)
-        What was known before of a parameter, with its standard deviation, by which it is weighed
-        against the coloured errors.
+        Prior value of a parameter with its standard error; its weight relative to the record
+        accounts for the coloured errors.
     fixed : mapping of str to float
-        Parameters that are held. What the axis declares as known (`fix`) is held too, or weighed
-        where it has a deviation.
+        Values of fixed parameters. A value that the axis declares as known (`fix`) is fixed as
+        well, or a prior value if it has a standard error.
     free : str or sequence of str
-        Gains of the control law that are searched with the parameters, from the declared ones;
-        none changes its sign, or is known. Not of an open loop, which has no law. ``gain``: the
-        drive's, which is ``drive_gain`` then; what its ``relative_sd`` says was known before.
-        Its ``lag`` or its ``delay``: one of them, as a record shows their sum. ``start``: the first
-        position and velocity of each loop, which are else those of the record; ``start_position``
-        or ``start_velocity``: one of them.
+        Gains of the control law to estimate with the parameters, from their declared values; a
+        gain keeps its sign, and cannot be a known value. An open loop has no law and no gains.
+        ``gain``: the gain of the drive, as ``drive_gain``; its ``relative_sd`` gives the prior.
+        ``lag`` or ``delay`` of the drive: one of them, as a record shows only their sum.
+        ``start``: the initial position and velocity of each loop, which are otherwise those of the
+        record; ``start_position`` or ``start_velocity``: one of them.
     loss : {"squares", "soft-l1", "huber"}
-        Robust ones let errors count for less that are large beside the median of all.
+        Loss function of the errors. With a robust one, errors that are large relative to the median
+        have less weight.
     starts : int
-        Searches, the first from the start, others from about it, also of the other sign where the
-        bounds allow; the lowest end is taken.
+        Number of searches. The first begins at the start, the others at random values near it, also
+        of the opposite sign if the bounds allow; the search with the lowest loss counts.
     bootstrap : int
-        How many twins of the records tell bias and deviations: their loops once more, with the
-        noise that was measured in them; 0 for none. 32 are enough. Of an open loop bias alone.
+        Number of simulated replicas of the records, with the noise that was measured in them, for
+        the bias and the standard errors; 0 for none. 32 are enough. For an open loop, they give the
+        bias only.
     seed : int
-        Of further starts.
+        Seed of the further starts.
     horizon : float, optional
-        Length of the windows of an open loop, s; 1 s by default, or a half, a quarter and so on of
-        it, so that there are 20, and where friction that falls with the velocity, or another force,
-        lets errors grow.
+        Length of the windows of an open loop, s. The default is 1 s, halved until there are 20
+        windows, and until errors do not grow in them, such as by friction that falls with velocity.
     weights : mapping of str to float
-        Of an output, by which its errors count: the inverse of their deviation, in its unit. Each
-        other output is weighted by what is left of it in each record.
+        Weight of the errors by output: the inverse of their standard deviation, in 1/unit of the
+        output. By default it is the inverse of the residual of the output in each record.
     rests : {"leave-out", "keep"}
-        Whether samples count that are near a rest or a reversal of a record or of its simulated
-        loop: left out as `identify` leaves out rows, where the others show every parameter. In an
-        open loop they count.
+        Treatment of samples near a standstill or velocity reversal of a record or of its simulated
+        loop. They are left out as `identify` leaves out rows, if the others show every parameter.
+        An open loop keeps them.
     progress : callable, optional
-        Told before each step how many are done, of how many at most, and how far it is.
+        Called before each step with the number of finished steps, the largest number of steps, and
+        the state of the search.
 
-        Ctrl-C ends the searches. The fit returns the best values so far, without twins;
-        `OutputFit.interrupted` and the check *convergence* say so.
+        Ctrl-C ends the searches. The fit returns the best values so far, without simulated
+        replicas, as `OutputFit.interrupted` and the check *convergence* report.
     level, least_share : float
         As in `identify`.
 
@@ -158,7 +164,7 @@ def fit(
     UsageError, DataError, ModelError
         An argument does not suit axis and records.
     EstimationError
-        No loop can be simulated from where the fit starts; the reason is named.
+        No loop can be simulated at the start; the message names the reason.
 
     References
     ----------
@@ -217,10 +223,10 @@ def _with_time_found(
     search: Callable[[GeneratedAxis, StartLike, Parameter], FitSearch],
     period: float,
 ) -> FitSearch:
-    """Return the search whose loop has the time that it finds, from the first start.
+    """Return the search that also finds a time of the drive, in rounds with loops of that time.
 
-    The period is that of the records, s: an open loop has no law with one. A time that does not
-    settle is reported as a search that has not converged.
+    The period is that of the records, s, as an open loop has no law with a period. If the time does
+    not converge, the search has not converged.
     """
     value = float(getattr(axis.declared.drive, time.name))
     found: list[FitSearch] = []
@@ -233,7 +239,8 @@ def _with_time_found(
             last = replace(found[-1], interrupted=True, bootstrap=0)
         found.append(last)
         step = np.clip(last.best.physical[-1] - value, -_FURTHEST * period, _FURTHEST * period)
-        settled = max(_MAX_TIME_STEP * period, _SHARE_OF_DEVIATION * _deviation_of_last(last))
+        standard_error = _standard_error_of_last(last)
+        settled = max(_MAX_TIME_STEP * period, _SHARE_OF_STANDARD_ERROR * standard_error)
         if abs(step) < settled or last.interrupted:
             break
         start, value = last.ended, max(value + float(step), 0.0)
@@ -243,16 +250,16 @@ def _with_time_found(
     return replace(last, start=first.start, started=first.started, remarks=first.remarks)
 
 
-def _deviation_of_last(search: FitSearch) -> float:
-    """Return the standard error of the last parameter, as if errors were white."""
+def _standard_error_of_last(search: FitSearch) -> float:
+    """Return the standard error of the last parameter for white errors."""
     rows = search.weighing.weights[:, None] * search.best.jacobian
     errors = search.weighing.weights * search.best.errors
     counted = int(np.count_nonzero(search.weighing.weights))
     others, own = rows[:, :-1], rows[:, -1]
     fitted = np.linalg.lstsq(others, own, rcond=None)[0]
-    left = float(np.linalg.norm(own - others @ fitted))
+    unexplained = float(np.linalg.norm(own - others @ fitted))
     noise = float(np.linalg.norm(errors)) / max(counted, 1) ** 0.5
-    return noise / left if left > 0 else 0.0
+    return noise / unexplained if unexplained > 0 else 0.0
 
 
 def _searched(
@@ -280,7 +287,7 @@ def _searched(
 ) -> FitSearch:
     """Search from a start with the loop of an axis; other arguments are those of `fit`.
 
-    Weights are NaN where they are found.
+    Weights to be estimated are NaN.
     """
     shared = joint_records(generated, records, None, local, known, gain, skip_bad=False)
     records, form = shared.records, form_with(free, outputs, shared, shared.own_form)
@@ -340,10 +347,10 @@ def _predictions(
     physical: Array,
     horizon: float | None,
 ) -> OutputResiduals:
-    """Return the predicted outputs; errors do not grow in windows of an open loop.
+    """Return the predicted outputs, in windows in which errors of an open loop do not grow.
 
-    At parameters (P,), where a length, s, is not asked for. Where they cannot be simulated, the
-    search tells it.
+    Without a given length of the windows (`horizon`, s), their growth at the parameters (P,)
+    determines it. If the windows cannot be simulated there, the search reports it.
     """
     if OPEN_LOOP not in outputs:
         return ClosedLoopResiduals(form, form.axes, records, outputs)

@@ -11,16 +11,16 @@ from .covariance import UnseenDirection
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LawCorrection:
-    """What has to be corrected where the recorded control does not follow the declared law.
+    """Correction of the declared law, if the recorded control does not follow it.
 
     Attributes
     ----------
     term : str or None
-        The term of the law that moves the parameter most; None where no gain is the cause.
+        Term of the law that changes the parameter most; None if no gain is the cause.
     factor : float or None
-        Of that term in the record, over the declared one.
+        That term in the record, relative to the declared one.
     follows_position_alone : bool
-        Whether the fit follows the position and nothing else.
+        True for a fit of the position only.
     """
 
     term: str | None
@@ -30,19 +30,19 @@ class LawCorrection:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MovedByLaw(Finding):
-    """The parameter that a difference between law and recorded control moves most.
+    """The parameter that a difference between law and recorded control changes most.
 
     Attributes
     ----------
     differences : tuple of str
-        What differs, as the `kind` of an `Explanation`.
+        Kind of the difference, as in `Explanation`.
     parameter : str
     percent : float or None
-        Of its value by which it moves; None where that is 0.
+        Change relative to the value, %; None for a value of 0.
     distance : float
-        By which it moves, in standard errors.
+        Change in standard errors.
     correction : LawCorrection or None
-        None where nothing has to be corrected.
+        None if nothing has to be corrected.
     """
 
     differences: tuple[str, ...]
@@ -62,9 +62,9 @@ class LawSensitivity(Finding):
         The term of the law to which a parameter is most sensitive.
     parameter : str
     percent : float
-        Of its value by which it moves where the term is 1 % wrong.
+        Change of the parameter by an error of 1 % of the term, relative to its value, %.
     is_large : bool
-        Whether the parameters depend on an exact law.
+        True if the estimates need an exact law.
     """
 
     term: str
@@ -89,11 +89,12 @@ class EndOfSearch(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EndsOfSearches(Finding):
-    """Searches from several starts that end at the best minimum.
+    """Number of searches from several starts that end at the lowest minimum.
 
     Attributes
     ----------
     at_best, searches : int
+        Number of searches at the lowest minimum, and of all searches.
     """
 
     at_best: int
@@ -113,7 +114,7 @@ class OpenLoopWindows(Finding):
     max_growth : float
     windows, advised_windows : int
     state : {"good", "few", "growing"}
-        Few windows, or errors that grow in them.
+        ``few`` windows, or ``growing`` errors in them.
     """
 
     horizon: float
@@ -126,17 +127,17 @@ class OpenLoopWindows(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SimulatedOutput(Finding):
-    """The simulated output compared with the recorded one, where it is worst.
+    """The simulated output compared with the recorded one, for the largest error.
 
     Attributes
     ----------
     output : str
     percent : float or None
-        Error (rms) of the recorded output (rms), %; None where that is 0.
+        Error (rms) relative to the recorded output (rms), %; None for an output of 0.
     percent_beyond_noise : float or None
-        The same without the part that noise explains.
+        The same error without the part that noise explains.
     follows : bool
-        Whether the simulated output follows the recorded one.
+        True if the simulated output follows the recorded one.
     """
 
     output: str
@@ -152,7 +153,7 @@ class OtherCauseOfMissingTerms(Finding):
     Attributes
     ----------
     bounds : tuple of str
-        Parameters whose bounds the record contradicts; empty where the control law is the cause.
+        Parameters whose bounds the record contradicts; empty if the control law is the cause.
     """
 
     bounds: tuple[str, ...] = ()
@@ -165,7 +166,8 @@ class SamplesNearRests(Finding):
     Attributes
     ----------
     percent_left_out : float
-        Of the samples; 0 where they have weight because a parameter is hardly shown without them.
+        Share of the samples that are left out, %; 0 if they are kept because the other samples
+        hardly show a parameter.
     """
 
     percent_left_out: float
@@ -179,11 +181,11 @@ class PriorAndRecord(Finding):
     ----------
     parameter, unit : str
     prior, standard_error : float
-        SI.
+        Prior value with its standard error, SI.
     of_record, standard_error_of_record : float or None
-        As estimated from the records alone, SI; None where that is unknown.
+        Estimate from the records alone with its standard error, SI; None if it is unknown.
     distance : float
-        Of the prior from the record, in standard errors.
+        Distance of the prior value from the estimate, in standard errors.
     agree : bool
     """
 
@@ -205,7 +207,7 @@ class ShownParameters(Finding):
     ----------
     outputs : tuple of str
     unseen : tuple of UnseenDirection
-        Empty where the outputs show every parameter.
+        Empty if the outputs show every parameter.
     """
 
     outputs: tuple[str, ...]
@@ -219,7 +221,7 @@ class FitPrecision(Finding):
     Attributes
     ----------
     largest_percent : float or None
-        The largest of those that have to be small; None where one of a value of 0 is among them.
+        The largest one, without negligible parameters; None if one of them has a value of 0.
     negligible : tuple of RelativeError
         Parameters that cannot be distinguished from 0 and change the output by less than 1 % of the
         largest change by a parameter.

@@ -32,8 +32,9 @@ from axisid.support.progress import Progress
 from .covariance import Sandwich, sandwich_of, unseen_directions
 from .fit_setup import FitStart
 
-_PASSES, _SETTLED = 4, 0.02  # of weights: how often they are found anew, and their last change
-# in deviations, of a search after which weights and rows that count are found anew
+# Largest number of updates of the weights, and relative change up to which they have converged.
+_PASSES, _SETTLED = 4, 0.02
+# standard errors: resolution of a search after which weights and kept rows are updated
 _COARSE = 0.1
 
 
@@ -44,27 +45,27 @@ class FitSearch:
     Attributes
     ----------
     axis, records, outputs, loss, known, bootstrap, seed
-        As `fit` takes them.
+        As in `fit`.
     form : ExtendedForm
     unknowns : Unknowns
     predictions : OutputResiduals
     start, scale : (P,) array
-        Where the first search begins, and by how much its parameters change.
+        Start of the first search, and scales of the parameters' steps.
     started : str
-        Where the start is from: ``instruments``, ``least-squares``, ``nominal`` or ``given``.
+        Kind of the start: ``instruments``, ``least-squares``, ``nominal`` or ``given``.
     weighing : WeightedLoss
     remarks : tuple of str
     best : SearchResult
-        The search that is told.
+        The reported search.
     searches : tuple of SearchResult
     doubts : tuple of (ExtendedForm, OutputResiduals)
-        Of each value that is known with a deviation: where it is larger by that.
+        For each known value with a standard error: the form with the value larger by that.
     rests_count : bool
-        Whether samples near rests count, as without them a parameter is hardly shown.
+        True if samples near standstill are kept, as the others hardly show a parameter.
     alone : SearchResult or None
-        The search without what was known before.
+        The search without prior values.
     interrupted : bool
-        Whether Ctrl-C ended the searches. The best end so far is reported, without twins.
+        True if Ctrl-C ended the searches. The best end so far is reported, without replicas.
     """
 
     axis: GeneratedAxis
@@ -112,17 +113,17 @@ class FitSearch:
 
 
 def near_rests(form: ExtendedForm, records: Sequence[Record]) -> dict[int, FilteredRecord]:
-    """Return by number the records whose samples near rests and reversals are left out.
+    """Return the records whose samples near standstill and reversals are left out, by number.
 
-    Of these, or of their simulated loops, as regressions leave out rows, under the default filter,
-    which says how near. At rest friction takes any force, so that such samples tell nothing of the
-    parameters; under a law with an integral the control is undetermined there. Behind an encoder
-    they mislead: it is silent at rest, and record and loop come to rest and leave it at different
-    times.
+    They are left out around standstill and reversals of the record and of its simulated loop, as
+    regressions leave out rows, at the distance that the default filter gives. At standstill
+    friction takes any force, so that such samples do not show the parameters; under a law with an
+    integral the control is undetermined there. With an encoder they bias the estimate: it has no
+    noise at standstill, and record and loop come to standstill and leave it at different times.
 
-    Nothing is left out of any where they together show too little without it. Friction that
-    remembers is shown near reversals alone, and records that are too short for the filter are kept
-    whole.
+    No sample of any record is left out if the records together show too little without them.
+    Friction with internal state is shown near reversals only, and records that are too short for
+    the filter are kept whole.
     """
     served = list[int]()
     for i, (axis, record) in enumerate(zip(form.axes, records, strict=True)):
@@ -150,7 +151,7 @@ class FitRun:
     predictions: OutputResiduals
     unknowns: Unknowns
     loss: str
-    given: tuple[float, ...]  # weights of the outputs, NaN where they are found
+    given: tuple[float, ...]  # weights of the outputs, NaN if they are to be estimated
     progress: Progress | None
     rests: Mapping[int, FilteredRecord]
     scale: Array = field(init=False)
@@ -160,7 +161,7 @@ class FitRun:
     interrupted: bool = False
 
     def first(self, begins: Sequence[FitStart]) -> tuple[FitStart, Array, list[str]]:
-        """Return the best start, its place, and reasons why earlier ones cannot be simulated."""
+        """Return the best start, its parameters, and the reasons for which others failed."""
         why: list[str] = []
         tried = list[tuple[FitStart, Array, Array, Array, list[str]]]()
         for begin in begins:
@@ -184,13 +185,13 @@ class FitRun:
         return first, at, before
 
     def _counted(self, physical: Array | None = None) -> Array:
-        """Return 1 for rows that count, 0 near rests of records and simulated loops, (n,).
+        """Return 1 for rows with weight, 0 near standstill of records and simulated loops, (n,).
 
         Parameters
         ----------
         physical : (P,) array, optional
-            Of the loops; without it rests are those of the records. A loop that never moves is none
-            of a record that does.
+            Parameters of the loops; without them only the records' standstill is considered. A loop
+            that never moves is not considered.
         """
         counted = self.predictions.counted.copy()
         if not any(data.excluded for data in self.rests.values()):
@@ -219,8 +220,8 @@ class FitRun:
             if is_low
         )
         said = below and (
-            f" The {begin.named} estimate itself is {below}, below the bounds: "
-            "check the signs of the control, of the positions and of the drive gain."
+            f" The {begin.named} estimate is below the bounds: {below}. "
+            "Check the signs of the control, of the positions and of the drive gain."
         )
         law = first_failing([*map(law_agreement, self.form.axes, self.records)])
         if isinstance(law, LawAgreement) and not law.passed:
@@ -230,9 +231,9 @@ class FitRun:
     def searches(
         self, first: FitStart, begun: Array, count: int, random: np.random.Generator
     ) -> tuple[SearchResult, ...]:
-        """Return the finished searches: from the start, then from near it.
+        """Return the finished searches: from the start, then from values near it.
 
-        An interrupt ends them all, once there is a point to report.
+        An interrupt ends all searches as soon as there are values to report.
         """
         ends, lost, u = list[SearchResult](), list[EstimationError](), self.unknowns
         sizes = self._sizes(begun) if count > 1 else self.scale
@@ -253,13 +254,13 @@ class FitRun:
                 break
         if not ends:
             raise lost[0]
-        # By the last weights, which are the same for all.
+        # With the last weights, so that the costs can be compared.
         return tuple(replace(e, cost=cost_of(e.physical, e.errors, u, self.weighing)) for e in ends)
 
     def _sizes(self, begun: Array) -> Array:
         """Return changes of the parameters with equal changes of the outputs, (P,).
 
-        What changes nothing there has the scale of its steps.
+        A parameter without effect at the start has the scale of its steps.
         """
         u = self.unknowns
         try:
@@ -288,11 +289,11 @@ class FitRun:
         return found
 
     def _search(self, begun: Array) -> SearchResult:
-        """Search until the weights by the residual are those of the search.
+        """Search until the weights are those of the residual.
 
-        What was known before is weighed by what the records leave without it, where they show every
-        parameter: by what it makes them leave itself, one that contradicts them would count for all
-        the more.
+        The weights next to prior values are those of the residual without prior values, if the
+        records show every parameter: a prior value that contradicts the records increases the
+        residual, and would have all the more weight.
         """
         u, first = self.unknowns, self.weighing
         if not u.has_prior.any():
@@ -321,13 +322,13 @@ class FitRun:
             return replace(found, converged=False, interrupted=True)
 
     def _reweighed(self, found: SearchResult, unknowns: Unknowns) -> SearchResult:
-        """Continue the search until the weights are those by its residual.
+        """Continue the search until the weights are those of its residual.
 
-        What a search finds before they are is lost with them, so that it needs to be exact to a
-        part of a deviation alone. The last search is as exact as any.
+        Searches before that need an accuracy of a part of a standard error only. The last search
+        has full accuracy.
         """
         u, resolution = unknowns, RESOLUTION
-        # Of one record by squares alone it does not matter how large the noise is.
+        # The size of the noise does not matter for squares of a single output and record.
         several = len(self.predictions.spans) * int(np.count_nonzero(np.isnan(self.given))) > 1
         needs_weights = several or self.loss != SQUARES or bool(u.has_prior.any())
         for left in reversed(range(_PASSES)):
@@ -358,12 +359,13 @@ class FitRun:
         ).effects()
 
     def _weigh(self, errors: Array, effects: Array | None = None) -> None:
-        """Weigh the rows of each output and record by the inverse of their residual.
+        """Weight the rows of each output and record by the inverse of their residual.
 
-        Outputs are not weighted by how their errors go together: of a control, which the law makes
-        of the position, that is nearly everything, and what is then left counts for most.
+        The correlation between outputs is not used for weights: the law makes the control from the
+        position, so that their errors are nearly proportional, and the small remainder would have
+        most of the weight.
 
-        Beside what was known before, a record whose errors follow one another counts for less.
+        Relative to prior values, a record with autocorrelated errors has less weight.
         """
         weights, shares = self.counted.copy(), np.ones(len(errors))
         for r, spans in enumerate(self.predictions.spans):

@@ -33,27 +33,19 @@ from axisid.estimation.unknowns import (
 from axisid.modeling.declaration import HIDDEN_FROM
 from axisid.modeling.quantities import Parameter, State
 from axisid.support.arrays import Array
-from axisid.support.errors import (
-    AxisidError,
-    UsageError,
-    by_name,
-    check_among,
-    is_among,
-    is_real,
-    listed,
-    quoted,
-    refuse,
-)
+from axisid.support.checks import by_name, check_among, is_among, is_real, listed, refuse
+from axisid.support.errors import AxisidError, UsageError
+from axisid.support.wording import quoted
 
-_PART_OF_FORCE = 1e-3  # that a parameter of its least size makes
-_GAIN = "gain"  # as it is asked for, beside its own name
-_LEAST = 0.1  # of a period, that a time of the drive is searched from
+_PART_OF_FORCE = 1e-3  # part of the force that a parameter of its least size makes
+_GAIN = "gain"  # name in `free`, besides the name of the parameter
+_LEAST = 0.1  # periods: least start of a time of the drive
 _METHODS = {INSTRUMENTS_START: "idm-iv", LEAST_SQUARES_START: "idm-ls"}
 
-# 1/unit of the output, or the inverse; with more, rounding hides what another output tells
+# 1/unit of the output, or the inverse; a larger ratio of weights hides an output by rounding
 _MAX_WEIGHT = 1e20
 
-#: As users give it: a name, parameters, or an estimate.
+#: Start of a fit as users give it: a name, values of parameters, or an estimate.
 StartLike = str | Mapping[str, float] | Estimate
 
 
@@ -65,9 +57,9 @@ class FitStart:
     ----------
     physical : (P,) array
     size : (P,) array
-        Least size that steps are taken of, as a parameter may be 0.
+        Least sizes of the parameters for the scale of steps, as a parameter may be 0.
     named : str
-        Of `FIT_STARTS`, or ``given``.
+        One of `FIT_STARTS`, or ``given``.
     """
 
     physical: Array
@@ -86,8 +78,8 @@ def split_free(
     Raises
     ------
     UsageError
-        Both times are asked for, or one that the records cannot show, or that
-        no loop can be simulated with.
+        Both times are free, or one that the records cannot show, or with which no loop can be
+        simulated.
     """
     names = listed(free)
     law, drive = axis.declared.control, axis.declared.drive
@@ -129,10 +121,10 @@ def form_with(
     Raises
     ------
     ModelError
-        The law has no gains that could change, or the drive none that a fit could search.
+        The law has no gains that can be free, or the drive no gain that can be free.
     UsageError
-        They are none of the law's gains, or known of the records; or the output is one without a
-        law, or of a force column.
+        A name is no gain of the law, or a value known of the records; or the output has no law, or
+        is a force column.
     """
     model, axes = joint or InverseForm(shared.axis), shared.axes(shared.axis, joint)
     form = ExtendedForm(shared.axis, of_model=model, axes=tuple(axes))
@@ -144,9 +136,9 @@ def form_with(
             UsageError,
             (
                 FORCE in outputs or by_force,
-                "the drive gain cannot be free where the fit follows, or is driven by, a force "
-                "column, which is measured behind it. Fit the control or the position, or compare "
-                "the force column with the control by identify",
+                "the drive gain cannot be free if the fit follows, or is driven by, a force "
+                "column: the force is measured behind the drive gain. Fit the control or the "
+                "position, or compare the force column with the control by identify",
             ),
             code="free",
         )
@@ -210,17 +202,17 @@ def starts_from(
     Parameters
     ----------
     asked : str, mapping of str to float or Estimate
-        Of a name of `FIT_STARTS`: that, and those that follow it.
+        A name of `FIT_STARTS` stands for this start and those that follow it.
     shared : JointRecords
     form : ExtendedForm
-        Of all that is searched.
+        Form with all parameters of the fit.
     gain : str
-        As `identify` takes it.
+        As in `identify`.
 
     Raises
     ------
     UsageError
-        What is asked for is none of them, or parameters are none of the fit's.
+        There is no such start, or the fit has other parameters.
     """
     names = [q.name for q in form.of_model.physical_quantities]
     size = np.maximum(np.abs(form.start), least_sizes(form))
@@ -318,7 +310,7 @@ def checked_outputs(given: object) -> tuple[str, ...]:
 def checked_horizon(
     given: object, outputs: Sequence[str], records: Iterable[Record]
 ) -> float | None:
-    """Return the length of an open loop's windows, s, at least that of the shortest."""
+    """Return the length of an open loop's windows, s, at least that of the shortest one."""
     if given is None:
         return None
     if not (is_real(given) and 0 < given < np.inf):
@@ -334,8 +326,8 @@ def checked_horizon(
 
 def checked_weights(given: Mapping[str, float] | None, outputs: Sequence[str]) -> tuple[float, ...]:
     """Return weights of the outputs, NaN where none is given."""
-    told, most = by_name(given, "weights"), _MAX_WEIGHT
-    for name, weight in told.items():
+    weights, most = by_name(given, "weights"), _MAX_WEIGHT
+    for name, weight in weights.items():
         if not (name in outputs and is_real(weight) and 1 / most <= float(weight) <= most):
             raise UsageError(
                 f"the weight of {quoted(name)} is {quoted(weight)}. The fit follows "
@@ -343,4 +335,4 @@ def checked_weights(given: Mapping[str, float] | None, outputs: Sequence[str]) -
                 f"deviation of its errors, a number from {1 / most:g} to {most:g}.",
                 code="fit",
             )
-    return tuple(float(told.get(name, np.nan)) for name in outputs)
+    return tuple(float(weights.get(name, np.nan)) for name in outputs)

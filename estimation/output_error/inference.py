@@ -24,13 +24,15 @@ from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.estimation.unknowns import START, Unknowns, bounded_quadratic_minimum, least_sizes
 from axisid.estimation.verdict_checks import NotUsed, unless_faulty, value_or
 from axisid.support.arrays import Array, BoolArray, IntArray
-from axisid.support.errors import EstimationError, Missing
+from axisid.support.errors import EstimationError
+from axisid.support.missing import Missing
 
 from .covariance import Sandwich, unseen_directions
 from .fit_search import FitSearch
 from .parametric_bootstrap import RecordLoops, calibrated_covariance, outputs_by_noise
 
-_EXPONENTIAL = 1e4  # deviations, beyond which a normal's tail is an exponential to rounding
+# standard deviations: beyond it, the tail of a normal distribution is exponential up to rounding
+_EXPONENTIAL = 1e4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -40,13 +42,13 @@ class FittedParameters:
     Attributes
     ----------
     physical : (P,) array
-        The parameters less what noise in the loop moves them by.
+        Parameters minus their bias by noise in the loop.
     chosen : str
-        The covariance that is told.
+        Name of the reported covariance.
     covariances : mapping of str to (P, P) array
-        0 of what is at a bound, infinite of what is not shown.
+        0 for parameters at a bound, infinite for parameters that the outputs do not show.
     parameters : NamedValues
-        With unit, deviations and 95 % interval, by name.
+        Values by name, with unit, standard errors and 95 % interval.
     """
 
     physical: Array = field(repr=False)
@@ -87,22 +89,23 @@ class FitInference(FittedParameters):
     Attributes
     ----------
     sides : (P,) array of int
-        Which of them are at a bound, -1 at the lower, 1 at the upper one.
+        -1 for parameters at their lower bound, 1 at the upper bound, 0 for others.
     variances : (P,) array
-        By the chosen one as if no bound were there; infinite of what is held.
+        Variances by the chosen covariance without bounds; infinite for fixed parameters.
     held : tuple of ParameterAtBound
-        Parameters at their bounds, and what each would be without its own.
+        Parameters at their bounds, with their values without these bounds.
     not_shown : (k, P) array, (k, P) array of bool
-        What neither outputs nor what was known before show, see `unseen_directions`.
+        Directions that neither outputs nor prior values show, see `unseen_directions`.
     influence : (P, n) array
-        Of the errors on the parameters.
+        Influence of the errors on the parameters.
     judged_sandwich : Sandwich
-        Of the parameters that are free and not at a bound, less what noise makes in the mean.
+        Parts of the covariance of free parameters that are not at a bound; its errors are corrected
+        for the mean effect of noise.
     loops : tuple of RecordLoops or Missing
-        Those of each record there, with its noise.
+        Simulated loops of each record at the parameters, with the record's noise.
     moved : (P,) array, Missing or None
-        What noise in the loop moves the parameters by, or why that is not known; None where it was
-        not asked for.
+        Bias of the parameters by noise in the loop, or the reason why it is unknown; None if it was
+        not requested.
     """
 
     sides: IntArray = field(repr=False)
@@ -118,30 +121,30 @@ class FitInference(FittedParameters):
 def inferred(of: FitSearch) -> FitInference:
     """Return the inference from the best end of a fit's searches.
 
-    Deviations are those of every free parameter as if no bound were there. What a bound holds is
-    not known: the others are as unsure as its parameter lets them be. A bounded estimate is nearer
-    to whatever is within the bounds than the free one is, so that the free one's deviations about
-    it are enough.
+    Standard errors are those of all free parameters without bounds: a parameter at a bound is not
+    known, and its uncertainty is part of that of the others. A bounded estimate is closer to any
+    value within the bounds than the unbounded one, so that intervals about it with the standard
+    errors of the unbounded one are wide enough.
     """
     end, weights, free = of.best, of.weighing.weights, of.unknowns.free
     loops = tuple(
         unless_faulty(partial(RecordLoops.at, of.form, end.physical, place, record))
         for place, record in enumerate(of.records)
     )
-    at_liberty, noise = of.sandwich(free), _noise(of, loops)
+    whole_sandwich, noise = of.sandwich(free), _noise(of, loops)
     twins = None if isinstance(noise, Missing) else noise
     common = None if twins is None else twins.mean(axis=1)
-    physical, sides = _corrected(of, at_liberty, common)
+    physical, sides = _corrected(of, whole_sandwich, common)
     inner = free & (sides == 0)
     judged, influence = of.sandwich(inner), np.zeros((len(free), len(weights)))
     if inner.any():
         influence[inner] = judged.influence(weights)
     if common is not None:
-        # What noise makes by its square comes at every reversal alike, so that it scatters nothing.
+        # The effect of squared noise is the same at every reversal, and adds no scatter.
         net = common - end.jacobian @ (influence @ common)
         judged = replace(judged, errors=judged.errors + weights * net)
     scattered = twins if of.horizon is None else None
-    coloured, found = _covariances(of, at_liberty, twins, judged.errors)
+    coloured, found = _covariances(of, whole_sandwich, twins, judged.errors)
     dof, chosen = coloured.freedom, "coloured"
     if scattered is not None:
         dof, chosen = np.full(len(dof), pair_freedom(scattered.shape[1])), "bootstrap"
@@ -174,16 +177,15 @@ def inferred(of: FitSearch) -> FitInference:
 
 
 def _noise(of: FitSearch, loops: Sequence[RecordLoops | Missing]) -> Array | Missing | None:
-    """Return the outputs by noise where the search ended, (n, R); None if not requested.
+    """Return the changes of the outputs by noise at the estimate, (n, R); None if not requested.
 
-    Windows have the noise of what is measured alone: forces beside the control move their errors in
-    proportion, which is no bias, and what their parameters scatter by is seen from window to
-    window.
+    Windows of an open loop have measurement noise only: disturbance forces change their errors
+    linearly, which is no bias, and the scatter of their parameters is seen from window to window.
     """
     if not of.bootstrap:
         return None
     if of.loss != SQUARES:
-        return NotUsed("the loss function is robust, and outliers are no noise of a loop")
+        return NotUsed("the loss function is robust, and outliers are not noise of the loop")
     noise = unless_faulty(
         partial(
             outputs_by_noise,
@@ -203,26 +205,26 @@ def _noise(of: FitSearch, loops: Sequence[RecordLoops | Missing]) -> Array | Mis
 def _corrected(of: FitSearch, sandwich: Sandwich, common: Array | None) -> tuple[Array, IntArray]:
     """Return the parameters minus their bias by noise, and sides at bounds, (P,) each.
 
-    What is taken off may lead one to its bound, or from there; the others are what they are with
-    it.
+    The correction may move a parameter to its bound, or away from it; the other parameters are
+    corrected together with it.
 
     Parameters
     ----------
     of : FitSearch
     sandwich : Sandwich
-        Of every free parameter.
+        Parts of the covariance of all free parameters.
     common : (n,) array or None
-        What noise makes of the errors in the mean.
+        Mean change of the errors by noise.
     """
     at, side, u = of.best.physical, of.best.at_bound, of.unknowns
     if common is None:
         return at, side
     gradient = sandwich.jacobian.T @ (sandwich.curvature * of.weighing.weights * common)
-    # The search stands still but for what a bound holds.
+    # At the end of the search the gradient is 0, except for parameters at a bound.
     at_bounds = sandwich.jacobian.T @ sandwich.errors + sandwich.known.T @ u.known_errors(at)
     downhill = -gradient - np.where(side[u.free] != 0, at_bounds, 0.0)
     physical = at.copy()
-    # Without what is not shown, which bounded least squares would divide by.
+    # Without directions that are not shown, by which bounded least squares would divide.
     physical[u.free] += sandwich.inverse @ downhill
     if not side.any() and np.all(((u.lower < physical) & (physical < u.upper))[u.free]):
         return physical, side
@@ -239,17 +241,19 @@ def _covariances(
     twins: Array | None,
     errors: Array,
 ) -> tuple[CovarianceEstimate, dict[str, Array]]:
-    """Return the covariance by coloured errors, and those by name with all other errors.
+    """Return the covariance by coloured errors, and all covariances by name.
+
+    The latter include the errors of known values.
 
     Parameters
     ----------
     of : FitSearch
     sandwich : Sandwich
-        Of every free parameter.
+        Parts of the covariance of all free parameters.
     twins : (n, R) array or None
-        What noise makes of the outputs.
+        Changes of the outputs by noise, of simulated replicas.
     errors : (n,) array
-        Weighted, less what noise makes of them by its square.
+        Weighted errors, minus the mean effect of noise.
     """
     weights, influence = of.weighing.weights, sandwich.influence(of.weighing.weights)
     coloured = sandwich.coloured(clustered=of.horizon is not None)
@@ -266,12 +270,12 @@ def _covariances(
         by_twins = calibrated_covariance(sandwich, errors, estimates, residuals)
         covariances["bootstrap"] = by_twins + sandwich.by_known()
     elif of.horizon is not None:
-        # Of few windows next to nothing, as a fit makes their sum 0.
+        # The scatter over a few windows is too small, as a fit makes the sum of their scores 0.
         matrix = widened(coloured.matrix, np.diag(covariances["iid"]))
         coloured, covariances["coloured"] = replace(coloured, matrix=matrix), matrix
         if twins is not None:
-            # Of two opposite twins it is what they do alike, which is what is taken off; the mean
-            # of so many is unsure.
+            # The bias is the common part of a pair of replicas with opposite noise; its mean over
+            # the pairs has an uncertainty.
             pairs = twins.shape[1] // 2
             means = (
                 (influence @ twins[:, : 2 * pairs]).reshape(len(influence), pairs, 2).mean(axis=2)
@@ -292,9 +296,9 @@ def _covariances(
 
 
 def _slopes_by_start(of: FitSearch) -> Array:
-    """Return slopes of the errors by initial states of stretches in motion, (n, j).
+    """Return the derivatives of the errors by initial states of stretches in motion, (n, j).
 
-    A record tells them but for its noise. None where they are searched.
+    A record shows these states except for its noise. There are none if initial states are free.
     """
     in_motion = [bool(each.inputs.start.velocity) for each in of.predictions.stretches]
     if of.of_start.any() or not any(in_motion):
@@ -318,11 +322,12 @@ def _held(
     errors: Array,
     variances: Array,
 ) -> tuple[ParameterAtBound, ...]:
-    """Return parameters at their bounds, with their values without these.
+    """Return parameters at their bounds, with their values without these bounds.
 
-    The interval of one is that of a normal about the estimate without the bound, cut off there.
-    Other parameters at bounds may be elsewhere, so that the normal is as wide as without any, and
-    as many deviations beyond as with the others at theirs. Arguments as in `inferred`.
+    The interval is that of a normal distribution about the estimate without the bound, truncated at
+    the bound. Other parameters at bounds may have other values, so that the standard error is that
+    without any bound; the centre is as many standard errors beyond the bound as with the other
+    parameters at their bounds. Arguments as in `inferred`.
     """
     u, weights, at_bounds = of.unknowns, of.weighing.weights, []
     for j in map(int, np.flatnonzero(sides)):
@@ -354,17 +359,17 @@ def _held(
 
 
 def reach_of_cut_normal(bound: float, centre: float, deviation: float, side: int) -> float:
-    """Return the end of the one-sided 95 % interval of a normal cut off at a bound.
+    """Return the end of the one-sided 95 % interval of a normal distribution truncated at a bound.
 
     Parameters
     ----------
     bound, centre, deviation : float
     side : {-1, 1}
-        Of a lower or of an upper bound.
+        -1 for a lower bound, 1 for an upper bound.
     """
     if not deviation > 0:
         return bound
-    centres = side * (bound - centre) / deviation  # what lies beyond it, in deviations
+    centres = side * (bound - centre) / deviation  # of the centre, inwards
     outside = math.log(1 - INTERVAL_LEVEL.value)
     exponential = centres < -_EXPONENTIAL
     tail = -outside / centres if exponential else ndtri_exp(outside + log_ndtr(centres)) - centres
@@ -382,7 +387,7 @@ def _parameters(
     """Return the parameters with unit, standard errors and interval."""
     freedom = np.full(len(physical), np.inf)
     freedom[unknowns.free] = dof
-    # What is hardly shown may have a variance that rounding made negative.
+    # The variance of a hardly shown parameter may be negative by rounding.
     shown = {n: np.where(np.diag(~(np.diag(c) >= 0)), np.inf, c) for n, c in covariances.items()}
     values = SamplingDistribution(
         quantities=unknowns.quantities,

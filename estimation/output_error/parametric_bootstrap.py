@@ -1,11 +1,11 @@
-"""Simulated replicas of a fit, and the moves of its parameters by a wrong control law.
+"""Simulated replicas of a fit, and the bias of its parameters by a wrong control law.
 
-Twins are its loops with the noise that is measured in the records.
+Replicas are the simulated loops with the noise that was measured in the records.
 
-The simulated loop answers to a law that is a little other as to what that adds to its control: each
-term of the law with a factor of ``1 + eps`` is the loop with ``eps`` times that term injected. So
-two lanes a term tell the slopes of the outputs, and with them what every percent of a term moves
-each parameter by.
+A small change of the law acts on the simulated loop like a signal added to its control: a term of
+the law with a factor of ``1 + eps`` is the loop with ``eps`` times that term injected. Two
+simulations per term therefore give the derivatives of the outputs, and with them the change of each
+parameter per percent of a term.
 """
 
 from collections.abc import Mapping, Sequence
@@ -31,7 +31,8 @@ from axisid.estimation.regression import Hac, recorded_loops
 from axisid.estimation.signals import FilteredRecord, Prefilter, RowTimes
 from axisid.estimation.unknowns import ExtendedForm, axis_at
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, Missing
+from axisid.support.errors import EstimationError
+from axisid.support.missing import Missing
 from axisid.support.settings import setting
 
 from .covariance import Sandwich
@@ -45,10 +46,10 @@ class RecordLoops:
     ----------
     data : FilteredRecord
     physical : (p,) array
-        Parameters of its axis.
+        Parameters of the record's axis.
     chain : Chain
     quiet : Record
-        The same without noise.
+        The simulated record without noise.
     """
 
     data: FilteredRecord
@@ -58,7 +59,7 @@ class RecordLoops:
 
     @classmethod
     def at(cls, form: ExtendedForm, physical: Array, place: int, record: Record) -> "RecordLoops":
-        """Simulate the loops of the record at a place with parameters (P,), and measure its noise.
+        """Simulate the loops of a record with parameters (P,), and estimate its noise.
 
         Raises
         ------
@@ -66,7 +67,7 @@ class RecordLoops:
             There are too few rows, or its loops cannot be simulated.
         """
         axis, theta = axis_at(form.axes[place], form, physical), form.own(physical, place)
-        # Friction that remembers has no rows near turns that others would do without.
+        # Friction with internal state needs the rows near velocity reversals.
         prefilter = Prefilter(reversals="keep" if axis.states else None)
         data = FilteredRecord.bind(axis, record, prefilter)
         data = data.by_position or data
@@ -75,7 +76,10 @@ class RecordLoops:
         return cls(data=data, physical=theta, chain=chain, quiet=quiet)
 
     def twins(self, chain: Chain, count: int, *, paired: bool) -> list[Record]:
-        """Return replicas with a chain's noise that can be simulated; quiet ones without noise."""
+        """Return the replicas with a chain's noise that can be simulated.
+
+        For a chain without noise they are all equal.
+        """
         if chain.is_silent:
             return [self.quiet] * count
         twins = twins_of(self.data, self.physical, chain, count, paired=paired)
@@ -91,24 +95,26 @@ def outputs_by_noise(
     disturbed: bool,
     paired: bool,
 ) -> Array:
-    """Return the outputs of a fit by the noise of the records, (n, R).
+    """Return the changes of the outputs of a fit by the noise of the records, (n, R).
 
     Parameters
     ----------
     records : sequence of RecordLoops or Missing
     physical : (P,) array
     predictions : OutputResiduals
-        Of the records, settled there.
+        Predictions for the records, settled at these parameters.
     count : int
+        Number R of simulated replicas.
     disturbed : bool
-        Whether twins have the forces beside the control, or the noise of what is measured alone.
+        True for replicas with disturbance forces; False for measurement noise only.
     paired : bool
-        Whether they come in pairs of opposite noise.
+        True for pairs of replicas with opposite noise.
 
     Raises
     ------
     EstimationError
-        A record's noise could not be measured, or more than half of the twins cannot be simulated.
+        The noise of a record could not be estimated, or more than half of the replicas cannot be
+        simulated.
     """
     twins: list[list[Record]] = []
     quiet: list[Record] = []
@@ -122,11 +128,11 @@ def outputs_by_noise(
     if 2 * fewest < count:
         raise EstimationError(
             f"only {fewest} of {count} replicas could be simulated with the noise of the records. "
-            f"Leave them out with {setting('bootstrap', '0')}.",
+            f"Fit without replicas: {setting('bootstrap', '0')}.",
             code="noise",
         )
     still = predictions.outputs_of(quiet, physical)
-    # As many of each record as the one with the fewest has.
+    # The same number of replicas of each record: the fewest of any record.
     rows = [
         still
         if all(one is other for one, other in zip(each, quiet, strict=True))
@@ -139,54 +145,54 @@ def outputs_by_noise(
 def calibrated_covariance(
     sandwich: Sandwich, errors: Array, estimates: Array, residuals: Array
 ) -> Array:
-    """Return the covariance by replicas, (k, k), with HAC of the scores as the pivot.
+    """Return the covariance by replicas, (k, k), with HAC standard errors of scores as the pivot.
 
     The bootstrap-t of [EfronTibshirani1993]_: the covariance of ``h (theta_r - mean) / h_r``, with
-    the HAC deviations ``h_r`` of the twins and ``h`` of the records. Intervals from it are
+    the HAC standard errors ``h_r`` of the replicas and ``h`` of the records. Intervals from it are
     Student's, with the degrees of freedom of `noise_models.pair_freedom`.
 
     Parameters
     ----------
     sandwich : Sandwich
     errors : (n,) array
-        Weighted, of the records.
+        Weighted errors of the records.
     estimates : (k, R) array
-        What noise moves the parameters of the twins by.
+        Changes of the parameters of the replicas by noise.
     residuals : (n, R) array
-        Weighted errors of the twins, less what their parameters make of them.
+        Weighted residuals of the replicas at their own parameters.
     """
     every = np.arange(len(errors))
     pieces = [every[rows][sandwich.counted[rows]] for rows in map(record_rows, sandwich.spans)]
     neighbours, chosen = RowTimes.joined([*map(RowTimes, pieces)]), np.concatenate(pieces)
     columns = sandwich.jacobian[chosen] @ sandwich.inverse
 
-    def deviations(errors: Array) -> Array:
+    def standard_errors(errors: Array) -> Array:
         applied = Hac().of_scores(columns * errors[chosen, None], neighbours)
         return np.sqrt(np.maximum(np.diag(applied.matrix), 0.0))
 
-    of_errors, of_twins = deviations(errors), np.array([*map(deviations, residuals.T)])
+    of_errors, of_twins = standard_errors(errors), np.array([*map(standard_errors, residuals.T)])
     t = (estimates.T - estimates.mean(axis=1)) / np.where(of_twins > 0, of_twins, np.inf)
     return np.atleast_2d(np.cov((t * of_errors).T))
 
 
 PERCENT = 0.01
-_TWINS = 8
-_LEVEL = 0.975  # at which eight twins are as sure as the normal law has it
+_TWINS = 8  # simulated replicas for the uncertainty of an explanation
+_LEVEL = 0.975  # probability at which Student's quantile replaces the normal one
 
 
 def laws_in_twins(
     law: LawAgreement | Missing, loops: RecordLoops | Missing, found: EstimatedGains
 ) -> Sequence[LawAgreement]:
-    """Return the law's agreement with replicas under the declared law; none without replicas.
+    """Return the agreement of the declared law with simulated replicas; empty without replicas.
 
-    A control that answers to noise within a sample is no sum of its terms, and their deviations
-    know of what stands in the rows alone.
+    The control reacts to noise within a sample, which is not in the rows: the standard errors from
+    the rows alone do not include it.
 
     Parameters
     ----------
     law : LawAgreement or Missing
     loops : RecordLoops or Missing
-        Of the record.
+        Simulated loops of the record.
     found : EstimatedGains
     """
     if (
@@ -201,8 +207,7 @@ def laws_in_twins(
     return [each for each in checked if isinstance(each, LawAgreement)]
 
 
-#: What differs between the control and the law -> what that moves the parameters by, (P,), and
-#: its deviations, (P,).
+#: Kind of an explanation -> changes of the parameters by it, (P,), and their standard errors, (P,).
 MovesByExplanation = Mapping[tuple[str, ...], tuple[Array, Array]]
 
 
@@ -212,10 +217,10 @@ def moves_by_explanation(
     every: Sequence[RecordLoops | Missing],
     found: EstimatedGains,
 ) -> MovesByExplanation:
-    """Return the moves of the parameters by each explanation of law and control.
+    """Return the changes of the parameters by each explanation of the difference from the law.
 
-    Each record moves them by its own values, minus what those of its twins do in the mean; one that
-    does not tell them is taken for the mean of those that do.
+    The values of each record change the parameters; the mean change of its simulated replicas is
+    subtracted. A record without values is given the mean of the others.
 
     Parameters
     ----------
@@ -223,15 +228,15 @@ def moves_by_explanation(
         By record: change of the parameters per unit of each value of an `Explanation`.
     laws : sequence of LawAgreement or Missing
     every : sequence of RecordLoops or Missing
-        Of the records, whose twins tell how sure the values are; `Explanation.deviations` do
-        where there are none.
+        Simulated loops of the records, whose replicas give the standard errors; without replicas,
+        `Explanation.deviations` give them.
     found : EstimatedGains
 
     Returns
     -------
     mapping of tuple of str to ((P,) array, (P,) array)
-        By kind of explanation, those of the gains alone and the plausible ones; none that no record
-        tells.
+        By kind of explanation: gains alone, and every plausible kind; without kinds that no record
+        has values for.
     """
     kinds: list[tuple[str, ...]] = [(GAINS,)]
     kinds += [each.kind for law in laws if isinstance(law, LawAgreement) for each in law.plausible]
@@ -240,18 +245,18 @@ def moves_by_explanation(
     moves: dict[tuple[str, ...], tuple[Array, Array]] = {}
     for kind in dict.fromkeys(kinds):
         names = [name for name in kind if name != GAINS] + terms * (GAINS in kind)
-        told = [_told(law, kind) for law in laws]
-        # Nothing speaks against a declared limit that no record shows.
-        limits = [each[LIMIT] for each in told if LIMIT in each] or [0.0]
-        values = [_values(each, names, float(np.mean(limits))) for each in told]
-        telling = [each for each in values if each is not None]
-        if not telling or not names:
+        explained = [_explained(law, kind) for law in laws]
+        # A declared limit that no record shows is taken as correct.
+        limits = [each[LIMIT] for each in explained if LIMIT in each] or [0.0]
+        values = [_values(each, names, float(np.mean(limits))) for each in explained]
+        known = [each for each in values if each is not None]
+        if not known or not names:
             continue
-        mean, shifts, variances = np.mean(telling, axis=0), [], []
+        mean, shifts, variances = np.mean(known, axis=0), [], []
         for of_record, law, others, by in zip(values, laws, twins, slopes, strict=True):
             by_name = np.array([by[name] for name in names])
             shift = (mean if of_record is None else of_record) @ by_name
-            in_twins = [_values(_told(each, kind), names, 0.0) for each in others]
+            in_twins = [_values(_explained(each, kind), names, 0.0) for each in others]
             of_twins = [each @ by_name for each in in_twins if each is not None]
             if 2 * len(of_twins) >= _TWINS:
                 count = len(of_twins)
@@ -259,16 +264,16 @@ def moves_by_explanation(
                 widened = (1 + 1 / count) * (stdtrit(count - 1, _LEVEL) / ndtri(_LEVEL)) ** 2
                 variances.append(widened * np.var(of_twins, axis=0, ddof=1))
             elif isinstance(law, LawAgreement):
-                sure = next((e.deviations for e in law.explanations if e.kind == kind), {})
-                deviations = np.array([sure.get(name, 0.0) for name in names])
-                variances.append(deviations**2 @ by_name**2)
+                stated = next((e.deviations for e in law.explanations if e.kind == kind), {})
+                standard_errors = np.array([stated.get(name, 0.0) for name in names])
+                variances.append(standard_errors**2 @ by_name**2)
             shifts.append(shift)
         moves[kind] = (np.asarray(np.sum(shifts, axis=0)), np.sqrt(np.sum(variances, axis=0)))
     return moves
 
 
-def _told(law: LawAgreement | Missing, kind: tuple[str, ...]) -> Mapping[str, float]:
-    """Return values of an explanation of a kind; none where the law has none."""
+def _explained(law: LawAgreement | Missing, kind: tuple[str, ...]) -> Mapping[str, float]:
+    """Return the values of the explanation of a kind; empty if the law has none."""
     explanations = () if isinstance(law, Missing) else law.explanations
     for each in explanations:
         if each.kind == kind and not each.turns_a_sign:
@@ -276,9 +281,9 @@ def _told(law: LawAgreement | Missing, kind: tuple[str, ...]) -> Mapping[str, fl
     return {}
 
 
-def _values(told: Mapping[str, float], names: Sequence[str], limit: float) -> Array | None:
-    """Return values by name, (k,), with that of a limit that is not shown; None without."""
-    values = {LIMIT: limit, **told}
-    if not told or not {*names} <= {*values}:
+def _values(explained: Mapping[str, float], names: Sequence[str], limit: float) -> Array | None:
+    """Return the values of names, (k,), with `limit` for a limit not shown; None without values."""
+    values = {LIMIT: limit, **explained}
+    if not explained or not {*names} <= {*values}:
         return None
     return np.array([values[name] for name in names])

@@ -36,7 +36,7 @@ from axisid.estimation.verdict_checks import (
 )
 from axisid.modeling.parsing import FunctionLike
 from axisid.support.arrays import Array, Exact, MaybeInfinite
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 
 from .covariance import UnseenDirection, named_directions
@@ -49,7 +49,7 @@ from .parametric_bootstrap import (
     outputs_by_noise,
 )
 
-_OF_POSITION = 16  # twins with noise of the position alone
+_OF_POSITION = 16  # simulated replicas with noise of the position only
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -59,23 +59,23 @@ class RecordError:
     Attributes
     ----------
     output : str
-        What is followed; empty in files of earlier versions, of one output.
+        Fitted output; empty in files of earlier versions, for one output.
     unit : str
-        Of that output.
+        Unit of the output.
     weight : float
-        By which its errors count, over its unit.
+        Weight of its errors, in 1/unit.
     rows : int
-        Samples that count.
+        Number of samples with weight.
     error : float
-        Root mean square, in the output's unit.
+        Root mean square error, in the output's unit.
     percent : float
-        Of the recorded output's.
+        Error relative to the recorded output (rms), %.
     order : int
-        Of the autoregression of the errors, of all outputs together.
+        Order of the autoregression of the errors, of all outputs together.
     noise : float
-        Root mean square of what is noise of the error, in the output's unit: what white noise of
-        the position makes in the loop, as the record has it, or what nothing before it tells of an
-        error, whichever is more.
+        Root mean square of the noise in the error, in the output's unit: the effect of the record's
+        white position noise in the loop, or the innovation of the autoregression of the errors,
+        whichever is larger.
     """
 
     output: str = ""
@@ -103,21 +103,22 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     axis : GeneratedAxis
     records : tuple of Record
     outputs : tuple of str
-        What is followed: ``control``, ``position``, ``force``, or ``open-loop`` alone.
+        Fitted outputs: ``control``, ``position``, ``force``, or ``open-loop`` alone.
     loss : str
         ``squares``, ``soft-l1`` or ``huber``.
     parameters : NamedValues
-        With unit, deviations and 95 % interval, by name.
+        Values by name, with unit, standard errors and 95 % interval.
     start : (P,) array
     started : str
-        Where it is from: ``instruments``, ``least-squares``, ``nominal`` or ``given``.
+        Kind of the start: ``instruments``, ``least-squares``, ``nominal`` or ``given``.
     remarks : tuple of str
     without_prior : mapping of str to (float, float)
-        What the records alone say of what was known before, with deviations, by name.
+        Estimates of parameters with a prior value from the records alone, with standard errors, by
+        name.
     judge : callable
-        Gives the checks of a fit.
+        Function that returns the checks of a fit.
     levels : Levels
-        From when on a check tells something of the model.
+        Levels from which checks report a missing term or a difference.
     """
 
     without_prior: Mapping[str, tuple[float, float]] = field(repr=False, compare=False)
@@ -167,7 +168,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     def at_bound(self) -> Mapping[str, Literal["lower", "upper"]]:
         """``lower`` or ``upper``, by name of each parameter at a bound.
 
-        The interval of one is on the side that is allowed.
+        The interval of such a parameter is on the allowed side.
         """
         return {each.name: "lower" if each.is_lower else "upper" for each in self.held}
 
@@ -199,13 +200,13 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @property
     def local(self) -> Mapping[str, tuple[str, ...]]:
-        """Names of each parameter that records have for themselves, by record."""
+        """Names of each local parameter by record."""
         return self.form.local
 
     @cached_property
     def of_records(self) -> tuple[RecordError, ...]:
         """Errors by record and output."""
-        # A chain takes for forces what the model lacks, so that noise is that of the position.
+        # Missing terms look like disturbance forces, so that noise is that of the position only.
         weights, outputs, errors = self.weighing.weights, self.outputs, []
         twins = value_or(
             np.zeros((len(weights), 1)),
@@ -257,24 +258,24 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @cached_property
     def law_moves(self) -> Mapping[str, Array]:
-        """Moves of the parameters by each term of the law that is 1 % larger, (P,)."""
+        """Changes of the parameters by each term of the law that is 1 % larger, (P,)."""
         moves = value_or(({},), lambda: self._moves_of_records)
         return {name: np.asarray(np.sum([of[name] for of in moves], axis=0)) for name in moves[0]}
 
     @cached_property
     def law_move(self) -> Array | None:
-        """Moves of the parameters by the gains of the recorded control, (P,)."""
+        """Changes of the parameters by the gains of the recorded control, (P,)."""
         return self.law_shift[0] if isinstance(self.law_shift, tuple) else None
 
     @property
     def law_shift(self) -> tuple[Array, Array] | Missing | None:
-        """Moves by the gains of the recorded control, with standard errors, (P,) each."""
+        """Changes by the gains of the recorded control, with standard errors, (P,) each."""
         moves = self.law_moves_by_explanation
         return moves if isinstance(moves, Missing) else moves.get((GAINS,))
 
     @cached_property
     def law_moves_by_explanation(self) -> MovesByExplanation | Missing:
-        """Moves by the gains, and by each plausible explanation of the recorded control."""
+        """Changes by the gains, and by each plausible explanation of the recorded control."""
         return unless_faulty(
             lambda: moves_by_explanation(
                 self._slopes_by_explanation, self.laws, self.loops, self.estimated_gains
@@ -292,7 +293,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
                 rows = record_rows(spans, self.outputs.index(CONTROL), len(self.outputs))
                 influence, control = self.influence[:, rows], self.predictions.measured[rows]
                 over_time = np.linspace(-0.5, 0.5, len(control))
-                # The recorded control is as much more than what acted.
+                # The recorded control is larger than the acting one by this value.
                 of[SCALE] = -influence @ control
                 of[CONSTANT] = -influence.sum(axis=1)
                 of[DRIFT] = -influence @ over_time
@@ -301,7 +302,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @cached_property
     def _moves_of_records(self) -> tuple[Mapping[str, Array], ...]:
-        """Moves of the parameters, (P,), by each term of a record's law that is 1 % larger."""
+        """Changes of the parameters, (P,), by each term of a record's law that is 1 % larger."""
         slopes = self.predictions.jacobian_by_law(self.physical)
         return tuple(
             {name: -PERCENT * (self.influence[:, r] @ slope[r]) for name, slope in slopes.items()}
@@ -316,8 +317,8 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
     def _lacks(self, number: int) -> tuple[Misspecification, ...] | Missing:
         """Return the misspecifications from the filtered rows of a record and its replicas.
 
-        What a model lacks is no matter of what is followed: the residuals of instruments at the
-        fit's parameters tell it, whatever output these are of.
+        Missing terms do not depend on the fitted output: they are found in the residual of the
+        inverse model at the parameters of the fit.
         """
         axis, loops = self.axes[number], self.loops[number]
         if axis.states:
@@ -333,11 +334,11 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         chain = None if isinstance(loops, Missing) else loops.chain
         own = self.form.own(self.physical, number)
         scores = scores_of(data.by_position or data, own, chain, free)
-        told = self.distribution(self.at_bound)
-        half = [  # one by one, as what nothing shows of one tells nothing of another
+        distribution = self.distribution(self.at_bound)
+        half = [  # one by one, as an infinite variance of one parameter must not reach another
             float(np.ptp(value.interval)) / 2 or np.inf
             for q, row in zip(axis.parameters, slopes, strict=True)
-            for value in told.through((q,), joint[:1], row[None]).values.values()
+            for value in distribution.through((q,), joint[:1], row[None]).values.values()
         ]
         return find_misspecification(scores, np.array(half), len(self.records), self.levels)
 
@@ -359,7 +360,7 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
 
     @cached_property
     def estimated_gains(self) -> EstimatedGains:
-        """Gains of the law that were estimated, and are not at a bound."""
+        """Estimated gains of the law that are not at a bound."""
         law = self.axis.control
         names = () if law is None else tuple(name for name in law.gains if name in self.searched)
         places = [self.names.index(name) for name in names]
@@ -377,24 +378,26 @@ class OutputFit(FitSearch, FitInference, Checked, Presentable, Exact):
         Parameters
         ----------
         function : str or SymPy expression
-            Such as ``"M/Fv"``, as `Estimate.derive` takes it.
+            Such as ``"M/Fv"``, as in `Estimate.derive`.
 
         Returns
         -------
         Value
-            By the delta method, under every covariance.
+            By the delta method, with every covariance.
 
         Raises
         ------
         UsageError
-            The function cannot be read, its units do not fit, or it is of what is at a bound.
+            The function cannot be read, its units do not match, or it depends on a parameter at a
+            bound.
         EstimationError
             It has no finite value at the estimate.
 
         Warns
         -----
         RuntimeWarning
-            The function bends within the uncertainty, so that the delta method is not enough.
+            The function is not linear within the uncertainty, so that the delta method is not
+            accurate.
         """
         advice = "fit with bootstrap= and look at the parameters"
         return self.distribution(self.at_bound).derived(function, advice)

@@ -1,4 +1,4 @@
-"""Columns by name, with units as written, and where they come from.
+"""Columns of a log by name, with their units as written, and their provenance.
 
 In: names and arrays. Out: `Table`, `Provenance`.
 Knows nothing of file formats, axes and roles.

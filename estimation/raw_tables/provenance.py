@@ -12,10 +12,10 @@ class Repair:
     ----------
     kind : str
     count : int
-        How often it was made: lines or samples left out, samples moved, jumps undone, samples
-        masked, rows made, values drawn between others, gaps.
+        Number of lines or samples left out, samples shifted, jumps removed, samples masked, rows
+        resampled, values interpolated, or gaps.
     text : str
-        The same for the user, with the method.
+        Description for the user, with the method.
     """
 
     kind: Literal[
@@ -37,18 +37,18 @@ class Repair:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PeriodSource:
-    """Whose word the sampling period of a record is.
+    """Source of the sampling period of a record.
 
     Attributes
     ----------
     step : float
-        Sampling period of the log itself, in periods of the record: 1 unless it was resampled.
+        Sampling period of the log, in periods of the record: 1 unless it was resampled.
     uncertainty : float
-        Relative, of that: what jitter and lost samples leave open.
+        Relative uncertainty of the log's period by jitter and lost samples.
     counted : bool
-        The log has no times: its samples were counted by the period that was given.
+        True for a log without times: its samples were counted by the given period.
     stated : bool
-        The user gave the log's period, beside its times or in place of them.
+        True if the user gave the log's period, in addition to its times or instead of them.
     """
 
     step: float = 1.0
@@ -66,23 +66,23 @@ class Provenance:
     source : str
         File name, or how the record was made.
     sha256 : str
-        Of the file, or of the files of a folder in the order of their names: of the very bytes that
-        were used. Empty if there is none.
+        SHA-256 of the bytes of the file that were used, or of the files of a folder in the order of
+        their names; empty without a file.
     given, path : str
-        The file as it was named, and absolute; empty if there is none.
+        Path of the file as given, and absolute; empty without a file.
     columns : dict of str to str
         Column name by role.
     truth : dict of str to float
         Parameters of a simulated record, SI; empty for a measured one.
     assumed : tuple of str
-        What was taken of the file: separator, encoding, units and their conversion.
+        Assumptions about the file: separator, encoding, units and their conversion.
     doubts : tuple of str
-        What may be wrong with the data, and was taken as it is, with what to do about it.
+        Possible faults of the data that were not corrected, each with a remedy.
     repairs : tuple of Repair
-        What was done to the data, in this order; only on request, except a last row that is cut and
-        wild samples.
+        Repairs of the data, in this order; only on request, except that a truncated last row and
+        single outliers are always left out.
     clock : PeriodSource or None
-        Of a log that was read.
+        Source of the sampling period of a log that was read.
     """
 
     source: str = "arrays"

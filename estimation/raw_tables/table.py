@@ -16,14 +16,14 @@ from .provenance import Repair
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Samples:
-    """Values of a column, (N,), with the times at which they were taken, if it has its own.
+    """Values of a column, (N,), with their sampling times, if the column has its own.
 
     Attributes
     ----------
     values : (N,) array
-        In the unit of the file, nan where it has no value.
+        Values in the unit of the file; NaN for an empty cell.
     clock : (N,) array or None
-        s. Columns of one clock share one array.
+        Sampling times, s. Columns with the same times share one array.
     """
 
     values: Array
@@ -31,11 +31,11 @@ class Samples:
 
     @property
     def times(self) -> Array:
-        """The clock, or where there is none the numbers of the samples, (N,)."""
+        """The sampling times, or the numbers of the samples if there are none, (N,)."""
         return np.arange(float(len(self.values))) if self.clock is None else self.clock
 
     def taken(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> "Samples":
-        """Some of the samples, by their numbers or as a mask, with their times."""
+        """Return some of the samples, by their numbers or a mask, with their times."""
         clock = None if self.clock is None else self.clock[rows]
         return Samples(values=self.values[rows], clock=clock)
 
@@ -47,15 +47,15 @@ class RawColumn:
     Attributes
     ----------
     samples : Samples or DataError
-        What is wrong with a column that holds no numbers.
+        The samples, or the error of a column without numbers.
     unit : str
-        As the file writes it; empty where it writes none.
+        Unit as in the file; empty for none.
     label : str
-        Name and unit as they stand in the file, where the name was cut out of it.
+        Name and unit as in the file, if the name was taken from them; otherwise empty.
     note : str
-        What was assumed of it, a sentence with its name, told where it is chosen.
+        Assumption about the column, a sentence with its name, reported if the column is used.
     holds : str
-        What it holds, where that is no numbers: it cannot be read.
+        Content of a column without numbers, which cannot be used; otherwise empty.
     """
 
     samples: Samples | DataError
@@ -65,7 +65,7 @@ class RawColumn:
     holds: str = ""
 
     def read(self) -> Samples:
-        """The samples, or `DataError` of a column that holds no numbers."""
+        """Return the samples; raise the `DataError` of a column without numbers."""
         if isinstance(self.samples, DataError):
             raise self.samples
         return self.samples
@@ -83,15 +83,15 @@ class Table:
     notes : tuple of str
         What was assumed of the file: separator, encoding, rows that were passed over.
     repairs : tuple of Repair
-        Rows at its end that were left out: one that ends inside its last number, more on request.
+        Rows at the end that were left out: one that ends inside its last number, more on request.
     sha256 : str
-        Of the file; empty if there is none.
+        SHA-256 of the file; empty without a file.
     path : str
-        Of the file, absolute; empty if there is none.
+        Absolute path of the file; empty without a file.
     missing : str
-        More to say where a column is not found, such as how to save what cannot be read.
+        Advice if a column is not found, such as how to save variables that cannot be read.
     warnings : tuple of str
-        What the library that read the file says is wrong with it.
+        Faults of the file that the library reported while reading it.
     """
 
     source: str
@@ -104,12 +104,15 @@ class Table:
     warnings: tuple[str, ...] = ()
 
     def find(self, name: str) -> str | None:
-        """The column of a name: its own, its label, or the last parts of one dotted name alone."""
+        """Return the only column that a name may stand for, see `alike`; None otherwise."""
         alike = self.alike(name)
         return alike[0] if len(alike) == 1 else None
 
     def alike(self, name: str) -> list[str]:
-        """The columns that a name may stand for."""
+        """Return the columns that a name may stand for.
+
+        By its name; or else its label, the last parts of its dotted name, or its number (``#3``).
+        """
         if name in self.columns:
             return [name]
         labelled = [own for own, column in self.columns.items() if column.label == name]
@@ -119,16 +122,16 @@ class Table:
         return labelled or ending or numbered
 
     def listed(self) -> str:
-        """Names of the columns, for messages."""
+        """Return the names of the columns, for messages."""
         names = [name for name, column in self.columns.items() if not column.holds]
         more = f" and {len(names) - 40} more" if len(names) > 40 else ""
         return (", ".join(names[:40]) or "no columns") + more
 
 
 def numbered(names: Sequence[str]) -> list[str]:
-    """Names of columns, those that occur more than once numbered from 1: ``Time.1``, ``Time.2``.
+    """Return names of columns, with repeated ones numbered from 1: ``Time.1``, ``Time.2``.
 
-    The name alone then stands for none of them, and is refused where it is asked for.
+    The name without a number is then ambiguous and refused.
     """
     times, seen, unique = Counter(names), Counter[str](), []
     for name in names:

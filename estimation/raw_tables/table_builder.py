@@ -1,4 +1,4 @@
-"""The columns of a file while it is read: what becomes one, and what holds no numbers."""
+"""Builder of a table: the columns of a file while it is read, with and without numbers."""
 
 import math
 from dataclasses import dataclass, field
@@ -12,20 +12,20 @@ from axisid.support.memory import Room
 
 from .table import RawColumn, Samples, Table
 
-#: What arrays hold, by the kind of their cells.
+#: Content of arrays without real numbers, by the kind of their cells.
 _NO_NUMBERS = {"c": "complex numbers", **dict.fromkeys("SUT", "text")}
 
 
 @dataclass(slots=True)
 class TableBuilder:
-    """The columns of a file while it is read, and what in it is none.
+    """The columns of a file while it is read.
 
     Attributes
     ----------
     columns : dict
         As in `Table`.
     room : Room
-        The memory that there is for the columns; any where they are in memory already.
+        Memory for the columns; unlimited for columns that are in memory already.
     """
 
     columns: dict[str, RawColumn] = field(default_factory=dict)
@@ -41,9 +41,9 @@ class TableBuilder:
         clock: Array | None = None,
         note: str = "",
     ) -> None:
-        """Take an array: numbers, or time stamps and durations, counted in s.
+        """Add an array of numbers, or of time stamps and durations, which are converted to s.
 
-        Time stamps count from the first.
+        Time stamps are relative to the first.
 
         Raises
         ------
@@ -72,7 +72,7 @@ class TableBuilder:
         )
 
     def pass_over(self, name: str, what: str) -> None:
-        """Take a column that holds no numbers but something else.
+        """Add a column without numbers, with its content.
 
         Raises
         ------
@@ -85,15 +85,15 @@ class TableBuilder:
         self._put(name, RawColumn(samples=wrong, holds=what))
 
     def _put(self, name: str, column: RawColumn) -> None:
-        """Keep a column; of two with one name nothing says which is meant."""
+        """Add a column; refuse a second one of the same name, which would be ambiguous."""
         if name in self.columns:
             raise twice(name)
         self.columns[name] = column
 
     def add_array(self, name: str, values: object, unit: str = "") -> None:
-        """Take an array of any shape: a vector, or a matrix whose columns are numbered from 1.
+        """Add an array of any shape: a vector, or a matrix whose columns are numbered from 1.
 
-        Of a matrix that is wider than long, as Simulink's `To File` writes it, the rows are taken.
+        The rows of a matrix that is wider than long are its columns, as in Simulink's `To File`.
         """
         array = np.asarray(values)
         if array.size < 2 or (array.ndim > 2 and array.size > max(array.shape)):
@@ -115,17 +115,18 @@ class TableBuilder:
         *,
         advice: str = "",
     ) -> Table:
-        """Return the table of the gathered columns.
+        """Return the table of the added columns.
 
         Raises
         ------
         DataError
-            That is no column, and there is advice on it.
+            There is no column of numbers, and advice is given.
         """
         if advice and all(column.holds for column in self.columns.values()):
             listed = ", ".join(f"{n}: {c.holds}" for n, c in [*self.columns.items()][:8])
             raise DataError(
-                f"{source} has no columns of numbers{f' ({listed})' * bool(listed)}: {advice}.",
+                f"{source} has no columns of numbers{f' ({listed})' * bool(listed)}. "
+                f"{advice[:1].upper()}{advice[1:]}.",
                 code="columns",
             )
         return Table(
@@ -138,7 +139,7 @@ class TableBuilder:
 
 
 def twice(name: str) -> DataError:
-    """The error of a file in which two columns have one name."""
+    """Return the error of a file in which two columns have the same name."""
     return DataError(
         f"The name {name!r} occurs twice in the log, so it is ambiguous. Rename one of the two "
         "columns in the file.",

@@ -1,7 +1,7 @@
-"""Units as logs write them: a whitelist, its factors to SI, and names with a unit.
+"""Units in logs: a list of known units, their factors to SI, and names with a unit.
 
-Inside the program every number is SI; this is the edge. `nm` is a nanometre and `Nm` a newton
-metre; what is not on the list is refused, not guessed.
+Inside the program every number is SI; units are converted here. `nm` is a nanometre and `Nm` a
+newton metre; a unit that is not on the list is refused, not guessed.
 """
 
 import re
@@ -15,7 +15,7 @@ from axisid.support.errors import ModelError
 
 from .table import numbered
 
-#: Of an archive of NumPy's arrays: units by name, as JSON.
+#: Entry of a NumPy archive with the units by name, as JSON.
 UNITS_ENTRY = "axisid.units"
 
 #: Factor to SI by symbol, with a power of pi, and the coherent unit.
@@ -99,14 +99,14 @@ _NAMES = {
 }
 
 
-#: What encoders count; no unit until it is scaled.
+#: Names of encoder counts; they have no unit until they are scaled.
 COUNTS = frozenset(
     "count counts ct cts digit digits inc incr increment increments ink inkremente lsb pulse "
     "pulses step steps tick ticks".split()
 )
 
 
-#: To forty digits.
+#: Pi to forty digits.
 _PI = Fraction(31415926535897932384626433832795028841971, 10**40)
 
 
@@ -117,13 +117,13 @@ class UnitQuantity:
     Attributes
     ----------
     value : Fraction
-        Of the coherent unit, pi to forty digits.
+        Value in the coherent unit, with pi to forty digits.
     unit : Unit or None
-        Coherent; None for a plain number.
+        Coherent unit; None for a plain number.
     angle : Fraction or int
-        Power of the radian, which the unit counts as a number.
+        Power of the radian, which has no dimension in the unit.
     is_count : bool
-        Whether it is of what encoders count.
+        True for encoder counts.
     """
 
     value: Fraction
@@ -158,7 +158,7 @@ def exact_unit(text: str) -> UnitQuantity | None:
 
 
 def is_unit(text: str) -> bool:
-    """Return whether a text is surely a unit: one that is known, or what encoders count."""
+    """Return True if a text is a known unit, or a name of encoder counts."""
     return exact_unit(text) is not None or text.strip().lower() in COUNTS
 
 
@@ -166,10 +166,11 @@ LABEL_WITH_UNIT = re.compile(r"(.+?)(\s*)(?:\[([^\[\]]+)\]|\(([^()]+)\)|/\s*([^\
 
 
 def split_label(label: str) -> tuple[str, str]:
-    """Name and unit of a header such as ``position [mm]`` or ``vel (rad/s)``; no unit, no cut.
+    """Return name and unit of a header such as ``position [mm]`` or ``vel (rad/s)``.
 
-    What stands in square brackets is a unit, known or not, unless it is a number (``q[1]``).
-    In parentheses or after a slash it is one if it is known, or if encoders count in it.
+    A text in square brackets is a unit, known or not, unless it is a number (``q[1]``). In
+    parentheses or after a slash it has to be a known unit or encoder counts. A header without a
+    unit is a name as a whole.
     """
     match = LABEL_WITH_UNIT.fullmatch(label)
     if match is None:
@@ -183,9 +184,9 @@ def split_label(label: str) -> tuple[str, str]:
 
 
 def split_labels(labels: Sequence[str]) -> list[tuple[str, str]]:
-    """Names and units of all headers, each name once.
+    """Return names and units of all headers, with unique names.
 
-    Names that differ by their units only stay as written, those that occur twice are numbered.
+    Names that differ by their units only stay as written; repeated ones are numbered.
     """
     split = [split_label(label) for label in labels]
     times = Counter(name for name, _ in split)

@@ -1,4 +1,4 @@
-"""Records: roles, SI units, one clock, repairs on request, each counted.
+"""Records: columns by role in SI, with one clock; repairs on request, which are counted.
 
 In: `Table`, `Axis`. Out: `Record`. Knows nothing of filters.
 """

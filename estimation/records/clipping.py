@@ -1,9 +1,10 @@
-"""Samples of a control or a force that were cut off: by the drive's limit or by a recorder.
+"""Clipped samples of a control or a force: by the limit of the drive or of a recorder.
 
-A signal that is cut off keeps one value, its largest or smallest, and goes into and out of it by
-steps. A right one may keep its largest value too: a smooth or quantised one glides into it, an axis
-at rest holds its control, a commanded profile goes along straight ramps from one set value to
-another, and a control that is written less often than the position keeps every value for a while.
+A clipped signal keeps its largest or smallest value, and enters and leaves it by steps. A signal
+that is not clipped may keep its largest value as well: a smooth or quantised one approaches it
+smoothly, an axis at standstill holds its control, a commanded profile follows straight ramps from
+one set value to another, and a control that is written less often than the position keeps every
+value for a while.
 """
 
 import math
@@ -19,26 +20,26 @@ from axisid.support.arrays import Array, runs
 
 from .quantisation import quantisation_step, rounding
 
-# equal samples at an extreme, from which a signal may have been cut off there
+# fewest equal samples at an extreme of a clipped signal
 _MIN_FLAT_SAMPLES = 3
 
 
 def clipped(
     columns: RoleColumns, axis: Axis | None, *, masked: bool
 ) -> tuple[RoleColumns, list[str]]:
-    """Columns with a mask of the samples of a measured force, or of the control, that are cut off.
+    """Return columns with a mask of clipped samples of the force or else control, and notes.
 
-    At its extreme or limit. Where none is asked for, what is said of those that are cut off, but
-    for a control at the limit.
+    Samples are clipped at the extremes of the column or at the drive's limit. If they are not to be
+    masked, a note reports them, except for a control at the limit.
 
     Parameters
     ----------
     columns : RoleColumns
         Each with its clock.
     axis : Axis or None
-        With the drive's limit.
+        Axis with the drive's limit.
     masked : bool
-        Whether they are left out.
+        True if clipped samples are masked.
     """
     role = "force" if "force" in columns.samples else "control"
     driven = columns.samples.get(role)
@@ -48,7 +49,7 @@ def clipped(
     limit = axis.drive.limit if role == "control" and axis is not None else math.inf
     if masked:
         cut |= np.abs(values) >= limit * (1 - LIMIT_TOLERANCE.value)
-    else:  # A flat top that is at the limit is off it by a converter's noise at most.
+    else:  # A flat top at the limit differs from it by the noise of a converter at most.
         cut &= np.abs(values) < 0.98 * limit
     count, extremes = int(cut.sum()), np.unique(values[cut])
     at = (
@@ -73,11 +74,11 @@ def clipped(
 
 
 def _flat_tops(driven: Samples, position: Samples | None) -> Mask:
-    """Samples at an extreme at which a control or a force is cut off, (N,)."""
+    """Return the samples at an extreme at which a control or a force is clipped, (N,)."""
     signal = _Signal(driven.values)
     there = None if position is None else np.interp(driven.times, position.times, position.values)
     cut = [extreme for extreme in (signal.least, signal.most) if _is_cut(signal, extreme, there)]
-    # What is cut off on one side is so on the other at the same value, be it for a sample.
+    # A signal that is clipped on one side is also clipped at the opposite value, even for a sample.
     opposite = [extreme for extreme in (signal.least, signal.most) if -extreme in cut]
     return np.isin(driven.values, [*cut, *opposite])
 
@@ -95,23 +96,23 @@ def _is_cut(signal: "_Signal", extreme: float, position: Array | None) -> bool:
 
 
 class _Signal:
-    """A signal around the runs at its extremes."""
+    """A signal with its runs at the extremes."""
 
     def __init__(self, values: Array) -> None:
         self.values, self.kept_for = values, _samples_kept(values)
         self.quantum = quantisation_step(values) or rounding(values)
         self.least, self.most = float(values.min()), float(values.max())
-        # Samples between steps of other signs.
+        # Samples between steps of opposite signs.
         self.turns = np.flatnonzero(np.diff(np.sign(np.diff(values)))) + 1
 
     def is_steep(self, start: int, stop: int) -> bool:
-        """Return whether a run begins and ends by more than a smooth signal's rounding."""
+        """Return True if a run begins and ends with larger steps than rounding of a smooth one."""
         ends = [k for k in (start, stop) if 0 < k < len(self.values)]
         least = min((abs(self.values[k] - self.values[k - 1]) for k in ends), default=0.0)
         return float(least) > MAX_SMOOTH_STEP.value * self.quantum
 
     def is_set(self, start: int, stop: int) -> bool:
-        """Return whether a run belongs to a commanded profile, straight between values."""
+        """Return True if a run belongs to a commanded profile with straight lines."""
         last = len(self.values) - 1
         before = int(self.turns[self.turns < start].max(initial=0))
         after = int(self.turns[self.turns >= stop].min(initial=last))
@@ -119,10 +120,10 @@ class _Signal:
         return rises and (stop > last or self._is_straight(stop - 1, after, 1))
 
     def _is_straight(self, top: int, end: int, way: int) -> bool:
-        """Whether the signal goes straight from a sample at an extreme to another value it keeps.
+        """Return True if a straight line leads from a sample at an extreme to another kept value.
 
-        In a few samples to one between the extremes, or along a ramp of more to any. Where in its
-        first and last sample a ramp has its corners is not known.
+        A short line of a few samples must end between the extremes; a longer ramp may end at any
+        value. The corners of a ramp are at unknown places within its first and last sample.
         """
         beyond = np.arange(end, end + way * _MIN_FLAT_SAMPLES * self.kept_for, way)
         kept = self.values[beyond[(beyond >= 0) & (beyond < len(self.values))]]
@@ -136,16 +137,16 @@ class _Signal:
 
 
 def _samples_kept(values: Array) -> int:
-    """Samples for which each value is kept, between the extremes; one of a control of every row."""
+    """Return the number of samples for which values between the extremes are kept; usually 1."""
     edges = np.flatnonzero(np.diff(values)) + 1
     inner = values[edges[:-1]]
     lengths = np.diff(edges)[(inner > values.min()) & (inner < values.max())]
-    # A tenth of the values may be kept for less long.
+    # A tenth of the values may be kept for fewer samples.
     return max(int(np.quantile(lengths, 0.1)), 1) if len(lengths) else 1
 
 
 def _rests(position: Array | None, start: int, stop: int) -> bool:
-    """Return whether the axis does not move during a run of samples."""
+    """Return True if the axis does not move during a run of samples."""
     if position is None or stop - start < 20:
         return False
     quantum = quantisation_step(position) or rounding(position)

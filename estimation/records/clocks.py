@@ -1,6 +1,6 @@
-"""The times of columns: one time column, each column's own, or an even count; and their steps.
+"""Times of columns: one time column, one for each column, or an even count; and their steps.
 
-Gaps, clocks that go back, a period that drifts, one that was stated.
+Gaps, clocks that go back, a drifting period, a given period.
 """
 
 import math
@@ -14,8 +14,10 @@ from axisid.estimation.raw_tables import Repair, Table
 from axisid.estimation.records.columns import RoleColumns
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_MEAN_STEP_DEVIATION
 from axisid.support.arrays import Array
-from axisid.support.errors import DataError, UsageError, is_real, quoted, refuse
+from axisid.support.checks import is_real, refuse
+from axisid.support.errors import DataError, UsageError
 from axisid.support.settings import setting
+from axisid.support.wording import quoted
 
 from .shifts_and_interpolation import SELDOM_ROLES, advised_interpolation
 
@@ -31,18 +33,18 @@ def _split() -> str:
 
 
 def long_steps(time: Array, most: float) -> NDArray[np.intp]:
-    """Steps of a time, (N,), that are longer than so many median ones."""
+    """Return the steps of a time, (N,), that are longer than `most` median steps."""
     steps = np.diff(time)
     return np.flatnonzero(steps > most * np.median(steps)) if len(steps) else np.zeros(0, np.intp)
 
 
 def _is_rare(count: int, steps: int) -> bool:
-    """Return whether so many steps of all may be faults of single samples, and no jitter."""
+    """Return True if a number of odd steps may be faults of single samples instead of jitter."""
     return count <= max(0.01 * steps, 1)
 
 
 def clocked(table: Table, columns: RoleColumns, sample_period: float | None) -> RoleColumns:
-    """Every column but time with its times: the time column's, its own, or a count."""
+    """Return all columns except time with their times: common, their own, or a count."""
     samples = {role: s for role, s in columns.samples.items() if role != "time"}
     if "time" in columns.samples:
         lengths = {role: len(s.values) for role, s in columns.samples.items()}
@@ -65,7 +67,7 @@ def clocked(table: Table, columns: RoleColumns, sample_period: float | None) -> 
 
 
 def share_clock(columns: RoleColumns) -> bool:
-    """Return whether all columns have one clock."""
+    """Return True if all columns have the same clock."""
     shared = columns.motion.times
     clocks = [s.times for s in columns.samples.values()]
     return all(clock is shared or np.array_equal(clock, shared, equal_nan=True) for clock in clocks)
@@ -74,19 +76,20 @@ def share_clock(columns: RoleColumns) -> bool:
 def retimed(
     columns: RoleColumns, period: float | None, *, split: bool, uneven: bool
 ) -> RoleColumns:
-    """Columns whose one clock counts a given period, or goes on where it was set back.
+    """Return columns whose common clock counts a given period, or continues after a reset.
 
-    Columns with clocks of their own need not have been set back at one time, and stay.
+    Columns with clocks of their own may have been reset at different times, and are not changed.
 
     Parameters
     ----------
     columns : RoleColumns
     period : float or None
-        s; replaces times of too few digits.
+        Sampling period, s, which replaces times with too few digits.
     split : bool
-        Whether the log may be cut where its clock was set back.
+        True if the log may be cut where its clock was set back.
     uneven : bool
-        Whether short steps may be jitter; else a rare one is a clock that was set back a little.
+        True if short steps may be jitter; otherwise a rare one is a clock that was set back a
+        little.
     """
     if not share_clock(columns):
         return columns
@@ -102,9 +105,10 @@ def retimed(
 
 
 def _counted(time: Array, period: float) -> tuple[Array, list[Repair]]:
-    """Times of too few digits, which stand still too often, replaced by a count of the period, s.
+    """Return a count of the period, s, instead of times with too few digits.
 
-    They must be those times but for their digits; others stay as they are.
+    The times must repeat often and agree with the count up to their digits; otherwise they are
+    returned unchanged.
     """
     steps = np.diff(time)
     tick = float(steps.max(initial=0.0))
@@ -113,17 +117,17 @@ def _counted(time: Array, period: float) -> tuple[Array, list[Repair]]:
     if not is_count or _is_rare(int(np.sum(steps == 0)), len(steps)):
         return time, []
     text = (
-        f"time stamps that step by 0 to {1e3 * tick:.6g} ms replaced by a count of the sampling "
-        "period that was given"
+        f"time stamps with steps of 0 to {1e3 * tick:.6g} ms replaced by a count of the given "
+        "sampling period"
     )
     return counted, [Repair(kind="clock", count=len(time), text=text)]
 
 
 def _past_restarts(time: Array, *, uneven: bool) -> tuple[Array, list[Repair]]:
-    """Times that go on where the clock was set back; those that are not finite are passed over.
+    """Return times that continue where the clock was set back; ignore times that are not finite.
 
-    There a gap is made of a few periods, so that the log is cut; how much time passed is not known.
-    Steps back that are no faults of single places are left, for whoever needs time to increase.
+    A gap of a few periods is made there, so that the log is cut; its duration is unknown. Frequent
+    steps back are not changed, and are refused later.
     """
     timed = np.flatnonzero(np.isfinite(time))
     finite = time[timed]
@@ -134,7 +138,7 @@ def _past_restarts(time: Array, *, uneven: bool) -> tuple[Array, list[Repair]]:
     if not places.size or not typical > 0 or not _is_rare(len(places), len(steps)):
         return time, []
     shifts = np.zeros(len(time))
-    shifts[timed[places + 1]] = 4 * typical - steps[places]  # more than any gap needs, to cut there
+    shifts[timed[places + 1]] = 4 * typical - steps[places]  # longer than the shortest gap
     k, times = places[0], "once" if len(places) == 1 else f"{len(places)} times"
     text = (
         f"the clock is set back {times}, first before data row {timed[k + 1] + 1}, "
@@ -144,7 +148,7 @@ def _past_restarts(time: Array, *, uneven: bool) -> tuple[Array, list[Repair]]:
 
 
 def filled(table: Table, columns: RoleColumns, *, uneven: bool) -> RoleColumns:
-    """Columns without the samples that lack a value, where these may be left out."""
+    """Return columns without samples that lack a value, if these may be left out."""
     if not uneven:
         _check_even(table, columns)
     kept = {
@@ -174,7 +178,7 @@ def filled(table: Table, columns: RoleColumns, *, uneven: bool) -> RoleColumns:
 
 
 def _check_even(table: Table, columns: RoleColumns) -> None:
-    """Refuse cells without a finite number, a log's way to write a lower rate, and other clocks."""
+    """Refuse cells without a finite number, as of a lower rate, and columns of other clocks."""
     for role, samples in columns.samples.items():
         for what, cells in ((f"time of the {role}", samples.times), (role, samples.values)):
             empty = np.flatnonzero(~np.isfinite(cells))
@@ -208,7 +212,7 @@ def _check_even(table: Table, columns: RoleColumns) -> None:
 
 
 def _unequal(source: str, table: Table, lengths: Mapping[str, int], advice: str = "") -> DataError:
-    """The error of columns that differ in length, with what is wrong with the file."""
+    """Return the error of columns that differ in length, with the warnings of the file."""
     listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
     why = f" ({'; '.join(table.warnings)})" if table.warnings else ""
     return DataError(
@@ -237,8 +241,8 @@ def step_notes(pieces: Sequence[Array]) -> tuple[str, ...]:
     if not steps.size or np.ptp(steps) <= 0.02 * abs(steps.mean()):
         return ()
     return (
-        f"time steps of {1e3 * steps.min():.6g} to {1e3 * steps.max():.6g} ms taken as even, "
-        f"{1e3 * steps.mean():.6g} ms each",
+        f"time steps of {1e3 * steps.min():.6g} to {1e3 * steps.max():.6g} ms read as even steps "
+        f"of {1e3 * steps.mean():.6g} ms",
     )
 
 
@@ -260,7 +264,7 @@ def check_increases(source: str, what: str, time: Array) -> None:
 def check_time(
     source: str, time: Array, spans: Sequence[tuple[int, int]], period: float | None
 ) -> None:
-    """Refuse a time that does not increase evenly within the segments, or by another period, s."""
+    """Refuse a time with uneven steps within the segments, or with another period, s."""
     check_increases(source, "time", time)
     steps, tolerance = np.diff(time), MAX_MEAN_STEP_DEVIATION.value
     inside = np.ones(len(steps), dtype=bool)
@@ -279,7 +283,7 @@ def check_time(
         )
     if period is not None and abs(mean / typical - 1) < tolerance:
         check_stated(source, typical, period)
-    # Means over 100 steps, over which jitter of a quarter of a period is half a percent.
+    # Means over 100 steps, in which jitter of a quarter of a period is half a percent.
     means = [np.diff(time[start:stop:100]) / 100 for start, stop in spans]
     slow, *_, fast = np.sort(np.concatenate([*means, [typical, mean]]))
     if not (slow > mean * (1 - tolerance) and fast < mean * (1 + tolerance)):
@@ -292,7 +296,7 @@ def check_time(
 
 
 def _by_arrival(step: float) -> str:
-    """What to do where the samples are even and their stamps are times of arrival."""
+    """Return the remedy for even samples whose time stamps are times of arrival."""
     return (
         "If the drive sampled evenly and the times are only arrival times of the rows, delete the "
         f"time column and give sample_period in run.toml (the mean step is {step:.6g} s)."
@@ -300,7 +304,7 @@ def _by_arrival(step: float) -> str:
 
 
 def check_stated(source: str, measured: float, stated: float, uncertainty: float = 0.0) -> None:
-    """Refuse a sampling period that was given, s, and is not the one of the time column."""
+    """Refuse a given sampling period, s, that differs from that of the time column."""
     if not abs(stated / measured - 1) < 0.005 + uncertainty:
         raise DataError(
             f"{source}: sample_period is {stated:g} s, but the time column steps by {measured:g} "
@@ -310,7 +314,7 @@ def check_stated(source: str, measured: float, stated: float, uncertainty: float
 
 
 def check_sample_period(period: object) -> None:
-    """Refuse what is no sampling period."""
+    """Refuse a sampling period that is no positive number."""
     if not (is_real(period) and 0 < period < math.inf):
         raise UsageError(
             f"the sampling period is {quoted(period)}. Give a positive number of seconds.",

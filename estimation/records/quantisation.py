@@ -1,4 +1,4 @@
-"""Quantisation of a record: counts of an encoder, steps of a converter."""
+"""Quantisation of a record: steps of an encoder or of a converter."""
 
 import numpy as np
 
@@ -17,19 +17,19 @@ def rounding(values: Array) -> float:
 def quantisation_step(values: Array, fewest: int = 1) -> float:
     """Return the quantisation step: the least difference, if others are its multiples.
 
-    Else 0, as where fewer than so many differences tell it.
+    Return 0 otherwise, or if fewer than `fewest` small differences can be compared.
     """
     differences = np.diff(np.unique(values))
     differences = differences[differences > rounding(values)]
     least = float(differences.min(initial=np.inf))
-    few = differences[differences < 5 * least] / least  # larger ones do not tell
-    whole = np.abs(few - np.round(few)) < 0.15  # as decimals leave them
+    few = differences[differences < 5 * least] / least  # larger multiples are not distinguishable
+    whole = np.abs(few - np.round(few)) < 0.15  # except for rounding to decimals
     enough = np.isfinite(least) and len(few) >= fewest
     return least if enough and np.mean(whole) > 0.9 else 0.0
 
 
-# of the samples change a rounded velocity; at a constant speed noise of half a step changes as
-# many, and averages the steps
+# largest share of samples at which a rounded velocity changes; more changes show that noise of half
+# a step or more averages the steps
 _MAX_DITHERED_SHARE = 0.5
 
 
@@ -43,7 +43,7 @@ def position_step(record: Record) -> float:
 def sensor_steps(axis: GeneratedAxis, record: Record) -> tuple[float, float]:
     """Return the quantisation steps of position and measured velocity in a sampled law, SI.
 
-    0 where nothing is known of them, or where noise averages the velocity's.
+    A step is 0 if it is unknown, or if noise averages the steps of the velocity.
     """
     law, velocity = axis.control, record.velocity
     if law is None or law.continuous:

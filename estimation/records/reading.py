@@ -1,4 +1,4 @@
-"""From the columns of a log to a record: roles, repairs, one clock."""
+"""Reading of a record from the columns of a log: roles, repairs, one clock."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -18,8 +18,11 @@ from axisid.estimation.thresholds import MAX_EVEN_STEP, MAX_UNEVEN_STEP
 from axisid.estimation.verdict_checks import unless_faulty
 from axisid.modeling.declaration import ROLES, Axis, Column, column_texts
 from axisid.support.arrays import runs
-from axisid.support.errors import DataError, Missing, UsageError, quoted, refuse
+from axisid.support.checks import refuse
+from axisid.support.errors import DataError, UsageError
 from axisid.support.memory import Room, room_for
+from axisid.support.missing import Missing
+from axisid.support.wording import quoted
 
 from .clipping import clipped
 from .clocks import (
@@ -50,56 +53,58 @@ def read_record(
     repairs: Repairs | None = None,
     max_memory: float | None = None,
 ) -> Record:
-    """Read a record, its columns found by the roles' names.
+    """Read a record from a log, with its columns by role.
 
     Parameters
     ----------
     log : str, Path, dataframe or mapping
         A file of a format of `axisid.estimation.logs.formats` by its ending (``.mat``,
-        ``.parquet``, ``.npz``, ``.mf4``, ``.tdms``, ``.bag``, ...), the folder of a ROS 2 bag, and
-        delimited text by any other ending, also compressed (``.csv.gz``).
-        Or a dataframe, or a mapping of column names to arrays. Or a ``run.toml`` that names the
-        log and says what it is: its keys are the arguments here, and those of `repairs`, by which
-        what is given here goes before what it says.
+        ``.parquet``, ``.npz``, ``.mf4``, ``.tdms``, ``.bag``, ...), the folder of a ROS 2 bag, or
+        delimited text with any other ending, also compressed (``.csv.gz``); or a dataframe, or a
+        mapping of column names to arrays; or a ``run.toml``, which names a log and describes it:
+        its keys are the arguments of this function and of `Repairs`. Given arguments replace the
+        values of the file.
     axis : Axis or GeneratedAxis, optional
-        Its `columns` name the columns of its logs; its coordinate and drive say what they measure.
+        Axis whose `columns` name the columns of its logs; its coordinate and drive determine their
+        units.
     columns : mapping of str to str or Column, optional
-        Column names by role, over those of the axis, or numbers from 1 (``"#3"``), each with what
-        its numbers mean if they are not SI: a unit (``"pos:mm"``) or a scaling
-        (``"inc:counts*360deg/4096/50+0.2deg"``). A role that neither names is looked for under its
-        own name (``time``, ``position``, ``reference``, ``control``, ``force``); a column that only
-        bears the name ``velocity`` or ``acceleration`` serves where there is no position. The
-        signals that the axis declares are roles of their names.
+        Column names by role, instead of those of the axis, or numbers from 1 (``"#3"``), each with
+        its unit if it is not SI (``"pos:mm"``), or a scaling
+        (``"inc:counts*360deg/4096/50+0.2deg"``). The default name of a role is the role (``time``,
+        ``position``, ``reference``, ``control``, ``force``). A column with the name ``velocity`` or
+        ``acceleration`` is used only if it is given here or by the axis, as it need not be
+        measured. The signals that the axis declares are roles of the same names.
     injected_at : str, optional
-        What the test signal in the column ``injected`` was added to, ``"control"`` or
-        ``"reference"``, over what the axis says.
+        Injection point of the test signal in the column ``injected``, ``"control"`` or
+        ``"reference"``, instead of that of the axis.
     sample_period : float, optional
-        s; takes the place of the time column's mean step, and of the column if there is none.
+        Sampling period, s, instead of the mean step of the time column; needed without times.
     windows : iterable of (float or None, float or None) or str, optional
-        First and last time, s, as the log's own time counts, of what is taken; None for the log's
-        beginning or end, or ``"2..8.5"``. All else is left out before anything is looked at: each
+        First and last time of each window, s, in the log's own time; None for the beginning or end
+        of the log; or a text, ``"2..8.5"``. All other samples are left out before any check. Each
         window is a segment of the record. The whole log by default.
     repairs : Repairs, optional
-        What may be done to the data; nothing by default.
+        Allowed repairs of the data; none by default.
     max_memory : float, optional
-        Bytes that reading a file may take, as far as they can be told beforehand; half of the
+        Largest memory for reading a file, bytes, as far as it is known before; half of the
         machine's memory by default.
 
     Returns
     -------
     Record
-        In SI; `Provenance.assumed`, `doubts` and `repairs` tell how it came to be.
+        In SI; `Provenance.assumed`, `doubts` and `repairs` describe how it was read.
 
     Raises
     ------
     RunFileError
-        A ``run.toml`` is wrong: every mistake in it.
+        A ``run.toml`` is wrong; the message lists every mistake.
     DataError
         The file is missing, malformed or too large, changes while it is read, lacks a column, or
-        needs a repair that is not asked for; a window is outside it, or holds nothing.
+        needs a repair that is not requested; a window is outside it, or has too few samples.
     UsageError
-        A role does not exist, a window is no pair of times or overlaps another, a unit is not the
-        role's, or a sampling period is given for columns that are resampled by times of their own.
+        A role does not exist, a window is no pair of times or overlaps another, a unit does not
+        suit the role, or a sampling period is given for columns that are resampled by times of
+        their own.
     """
     if sample_period is not None:
         check_sample_period(sample_period)
@@ -136,7 +141,7 @@ def read_record(
             no_windows = windows is None or (isinstance(windows, tuple) and not windows)
             given = columns or sample_period or injected_at or max_memory or not no_windows
             if given or repairs not in (None, Repairs()):
-                raise  # it may be of what is given beside the file
+                raise  # the cause may be a given argument
             raise DataError(str(error), code=error.code) from error
     repairs = repairs or Repairs()
     chosen = checked_windows(windows)
@@ -167,7 +172,7 @@ def _record(
     windows: tuple[Window, ...],
     room: Room,
 ) -> Record:
-    """A record of the chosen columns, repaired as it was asked for."""
+    """Return a record of the chosen columns, with the requested repairs."""
     counted = "time" not in read.samples and all(s.clock is None for s in read.samples.values())
     uneven, split = repairs.resample is not None, repairs.gaps is not None
     columns = retimed(clocked(table, read, period), period, split=split, uneven=uneven)

@@ -1,9 +1,9 @@
-"""The record: what was measured, checked once, then read-only, and its clock beside the law's.
+"""The record: measured signals, checked once, then read-only; and the clock of the control law.
 
-A time column in another unit, or scaled, changes every inertia by its square and leaves no other
-trace in a record without reference. Where the axis declares a law, its period is compared with the
-log's own; a log that is slower or faster than the loop is to be confirmed by the user, or the law
-declared to have a clock of its own. A continuous law has none.
+A time column in another unit, or with a wrong scale, changes every inertia by the square of the
+scale, and shows no other effect in a record without reference. If the axis declares a law, its
+period is compared with that of the log. A log with another period has to be confirmed by the user,
+or the law be declared with a clock of its own. A continuous law has no period.
 """
 
 import hashlib
@@ -24,10 +24,12 @@ from axisid.estimation.thresholds import LARGEST_VALUE, MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis, ControlLaw
 from axisid.modeling.quantities import settle
 from axisid.support.arrays import Array, Exact, frozen, mask_of, runs
-from axisid.support.errors import DataError, UsageError, quoted, real_array, refuse
+from axisid.support.checks import real_array, refuse
+from axisid.support.errors import DataError, UsageError
 from axisid.support.files import write_file
 from axisid.support.mappings import FrozenMapping
 from axisid.support.presentable import Presentable
+from axisid.support.wording import quoted
 
 from .clocks import check_sample_period, check_time, period_uncertainty
 from .segments import (
@@ -44,7 +46,7 @@ from .segments import (
 )
 from .shifts_and_interpolation import Rows, check_movable, checked_shifts, shifted_rows
 
-#: What a file that a record was written to says it is.
+#: Mark of a file that a record was written to.
 MARK = "axisid.record/1"
 
 
@@ -55,44 +57,46 @@ class Record(Presentable, Exact):
     Attributes
     ----------
     time : (N,) array
-        s, strictly increasing, without gaps inside a segment.
+        Time, s, strictly increasing, without gaps inside a segment.
     position : (N,) array
-        Measured, m or rad. Where none is given, the integral of the velocity, segment by segment
-        from the reference there or from 0; it serves axes alone whose model does without it.
+        Measured position, m or rad. If none is given, the integral of the velocity, segment by
+        segment from the reference at its start or from 0; only an axis whose model does not depend
+        on the position can use it.
     velocity : (N,) array or None
-        Measured, m/s or rad/s; taken in place of the differentiated position.
+        Measured velocity, m/s or rad/s; used instead of the differentiated position.
     acceleration : (N,) array or None
-        Measured, m/s^2 or rad/s^2; taken in place of the differentiated velocity.
+        Measured acceleration, m/s^2 or rad/s^2; used instead of the differentiated velocity.
     reference : (N,) array or None
         Commanded position; instrumental variables need it.
     control : (N,) array or None
         Control signal in the drive's unit.
     force : (N,) array or None
-        Drive force, N or N m; taken instead of the control where both are given.
+        Drive force, N or N m; used instead of the control if both are given.
     injected : (N,) array or None
-        A test signal that was added in the loop, in the unit of what it was added to.
+        Test signal that was added in the loop, in the unit of the signal that it was added to.
     injected_at : str or None
-        What it was added to: ``control``, between the law and the drive's limit, or ``reference``.
+        Injection point: ``control``, between the law and the drive's limit, or ``reference``.
     signals : mapping of str to (N,) array
-        The recorded signals that an axis declares, by name.
+        Recorded signals that an axis declares, by name.
     sample_period : float or None
-        s. None takes the mean of the time column's steps. Given beside them, it confirms that the
-        log is not sampled as a control law runs, which is then simulated at its own period.
+        Sampling period, s; the mean step of the time column for None. A given period confirms that
+        the log is not sampled with the period of the control law, which is then simulated at its
+        own period.
     segments : tuple of (int, int)
         First sample and the one after the last of each piece without gaps; empty for one piece.
     masked : tuple of (int, int)
-        Samples that are no measurements (clipped), likewise.
+        First sample and the one after the last of each piece that is no measurement (clipped).
     windows : tuple of (float, float)
-        First and last time, s, of each part of a log that the record is; empty for the whole.
+        First and last time, s, of each part of a log; empty for the whole log.
     around : mapping of str to Samples
-        Of such a record the columns of the whole log, for figures; else empty.
+        Columns of the whole log, for figures of a record of windows; otherwise empty.
     provenance : Provenance
-        Where the record comes from.
+        Source of the record.
     integrated : bool
-        Whether the position is the velocity's integral; set where no position is given.
+        True if the position is the integral of the velocity; set if no position is given.
     sampled : Record or None
-        Of a record that was resampled the rows before, where its columns have one clock and no
-        gaps: what a control law read is in these.
+        Rows of a resampled record before resampling, if its columns have one clock and no gaps:
+        these are the values that the control law read.
 
     Raises
     ------
@@ -145,7 +149,7 @@ class Record(Presentable, Exact):
         if self.integrated:
             there = np.size(self.position) == len(self)
             settle(self, position=frozen(self.position if there else self._integral()))
-        # A test signal may move the axis alone.
+        # A test signal alone may move the axis.
         still = ("time", "injected", "reference") if injected else ("time",)
         for role, values in columns.items():
             if role in ROLES and role not in still and values.min() == values.max():
@@ -156,7 +160,7 @@ class Record(Presentable, Exact):
                 )
 
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
-        """Made again from its parts, since arrays forget on the way that they are read-only."""
+        """Return how to make it again from its parts, as pickled arrays are not read-only."""
         return partial(
             type(self), **{each.name: getattr(self, each.name) for each in fields(self)}
         ), ()
@@ -167,13 +171,13 @@ class Record(Presentable, Exact):
 
     @property
     def size(self) -> str:
-        """Samples and sampling period, in words."""
+        """Number of samples and sampling period as a text."""
         pieces = f" in {len(self.segments)} segments" if self.segments else ""
         return f"{len(self)} samples of {1e3 * self.period:.6g} ms{pieces}"
 
     @property
     def motion(self) -> tuple[str, ...]:
-        """Return the roles of the measured motion."""
+        """Roles of the measured motion."""
         return tuple(r for r in ("position", "velocity", "acceleration") if r in self.channels())
 
     @property
@@ -186,26 +190,27 @@ class Record(Presentable, Exact):
 
     @property
     def spans(self) -> tuple[tuple[int, int], ...]:
-        """First sample and the one after the last of each segment; of a whole record, its own."""
+        """First sample and the one after the last of each segment, or of the whole record."""
         return self.segments or ((0, len(self)),)
 
     def longest(self) -> "Record":
-        """The longest segment as a record of its own; a record of one piece itself."""
+        """Return the longest segment as a record; the record itself if it has one piece."""
         longest = max(self.spans, key=lambda span: span[1] - span[0])
         return self._of([longest]) if self.segments else self
 
     def windowed(self, *windows: tuple[float | None, float | None]) -> "Record":
-        """The record within windows of time alone, each of them a segment.
+        """Return the record within windows of time, each of which is a segment.
 
         Parameters
         ----------
         *windows : (float or None, float or None)
-            First and last time of each, s, as `time` counts; None for the record's own end.
+            First and last time of each window, s, in the record's `time`; None for the start or end
+            of the record.
 
         Returns
         -------
         Record
-            As if what lies outside had never been recorded.
+            Samples outside the windows have no effect on it.
 
         Raises
         ------
@@ -232,22 +237,22 @@ class Record(Presentable, Exact):
         )
 
     def shifted(self, **shifts: float | str) -> "Record":
-        """The record with columns moved to later times, as of a logger that wrote them too early.
+        """Return the record with columns shifted to later times, if a logger wrote them too early.
 
         Parameters
         ----------
         **shifts : int, float or str
-            By role, whole samples, or a time with its unit: ``control=1``, ``reference="-2ms"``.
+            Whole samples by role, or a time with its unit: ``control=1``, ``reference="-2ms"``.
 
         Returns
         -------
         Record
-            Without the samples at the ends of each segment that have no partner then.
+            Without the samples at the ends of each segment that have no counterpart.
 
         Raises
         ------
         UsageError
-            A role cannot be moved, or the amount is no whole number of samples.
+            A role cannot be shifted, or the amount is no whole number of samples.
         """
         wanted = checked_shifts(shifts)  # of roles, and of signals by name
         check_movable(self._name(), self.channels(), wanted)
@@ -256,19 +261,19 @@ class Record(Presentable, Exact):
         return self._taken(kept, lengths, places, provenance=self._repaired(*repairs))
 
     def write(self, file: str | Path, axis: Axis | GeneratedAxis) -> Path:
-        """Write the record as a log that `read_record` reads back as it is.
+        """Write the record as a log that `read_record` reads back unchanged.
 
-        Columns have the names and units that the axis declares, or their roles and SI. What the
-        axis does not name by itself, a velocity or an injected signal, is named as it is read:
-        ``columns={"velocity": "velocity"}``. Segments are gaps in the time, for
-        ``Repairs(gaps="split")``; what is masked is written like the rest.
+        Columns have the names and units that the axis declares, or else their roles and SI. Columns
+        that the axis does not name, such as a velocity or an injected signal, have to be named when
+        the log is read: ``columns={"velocity": "velocity"}``. Segments are gaps in the time, for
+        ``Repairs(gaps="split")``; masked samples are written like others.
 
         Parameters
         ----------
         file : str or Path
             Ends in ``.csv``, ``.parquet`` (needs pyarrow) or ``.npz``; written whole or not at all.
         axis : Axis or GeneratedAxis
-            Whose columns and units.
+            Axis with the names and units of the columns.
 
         Returns
         -------
@@ -279,7 +284,7 @@ class Record(Presentable, Exact):
         UsageError
             The ending is another one, or the file cannot be written.
         ModelError
-            The axis names a column in a way that no log with heads can have.
+            The axis names a column in a way that is not possible in a header.
         DataError
             pyarrow is not installed.
         """
@@ -303,7 +308,7 @@ class Record(Presentable, Exact):
     def _taken(
         self, rows: Rows, lengths: Sequence[int], rows_by_role: Mapping[str, Rows], **changed: Any
     ) -> "Record":
-        """These samples of it in segments of such lengths, of the moved columns others."""
+        """Return the record of these rows in segments of given lengths; shifted columns by role."""
         columns = {role: v[rows_by_role.get(role, rows)] for role, v in self.channels().items()}
         masked = mask_of(self.masked, len(self))
         return self.with_channels(
@@ -320,35 +325,35 @@ class Record(Presentable, Exact):
 
     @property
     def commanded(self) -> Array | None:
-        """Return the reference that the law follows, with a test signal added to it, (N,)."""
+        """The reference that the law follows, including a test signal added to it, (N,)."""
         if self.reference is None or self.injected is None or self.injected_at != "reference":
             return self.reference
         return self.reference + self.injected
 
     @property
     def added_control(self) -> Array | None:
-        """Return the signal added to the control, in the drive's unit, (N,), or None."""
+        """The test signal added to the control, in the drive's unit, (N,), or None."""
         return self.injected if self.injected_at == "control" else None
 
     def __len__(self) -> int:
         return len(self.time)
 
     def channels(self) -> dict[str, Array]:
-        """The columns there are, by role, and the recorded signals by name.
+        """Return the columns by role, and the recorded signals by name.
 
-        A position that is integrated is none.
+        An integrated position is not among them.
         """
         roles = {r: getattr(self, r) for r in ROLES if not (self.integrated and r == "position")}
         return {**{r: v for r, v in roles.items() if v is not None}, **self.signals}
 
     def with_channels(self, columns: Mapping[str, Array], **changed: Any) -> "Record":
-        """The record with other columns, as `channels` gives them; none that were resampled."""
+        """Return the record with other columns, as in `channels`, without `sampled`."""
         roles: dict[str, Any] = {n: v for n, v in columns.items() if n not in self.signals}
         roles["signals"] = {name: columns[name] for name in self.signals}
         return replace(self, **{"sampled": None, **roles, **changed})
 
     def with_values(self, **columns: Array) -> "Record":
-        """The same samples of a twin: other values of some columns, which alone are checked."""
+        """Return the record with other values of some columns; only these are checked."""
         changed, name = object.__new__(type(self)), self._name()
         settle(changed, **{each.name: getattr(self, each.name) for each in fields(self)})
         settle(changed, **{r: checked_column(name, r, values) for r, values in columns.items()})
@@ -357,7 +362,7 @@ class Record(Presentable, Exact):
 
     @property
     def digest(self) -> str:
-        """Sha256 of the samples: of each channel its role, then its values as 64-bit floats."""
+        """SHA-256 of the samples: of the role of each channel, then its values as 64-bit floats."""
         digest = hashlib.sha256()
         for role, values in self.channels().items():
             digest.update(role.encode())
@@ -368,9 +373,9 @@ class Record(Presentable, Exact):
         return f"{self.provenance.source} {windows_text(self.windows)}".rstrip()
 
     def _check_roles(self) -> None:
-        """Refuse a record without time or motion, or a test signal that was added nowhere.
+        """Refuse a record without time or motion, or a test signal without an injection point.
 
-        Of one of velocity alone it is noted.
+        For a record with a velocity only, mark the position as integrated.
         """
         no_position = self.position is None or not np.size(self.position)
         refuse(
@@ -405,7 +410,7 @@ class Record(Presentable, Exact):
             settle(self, position=np.empty(0), integrated=True)
 
     def _integral(self) -> Array:
-        """The velocity's, by trapezoids, in each segment from the reference at its start."""
+        """Return the integral of the velocity by trapezoids, per segment from the reference."""
         velocity, position = np.asarray(self.velocity), np.zeros(len(self))
         for start, stop in self.spans:
             steps = self.period * (velocity[start + 1 : stop] + velocity[start : stop - 1]) / 2
@@ -416,7 +421,7 @@ class Record(Presentable, Exact):
 
 
 def check_record(record: object) -> None:
-    """Refuse what is no record, such as a file's name."""
+    """Refuse an argument that is no record, such as the name of a file."""
     if not isinstance(record, Record):
         raise UsageError(
             f"the record is {quoted(record)}. Read a record with read_record(path, axis).",
@@ -425,7 +430,7 @@ def check_record(record: object) -> None:
 
 
 def record_labels(records: Sequence[Record]) -> tuple[str, ...]:
-    """Names of several records: of their files, with a number where files are alike."""
+    """Return names of several records: their files, with a number if files have equal names."""
     sources = [record.provenance.source for record in records]
     return tuple(
         source if sources.count(source) == 1 else f"{source} (record {i})"
@@ -434,7 +439,7 @@ def record_labels(records: Sequence[Record]) -> tuple[str, ...]:
 
 
 def checked_column(source: str, role: str, values: ArrayLike) -> Array:
-    """A column as a frozen array of finite numbers, (N,)."""
+    """Return a column as a frozen array of finite numbers, (N,)."""
     column = frozen(real_array(values, f"{source}: the {role}", DataError))
     if column.ndim != 1:
         raise DataError(
@@ -454,7 +459,7 @@ def checked_column(source: str, role: str, values: ArrayLike) -> Array:
 
 
 def check_lengths(source: str, channels: Mapping[str, Array]) -> None:
-    """Refuse columns of several lengths, or of less than a record has."""
+    """Refuse columns of different lengths, or with fewer rows than a record needs."""
     lengths = {role: len(values) for role, values in channels.items()}
     listed = ", ".join(f"{role} {length}" for role, length in lengths.items())
     fewest = MIN_RECORD_SAMPLES.value
@@ -481,13 +486,13 @@ class OtherPeriod(Finding):
     Attributes
     ----------
     period : float
-        Of the log, s.
+        Sampling period of the log, s.
     law_period : float
-        Of the control law, s.
+        Period of the control law, s.
     kept : int or None
-        Number of periods of the law in one of the log; None for no whole number.
+        Number of periods of the law in one period of the log; None if it is no whole number.
     is_given : bool
-        Whether the period of the log was given for a log without times, and nothing confirms it.
+        True if the user gave the period of a log without times, so that nothing confirms it.
     """
 
     period: float
@@ -498,20 +503,20 @@ class OtherPeriod(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LawClock:
-    """How a record is sampled beside the control law of its axis.
+    """Sampling of a record relative to the control law of its axis.
 
     Attributes
     ----------
     ratio : float or None
-        How often the law is evaluated in a sample: 1 where both have one clock, of a continuous
-        law, and without one. None where the periods differ and nobody says that they should, or
-        because the record was resampled.
+        Number of evaluations of the law per sample: 1 for equal clocks, for a continuous law, and
+        without a law. None if the periods differ without a confirmation, or because the record was
+        resampled.
     resampled : bool
-        Whether the record has other samples than its log.
+        True if the record has other samples than its log.
     other : OtherPeriod or None
-        The period of the log, where it is not the law's and nothing confirms it.
+        Period of the log, if it differs from that of the law and nothing confirms it.
     confirmed : str
-        That it is not the law's, where the user or the law says so.
+        Text on the different periods, if the user or the law confirms them.
     """
 
     ratio: float | None
@@ -521,27 +526,30 @@ class LawClock:
 
     @property
     def doubt(self) -> str:
-        """Return what is wrong with the period of the log, and what to do; empty for nothing."""
+        """Sentence on a wrong period of the log, with a remedy; empty for none."""
         return "" if self.other is None else self.other.sentence
 
     @property
     def hold_delay(self) -> float:
-        """Return the delay in samples of a drive that holds its control: half the hold."""
+        """Delay in samples by a drive that holds its control: half the hold."""
         return 0.5 / max(self.ratio or 1.0, 1.0)
 
 
 def is_same_period(one: float, other: float, uncertainty: float = 0.0) -> bool:
-    """Return whether two sampling periods are the same; `uncertainty` is relative, of either."""
-    return abs(one / other - 1) <= 5e-4 + uncertainty  # ten times what crystals differ by
+    """Return True if two sampling periods are the same, up to a relative uncertainty."""
+    return abs(one / other - 1) <= 5e-4 + uncertainty  # ten times the tolerance of quartz crystals
 
 
 def law_clock(law: ControlLaw | None, record: Record) -> LawClock:
-    """The period of a record beside that of a law; without one there is nothing to compare with."""
+    """Return the period of a record relative to that of a law."""
     period, clock = record.period, record.provenance.clock
     stated = record.sample_period is not None and (clock is None or clock.stated)
     if clock is None:  # a record of arrays has its own times
-        jitter = period_uncertainty([record.time[start:stop] for start, stop in record.spans])
-        clock = PeriodSource(uncertainty=0.0 if stated else jitter)
+        uncertainty = 0.0
+        if not stated:
+            pieces = [record.time[start:stop] for start, stop in record.spans]
+            uncertainty = period_uncertainty(pieces)
+        clock = PeriodSource(uncertainty=uncertainty)
     logged, resampled = clock.step * period, clock.step != 1
     if law is None or law.continuous:
         return LawClock(ratio=1.0, resampled=resampled)

@@ -1,4 +1,4 @@
-"""Columns of any times onto one even grid: splines for the motion, straight lines for the force."""
+"""Resample columns to one even grid: splines for the motion, straight lines for the force."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -11,7 +11,8 @@ from axisid.estimation.raw_tables import PeriodSource, Repair, Samples
 from axisid.estimation.records.columns import RoleColumns, motion_role
 from axisid.estimation.thresholds import MAX_UNEVEN_STEP
 from axisid.support.arrays import Array
-from axisid.support.errors import DataError, UsageError, refuse
+from axisid.support.checks import refuse
+from axisid.support.errors import DataError, UsageError
 from axisid.support.settings import setting
 
 from .clocks import check_increases, check_stated, long_steps
@@ -30,7 +31,7 @@ def resample(
     between: Mapping[str, Interpolation] | None = None,
     edges: Sequence[float] | Array = (),
 ) -> RoleColumns:
-    """Columns, each with its own clock, on one even grid.
+    """Return columns that have clocks of their own on one even grid.
 
     Parameters
     ----------
@@ -39,21 +40,21 @@ def resample(
     rate : float or "auto"
         Hz.
     split : bool
-        Whether the log may be cut at gaps.
+        True if the log may be cut at gaps.
     stated : float, optional
-        s; the position's sampling period as the user knows it, in place of its mean step.
+        Sampling period of the position that the user gave, s, instead of its mean step.
     between : mapping of str to {"spline", "linear", "held"}
-        What columns are between their samples, by role: straight lines by default, and splines for
-        position, velocity and reference with what was added to it.
+        Interpolation of columns by role: straight lines by default, and splines for position,
+        velocity, reference and a test signal that was added to the reference.
     edges : sequence of float
-        Times between windows, s, where the log is cut anyway.
+        Times between windows, s, at which the log is always cut.
 
     Raises
     ------
     UsageError
-        The rate is lower than the position's.
+        The rate is lower than that of the position.
     DataError
-        Time does not increase, has gaps that are not to be cut at, is not sampled as was stated, or
+        Time does not increase, has gaps and `split` is False, or has another period than stated; or
         the columns do not overlap.
     """
     source, samples = columns.source, columns.samples
@@ -105,8 +106,8 @@ def resample(
     ]
     if gaps and not split:
         raise DataError(
-            f"{source}: time has {len(gaps)} gaps, the first after {gaps[0][0]:.9g} s; "
-            f"resampling would invent the motion there. Add {setting('gaps', 'split')}.",
+            f"{source}: time has {len(gaps)} gaps, the first after {gaps[0][0]:.9g} s, where the "
+            f"motion is unknown. Cut the log there: {setting('gaps', 'split')}.",
             code="uneven-time",
         )
     splined = {"position", "velocity", "reference"}
@@ -147,7 +148,7 @@ def resample(
 
 
 def _pieces(clock: Array, edges: Sequence[float] | Array) -> list[tuple[float, float]]:
-    """First and last time of each piece of a clock without gaps, cut where windows end."""
+    """Return first and last time of each piece of a clock without gaps, cut between windows."""
     cuts = np.searchsorted(clock, edges, side="right")
     pieces = np.split(clock, np.union1d(long_steps(clock, MAX_UNEVEN_STEP.value) + 1, cuts))
     return [(float(piece[0]), float(piece[-1])) for piece in pieces if len(piece)]
@@ -163,7 +164,7 @@ def _common(lists: Sequence[list[tuple[float, float]]]) -> list[tuple[float, flo
 def _onto(
     grid: Array, piece: tuple[float, float], clock: Array, samples: Samples, how: Interpolation
 ) -> Array:
-    """A column at the times of a grid, from its samples in and just around a piece."""
+    """Return a column at the times of a grid, from its samples in and next to a piece."""
     first = max(int(np.searchsorted(clock, piece[0], "right")) - 1, 0)
     last = int(np.searchsorted(clock, piece[1], "left")) + 1
     time, values = clock[first:last], samples.values[first:last]
@@ -190,10 +191,10 @@ def _resample_repair(
 
 
 def own_period(clock: Array) -> tuple[float, float]:
-    """Sampling period of an uneven clock, s, and what is open of it, relative.
+    """Return the sampling period of an uneven clock, s, and its relative uncertainty.
 
-    It is the one at which the times of the longest piece have one phase, whatever was lost of it.
-    Where jitter leaves none, it is the mean step.
+    It is the period at which the times of the longest piece have the same phase, for any number of
+    lost samples. If jitter hides it, the period is the mean step.
     """
     steps = np.diff(clock)
     typical = float(np.median(steps))
@@ -203,12 +204,12 @@ def own_period(clock: Array) -> tuple[float, float]:
     if period is not None:
         off = np.diff(piece) / period
         return period, float(np.ptp(off - np.round(off))) * period / float(piece[-1] - piece[0])
-    # Nothing tells how many samples were lost.
+    # The number of lost samples is unknown.
     return float(np.mean(np.delete(steps, gaps))), 0.1
 
 
 def _in_phase(time: Array, guess: float) -> float | None:
-    """Period near a guess at which times have about one phase, s; None where there is none."""
+    """Return the period near a guess at which times have about the same phase, s, or None."""
     time, count = time - time[0], min(1024, len(time))
     rate, reach = 1 / guess, 0.25 / guess
     while True:
@@ -223,7 +224,7 @@ def _in_phase(time: Array, guess: float) -> float | None:
         if count == len(time) or count >= 65_536:
             break
         count = min(4 * count, len(time))
-    # How the phase grows, turns/s: by how much the rate is too high.
+    # The slope of the phase, turns/s, is the error of the rate.
     turns = rate * some
     turns -= float(np.angle(np.exp(2j * np.pi * turns).sum())) / (2 * np.pi)
     from_mean = some - some.mean()

@@ -1,6 +1,6 @@
-"""Repairs of a log, and its run.toml: how it is read and how a first one is written.
+"""Repairs of a log, and its run.toml, which is read, or written as a first draft.
 
-A repair is made on request only; each says what it did and how often.
+A repair is made on request only, and reported with its number.
 """
 
 import math
@@ -23,18 +23,12 @@ from axisid.modeling.declaration import INJECTION_POINTS, ROLES, Axis
 from axisid.modeling.parsing import TomlTable, nearest, read_columns, read_toml, toml_document
 from axisid.modeling.quantities import settle
 from axisid.support.arrays import Array
-from axisid.support.errors import (
-    DataError,
-    RunFileError,
-    UsageError,
-    check_among,
-    is_real,
-    quoted,
-    refuse,
-)
+from axisid.support.checks import check_among, is_real, refuse
+from axisid.support.errors import DataError, RunFileError, UsageError
 from axisid.support.files import toml_text
 from axisid.support.mappings import FrozenMapping
 from axisid.support.memory import room_for
+from axisid.support.wording import quoted
 
 from .clocks import check_sample_period
 from .segments import checked_windows
@@ -49,30 +43,29 @@ class Repairs:
     Attributes
     ----------
     resample : float, "auto" or None
-        Onto an even grid at so many hertz; ``auto`` takes the position's own median rate.
+        Resample to an even grid at this rate, Hz; ``auto`` uses the median rate of the position.
     gaps : {"split"} or None
-        Cut the log where samples are missing; each piece is filtered and simulated by itself.
+        Cut the log where samples are missing; each piece is filtered and simulated separately.
     wrap : str, float, mapping of str to either, or None
-        Modulus of a position that starts again after it, with a unit (``360:deg``), or in the
-        column's own numbers; of other columns, by role (``{"control": 65536}``,
-        ``"control=65536"``), whose numbers were written without their sign, so that -1 is the
-        modulus less 1.
+        Modulus after which a position restarts, with a unit (``360:deg``), or in the column's own
+        numbers. By role, moduli of other columns (``{"control": 65536}``, ``"control=65536"``)
+        whose numbers were written without their sign, so that -1 is the modulus minus 1.
     mask : {"clipped"} or None
-        Leave out what the drive's limit or a recorder has cut off of the control or the force,
-        with all rows whose filters reach it.
+        Leave out samples of the control or the force that the limit of the drive or of a recorder
+        has clipped, with all rows whose filters reach them.
     tail : {"drop"} or None
-        Leave out lines at the end of a log of text that are no rows: one cut off, or a footer.
+        Leave out lines at the end of a text file that are no rows: a truncated line, or a footer.
     shift : mapping of str to int, float or str
-        By role, how far a column is moved to later times against the others: samples, or a time
-        with its unit (``"2ms"``). What is no whole number of samples needs `resample`.
+        Shift of a column to later times relative to the others, by role: samples, or a time with
+        its unit (``"2ms"``). A shift by parts of a sample needs `resample`.
     between : mapping of str to {"spline", "linear", "held"}
-        By role, what a measured velocity, acceleration or force is between its values, where these
-        are written in every so many samples, the others empty or the last value again.
+        Interpolation by role of a measured velocity, acceleration or force that is written only in
+        every few samples; the others are empty, or have the last value again.
 
     Raises
     ------
     UsageError
-        A setting makes no sense for any log.
+        A setting is not valid for any log.
     """
 
     resample: float | Literal["auto"] | None = None
@@ -103,19 +96,20 @@ class Repairs:
     def moduli(
         self, axis: Axis | None, scales: Mapping[str, Scale] | None = None
     ) -> dict[str, Modulus]:
-        """Moduli by role.
+        """Return the moduli by role.
 
         Parameters
         ----------
         axis : Axis or None
         scales : mapping of str to Scale, optional
-            By role, from the column's own numbers to SI where these differ. A modulus without a
-            unit is one of these numbers.
+            Scales from the column's own numbers to SI by role, if these differ. A modulus without a
+            unit is in the column's own numbers.
 
         Raises
         ------
         UsageError
-            One is no positive number, in another unit than its column, or of no such column.
+            A modulus is no positive number, has another unit than its column, or its column cannot
+            be wrapped.
         """
         given = self.wrap
         if isinstance(given, str) and "=" in given:
@@ -158,12 +152,12 @@ def _modulus(role: str, text: str, axis: Axis | None, scale: Scale) -> Modulus:
 
 
 def is_run_file(log: object) -> bool:
-    """Return whether a file given as a log is a run.toml."""
+    """Return True if a file given as a log is a run.toml."""
     return isinstance(log, (str, Path)) and Path(log).suffix.lower() == ".toml"
 
 
 def log_of(file: str | Path) -> Path:
-    """The log that a run.toml names, as far as it can be told; any other file itself."""
+    """Return the log that a run.toml names, if it can be read; any other file unchanged."""
     with suppress(RunFileError):
         named = toml_document(Path(file), RunFileError).get("log") if is_run_file(file) else None
         if isinstance(named, str) and "\0" not in named:  # no path has a NUL
@@ -179,24 +173,24 @@ def read_run(
     repairs: Repairs,
     **given: Any,
 ) -> tuple[Path, dict[str, Any]]:
-    """The log that a run.toml names, and arguments of `read_record` for it.
+    """Return the log that a run.toml names, and arguments of `read_record` for it.
 
     Parameters
     ----------
     file : Path
     axis : Axis or None
-        Whose signals are roles of columns too.
+        Axis whose signals are further roles.
     columns : mapping
-        What goes role by role before what the file says.
+        Columns by role that replace those of the file.
     repairs : Repairs
-        What goes one by one before it.
+        Repairs that replace those of the file.
     **given
-        Further arguments of `read_record`, likewise.
+        Further arguments of `read_record` that replace those of the file.
 
     Raises
     ------
     RunFileError
-        It cannot be read, or with all that is wrong in it.
+        The file cannot be read, or has mistakes, which are all listed.
     """
     log, said = read_toml(file, partial(_said, file.parent, axis), RunFileError)
     asked = {f.name: getattr(repairs, f.name) for f in fields(Repairs)}
@@ -214,7 +208,7 @@ def read_run(
 
 
 def _said(folder: Path, axis: Axis | None, table: TomlTable) -> tuple[Path, dict[str, Any]] | None:
-    """The log, and the values of the keys that are there."""
+    """Return the log, and the values of the given keys."""
     table.only("log", *LOG_KEYS)
     roles = ROLES if axis is None else axis.roles
     said = {
@@ -242,7 +236,7 @@ def _log(folder: Path, named: object) -> Path:
 def _checked(
     table: TomlTable, key: str, value: Any, roles: Collection[str], axis: Axis | None
 ) -> Any:
-    """A value that is one of its key's, as far as that can be told without the log."""
+    """Return the value of a key, checked as far as possible without the log."""
     if isinstance(value, Mapping):
         table.table(key).only(*roles)
 
@@ -253,14 +247,14 @@ def _checked(
 
 _CHECKS: Mapping[str, Callable[[Any], object]] = {
     "windows": checked_windows,
-    "injected_at": lambda place: check_among(("place of a test signal", place, INJECTION_POINTS)),
+    "injected_at": lambda place: check_among(("injection point", place, INJECTION_POINTS)),
     "sample_period": check_sample_period,
     "max_memory": partial(room_for, ""),
 }
 
 
-_LINE = 96  # letters of a comment
-#: Names by which columns are known beside those of their roles.
+_LINE = 96  # characters of a comment
+#: Usual names of columns, besides their roles.
 _NAMES = {
     "time": ("t", "timestamp", "time_s", "time_ms", "seconds", "zeit"),
     "position": ("pos", "q", "actual_position", "position_actual"),
@@ -270,14 +264,14 @@ _NAMES = {
 
 
 def started_run(log: Path) -> str:
-    """The text of a run.toml beside a log: a comment for each key, of roles with what was found.
+    """Return the text of a run.toml for a log: a comment for each key, and for each role.
 
-    Nothing of it is in force until its # is taken away: the axis may know the columns already.
+    All keys are commented out, as the axis may already name the columns.
 
     Raises
     ------
     DataError
-        The log cannot be read, or its name is no text.
+        The log cannot be read, or its name is not UTF-8.
     """
     table = read_table(log)
     if any("\ud800" <= letter <= "\udfff" for letter in log.name):
@@ -314,18 +308,18 @@ def started_run(log: Path) -> str:
 
 
 def _role(table: Table, role: str) -> str:
-    """The line of a role, in which a column is proposed if one has its name."""
+    """Return the line of a role, with a column that has its name or a usual one, if there is."""
     names = {**{name.casefold(): name for name in table.columns}, **{n: n for n in table.columns}}
     name = next((names[n] for n in (role, *_NAMES.get(role, ())) if n in names), None)
-    # What only bears the name of these is left out.
+    # A column with the name of these roles need not be such a measurement.
     if name is None or role in ("velocity", "acceleration", "injected"):
         return f'# {role} = "NAME:UNIT"'
     unit = ""
-    if role == "time" and not table.columns[name].unit:  # that in which steps are those of a log
+    if role == "time" and not table.columns[name].unit:  # the unit with usual steps of a log
         time, units = _values(table, name), {"": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
         step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
         unit = next((unit for unit, size in units.items() if 1e-6 < step * size < 0.05), "")
-    guessed, ending = (f"  # {unit}: guessed from the steps", f":{unit}") if unit else ("", "")
+    guessed, ending = (f"  # {unit}: assumed from the time steps", f":{unit}") if unit else ("", "")
     if not name.isprintable() or len(name) >= _LINE:
         name = f"#{[*table.columns].index(name) + 1}"
     return f"# {role} = {toml_text(name + ending)}{guessed}"

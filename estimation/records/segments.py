@@ -1,4 +1,4 @@
-"""Selection and cuts of a log: windows of time, gaps, and segments of samples."""
+"""Windows, gaps and segments of a log."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -13,29 +13,31 @@ from axisid.estimation.raw_tables import PeriodSource, Repair, Samples
 from axisid.estimation.records.columns import RoleColumns
 from axisid.estimation.thresholds import MAX_EVEN_STEP, MIN_RECORD_SAMPLES
 from axisid.support.arrays import Array, mask_of
-from axisid.support.errors import DataError, UsageError, quoted, refuse
+from axisid.support.checks import refuse
+from axisid.support.errors import DataError, UsageError
+from axisid.support.wording import quoted
 
 from .clocks import long_steps, period_uncertainty
 
 #: First sample and the one after the last.
 Span = tuple[int, int]
-#: First and last time that is taken, s, as the log's own time counts.
+#: First and last time of a window, s, in the log's own time.
 Window = tuple[float, float]
 
-_GIVE = 'give FROM..TO in seconds, such as "2..5", "2.." or "..5", or a pair, such as (2.0, None)'
+_GIVE = 'Give FROM..TO in seconds, such as "2..5", "2.." or "..5", or a pair, such as (2.0, None)'
 
 
 def checked_windows(windows: Iterable[object]) -> tuple[Window, ...]:
-    """Windows in their order, an end that is left open at infinity.
+    """Return the windows in order of time, with open ends at infinity.
 
     Raises
     ------
     UsageError
-        One is no pair of numbers, ends before it begins, or reaches into another.
+        A window is no pair of numbers, ends before it begins, or overlaps another.
     """
     listed = [windows] if isinstance(windows, str) else windows
     if isinstance(listed, bytes) or not isinstance(listed, Iterable):
-        raise UsageError(f"the windows are {quoted(windows)}; {_GIVE}.", code="window")
+        raise UsageError(f"the windows are {quoted(windows)}. {_GIVE}.", code="window")
     ordered = sorted(_checked(each) for each in listed)
     refuse(
         UsageError,
@@ -60,7 +62,7 @@ def _checked(window: Any) -> Window:
             for end, infinite in zip(ends, (-math.inf, math.inf), strict=True)
         )
     except (TypeError, ValueError) as error:
-        raise UsageError(f"a window is {quoted(window)}; {_GIVE}.", code="window") from error
+        raise UsageError(f"a window is {quoted(window)}. {_GIVE}.", code="window") from error
     if not start < stop:
         raise UsageError(
             f"the window {quoted(window)} does not end after it begins. Give two times of the log "
@@ -71,12 +73,12 @@ def _checked(window: Any) -> Window:
 
 
 def windows_text(windows: Sequence[Window]) -> str:
-    """Windows as they are said: ``from 2 to 5 s and from 10 s on``."""
+    """Return windows as a text: ``from 2 to 5 s and from 10 s on``."""
     texts = {
         (False, False): "from {0:.9g} to {1:.9g} s",
         (False, True): "from {0:.9g} s on",
         (True, False): "up to {1:.9g} s",
-        (True, True): "of all",
+        (True, True): "over the whole log",
     }
     return " and ".join(
         texts[math.isinf(start), math.isinf(stop)].format(start, stop) for start, stop in windows
@@ -86,25 +88,25 @@ def windows_text(windows: Sequence[Window]) -> str:
 def samples_within(
     source: str, time: Array, windows: Sequence[Window], fewest: int = 1
 ) -> tuple[Span, ...]:
-    """First sample and the one after the last of each window.
+    """Return the first sample and the one after the last of each window.
 
-    A time on the edge of two windows is the earlier one's. Samples without a time belong to those
-    around them.
+    A time on the edge of two windows belongs to the earlier window. Samples without a time belong
+    to the window of the samples around them.
 
     Parameters
     ----------
     source : str
-        For messages.
+        Name of the log, for messages.
     time : (N,) array
         s
     windows : sequence of Window
     fewest : int
-        Samples that a window needs.
+        Fewest samples of a window.
 
     Raises
     ------
     DataError
-        A window is outside the log, or holds too few samples.
+        A window is outside the log, or has too few samples.
     """
     finite = time[np.isfinite(time)]
     close = 1e-6 * float(np.median(np.abs(np.diff(finite)))) if finite.size > 1 else 0.0
@@ -128,13 +130,13 @@ def samples_within(
 def within(
     columns: RoleColumns, windows: Sequence[Window]
 ) -> tuple[RoleColumns, tuple[Window, ...]]:
-    """The samples of the windows, each column by its own clock.
+    """Return the samples of the windows, each column by its own clock.
 
     Returns
     -------
     RoleColumns
     tuple of Window
-        As far as the motion's clock reaches.
+        Windows within the clock of the motion.
     """
     clock = columns.motion.times
     motion_spans = samples_within(columns.source, clock, windows)
@@ -151,7 +153,7 @@ def within(
 
 
 def reaching(windows: Sequence[Window], first: float, last: float) -> tuple[Window, ...]:
-    """Windows as far as a log reaches, from its first to its last time, s."""
+    """Return windows limited to the first and last time of a log, s."""
     return tuple((max(start, first), min(stop, last)) for start, stop in windows)
 
 
@@ -162,22 +164,22 @@ def window_repair(windows: Sequence[Window], spans: Sequence[Span], samples: int
     return Repair(
         kind="window",
         count=left_out,
-        text=f"only {windows_text(windows)} taken{each}: {left_out} of {samples} samples left out",
+        text=f"only {windows_text(windows)} used{each}: {left_out} of {samples} samples left out",
     )
 
 
 def edges(windows: Sequence[Window]) -> Array:
-    """Times between windows that follow one another, at which a log is cut."""
+    """Return the times between consecutive windows, at which a log is cut, s."""
     return np.array([(one[1] + other[0]) / 2 for one, other in pairwise(windows)])
 
 
 def as_sampled(
     columns: RoleColumns, period: float | None, windows: Sequence[Window], *, split: bool
 ) -> RoleColumns:
-    """Columns at the times that they have, cut between windows, and at gaps if it was asked for.
+    """Return columns at their own times, cut between windows, and at gaps if `split`.
 
-    What is shorter than a record between gaps is left out. Between windows there is a cut whatever
-    the time.
+    Pieces between gaps that are shorter than a record are left out. Windows are cut also without a
+    gap between them.
     """
     time = np.asarray(columns.motion.times, dtype=np.float64)
     cuts = np.searchsorted(time, edges(windows), side="right")
@@ -206,7 +208,7 @@ def as_sampled(
 
 
 def adjoining(lengths: Sequence[int]) -> tuple[Span, ...]:
-    """Segments of these lengths, one after the other; none where there is one alone."""
+    """Return consecutive segments of these lengths; empty for a single one."""
     return tuple(pairwise(accumulate(lengths, initial=0))) if len(lengths) > 1 else ()
 
 
@@ -222,7 +224,7 @@ def gaps_repair(gaps: int, lost: float, segments: int, dropped: int) -> Repair:
 
 
 def checked_spans(source: str, name: str, spans: object) -> tuple[Span, ...]:
-    """Pairs of whole numbers."""
+    """Return checked pairs of whole numbers."""
     try:
         return tuple((index(start), index(stop)) for start, stop in spans)  # type: ignore[attr-defined]
     except (TypeError, ValueError) as error:
@@ -235,7 +237,7 @@ def checked_spans(source: str, name: str, spans: object) -> tuple[Span, ...]:
 def check_spans(
     source: str, time: Array, segments: tuple[Span, ...], masked: tuple[Span, ...]
 ) -> None:
-    """Refuse segments that do not follow one another, and masked samples that there are not."""
+    """Refuse segments that are not consecutive, and masked samples that do not exist."""
     fewest, samples = MIN_RECORD_SAMPLES.value, len(time)
     ends = [0, *(end for span in segments for end in span), samples]
     whole = not segments or ends[::2] == ends[1::2]

@@ -1,7 +1,8 @@
-"""Columns that a logger wrote too early or too late, or more seldom than the log's samples.
+"""Columns that a logger wrote too early or too late, or less often than the log's samples.
 
 A drive that measures its velocity every fourth cycle writes one value into four samples, or leaves
-three of them empty. Taken as it stands the first is one and a half samples late in the mean.
+three of them empty. A velocity that is held for four samples is one and a half samples late on
+average.
 """
 
 import math
@@ -17,15 +18,17 @@ from axisid.estimation.findings import Finding
 from axisid.estimation.raw_tables import Repair, Samples, exact_unit
 from axisid.estimation.records.columns import RoleColumns
 from axisid.support.arrays import Array
-from axisid.support.errors import DataError, UsageError, check_among, is_real, quoted, refuse
+from axisid.support.checks import check_among, is_real, refuse
+from axisid.support.errors import DataError, UsageError
 from axisid.support.settings import setting
+from axisid.support.wording import quoted
 
-_MIN_SELDOM_CHANGES = 20  # values of a column; fewer come at even distances by chance
+_MIN_SELDOM_CHANGES = 20  # fewest values of a column; fewer may be at even distances by chance
 
-#: What a column is between the values that were written.
+#: Interpolation of a column between its written values.
 Interpolation = Literal["spline", "linear", "held"]
 BETWEEN: tuple[Interpolation, ...] = ("spline", "linear", "held")
-#: Roles of which that can be said.
+#: Roles that can be interpolated.
 SELDOM_ROLES = ("velocity", "acceleration", "force")
 
 
@@ -35,7 +38,7 @@ def checked_between(between: object) -> dict[str, Interpolation]:
     Raises
     ------
     UsageError
-        A role is none of `SELDOM_ROLES`, or what is said of it none of `BETWEEN`.
+        A role is not in `SELDOM_ROLES`, or an interpolation not in `BETWEEN`.
     """
     if not isinstance(between, Mapping):
         raise UsageError(
@@ -52,21 +55,21 @@ def checked_between(between: object) -> dict[str, Interpolation]:
 
 
 def samples_apart(values: Array) -> int:
-    """Samples from one value that was written to the next; 1 of a column that is written in each.
+    """Return the number of samples from one written value to the next; 1 if all are written.
 
     Parameters
     ----------
     values : (N,) array
-        Empty cells, or the last value again, where nothing was written.
+        NaN, or the last value again, in samples that were not written.
     """
     return _written(values)[1]
 
 
 def _written(values: Array) -> tuple[NDArray[np.intp], int]:
-    """Samples in which a value was written, and how far one is from the next.
+    """Return the samples in which a value was written, and their distance.
 
-    Of a column without empty cells these are the samples at an even distance in which most of its
-    changes are; every sample where there is no such distance.
+    In a column without empty cells these are the samples at an even distance with most of its
+    changes; all samples if there is no such distance.
     """
     filled = np.isfinite(values)
     rows = np.flatnonzero(filled) if not filled.all() else np.flatnonzero(np.diff(values)) + 1
@@ -75,7 +78,7 @@ def _written(values: Array) -> tuple[NDArray[np.intp], int]:
         distance = int(np.median(np.diff(rows)))
         phases = np.bincount(rows % distance)
         first = int(phases.argmax())
-        if phases[first] < 0.95 * len(rows):  # as of a rounded column, which changes at any
+        if phases[first] < 0.95 * len(rows):  # a rounded column changes at any sample
             distance, first = 1, 0
     return np.arange(first, len(values), distance) if filled.all() else rows, distance
 
@@ -96,7 +99,7 @@ def seldom_notes(samples: Mapping[str, Samples]) -> list[str]:
 def drawn_between(
     columns: RoleColumns, between: Mapping[str, Interpolation], *, uneven: bool
 ) -> RoleColumns:
-    """Columns between the values that were written.
+    """Return columns that are interpolated between their written values.
 
     Parameters
     ----------
@@ -104,8 +107,8 @@ def drawn_between(
         Each with its clock.
     between : mapping of str to {"spline", "linear", "held"}
     uneven : bool
-        Whether the columns are resampled after this: then no more is done than to leave out the
-        samples in which nothing was written.
+        True if the columns are resampled later: samples that were not written are then only left
+        out.
 
     Raises
     ------
@@ -132,18 +135,19 @@ def drawn_between(
             written = replace(
                 samples, values=at_times(samples.times, written.times, written.values, how)
             )
-        way = {"spline": "by a cubic spline", "linear": "straight"}.get(how, "held")
+        ways = {"spline": "interpolated by a cubic spline", "linear": "interpolated linearly"}
+        way = ways.get(how, "each held until the next")
         repair = Repair(
             kind="between",
             count=count - len(fresh),
-            text=f"{role}: {len(fresh)} values for {count} samples, {way} between",
+            text=f"{role}: {len(fresh)} values for {count} samples, {way}",
         )
         columns = columns.repaired({role: written}, repair)
     return columns
 
 
 def at_times(times: Array, clock: Array, values: Array, how: Interpolation) -> Array:
-    """Values of a clock at other times; beyond them the first and the last."""
+    """Return values interpolated at other times; outside the clock the first and last value."""
     if how == "linear":
         return np.interp(times, clock, values)
     if how == "held":
@@ -172,7 +176,7 @@ class Shift:
     ----------
     amount : float
     in_seconds : bool
-        Else in samples of the column.
+        True for an amount in s, False for samples of the column.
     """
 
     amount: float
@@ -184,12 +188,14 @@ class Shift:
 
 
 def checked_shifts(shifts: object) -> dict[str, Shift]:
-    """Shifts by role or signal: samples, or a time with its unit as a text.
+    """Return the checked shifts by role or signal.
+
+    A shift is a number of samples, or a text with a time and its unit.
 
     Raises
     ------
     UsageError
-        The time is to be moved, or an amount is neither samples nor a time.
+        The time is to be shifted, or an amount is neither samples nor a time.
     """
     if not isinstance(shifts, Mapping):
         raise UsageError(
@@ -202,16 +208,16 @@ def checked_shifts(shifts: object) -> dict[str, Shift]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AdvisedShift(Finding):
-    """Shift of a column that puts it in time with the others.
+    """Shift of a column that aligns it with the others.
 
     Attributes
     ----------
     role : str
-        Or the name of a signal.
+        Role, or name of a signal.
     samples : float
-        To be added to the shift that the column has; negative moves it to earlier times.
+        Shift in addition to the present one; negative moves the column to earlier times.
     is_whole : bool
-        Whether it is a whole number of samples; otherwise the log has to be resampled.
+        True for a whole number of samples; otherwise the log has to be resampled.
     """
 
     role: str
@@ -220,16 +226,16 @@ class AdvisedShift(Finding):
 
 
 def shift_into_time(role: str, late: float, apart: float) -> AdvisedShift:
-    """Return the shift that puts a late column in time with the others.
+    """Return the shift that aligns a late column with the others.
 
     Parameters
     ----------
     role : str
-        Or the name of a signal.
+        Role, or name of a signal.
     late : float
-        Samples; negative for early.
+        Delay in samples; negative for an early column.
     apart : float
-        Samples by which a whole number may differ from it.
+        Largest difference from a whole number of samples for a shift by that number.
     """
     whole = round(late)
     if whole and abs(late - whole) <= apart:
@@ -254,7 +260,7 @@ def _shift(role: str, amount: object) -> Shift:
 
 
 def check_movable(source: str, columns: Collection[str], shifts: Iterable[str]) -> None:
-    """Refuse to move a column that there is not."""
+    """Refuse to shift a column that does not exist."""
     refuse(
         DataError,
         *(
@@ -270,7 +276,7 @@ def check_movable(source: str, columns: Collection[str], shifts: Iterable[str]) 
 
 
 def shifted(columns: RoleColumns, shifts: Mapping[str, Shift], *, uneven: bool) -> RoleColumns:
-    """Columns moved to later times.
+    """Return columns shifted to later times.
 
     Parameters
     ----------
@@ -278,12 +284,12 @@ def shifted(columns: RoleColumns, shifts: Mapping[str, Shift], *, uneven: bool) 
         Each with its clock.
     shifts : mapping of str to Shift
     uneven : bool
-        Whether the columns are resampled after this, so that any amount will do.
+        True if the columns are resampled later, so that any amount is possible.
 
     Raises
     ------
     DataError, UsageError
-        There is no such column; or as `shifted_rows`.
+        There is no such column; or as in `shifted_rows`.
     """
     if not shifts:
         return columns
@@ -321,22 +327,24 @@ def shifted(columns: RoleColumns, shifts: Mapping[str, Shift], *, uneven: bool) 
 def shifted_rows(
     source: str, clock: Array, shifts: Mapping[str, Shift]
 ) -> tuple[Rows, dict[str, Rows], list[Repair]]:
-    """Rows that keep a partner in every moved column, and the moved columns' rows beside them.
+    """Return the rows with a counterpart in every shifted column, and these counterparts.
 
-    Across a gap a row has no partner.
+    Across a gap a row has no counterpart.
 
     Parameters
     ----------
     source : str
-        For messages.
+        Name of the log, for messages.
     clock : (N,) array
-        s, of all columns.
+        Time of all columns, s.
     shifts : mapping of str to Shift
 
     Returns
     -------
     (n,) array of int
+        Rows that are kept.
     dict of str to (n,) array of int
+        Rows of the shifted columns, by role.
     list of Repair
 
     Raises
@@ -359,7 +367,7 @@ def shifted_rows(
             )
         partners[role] = np.clip(rows - count, 0, len(clock) - 1)
         off = np.abs(clock - clock[partners[role]] - count * step)
-        # a sample without a time is refused by its name later
+        # a sample without a time is refused later, with a message
         kept &= (partners[role] == rows - count) & ~(off > step / 2)
     lost = len(clock) - int(kept.sum())
     repairs = [
@@ -382,7 +390,7 @@ def _shift_repair(role: str, step: float, shift: Shift, count: int, lost: int) -
     samples = seconds / step if step > 0 else 0.0
     way = "later" if seconds >= 0 else "earlier"
     named = f"{abs(samples):.4g} sample{'s' * (abs(samples) != 1)}"
-    text = f"{role} moved {named} ({1e3 * abs(seconds):.4g} ms) {way}"
+    text = f"{role} shifted by {named} ({1e3 * abs(seconds):.4g} ms) to {way} times"
     if lost:
         text += f"; {lost} row{'s' * (lost > 1)} without a counterpart left out"
     return Repair(kind="shift", count=count if samples else 0, text=text)

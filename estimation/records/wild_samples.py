@@ -1,16 +1,17 @@
-"""Wild samples of a column: they leave and return within one step, as no signal of a machine does.
+"""Wild samples: single outliers, which jump away and back within one step, unlike any machine.
 
-A position and a velocity have inertia. Where one sample alone is elsewhere, its steps in and out
-are opposite, and larger than the column bends anywhere else. The first and the last position are
-wild if they do not continue their neighbours. A reference bends as a motion does, but it may be an
-impulse: then the control answers it. A control, a force, an acceleration, a test signal or another
-signal may jump to any value of its range, as may the end of any column, which has one neighbour
-alone: there a wild sample is far outside the range. A column may jump further where another one
-jumps: the control of a differentiating law follows a step of the reference. Where no reference is
-recorded, nothing shows that step, and the control is judged by the limit of the drive alone.
+A position and a velocity are smooth, as the axis has inertia. A wild sample has opposite steps
+before and after it, larger than the second differences anywhere else. The first and the last
+position are wild if they do not continue their neighbours. A reference is smooth like a motion, but
+it may be an impulse: the control then responds to it. A control, a force, an acceleration, a test
+signal or another signal may jump to any value of its range, and so may the ends of any column,
+which have only one neighbour: a wild sample is there far outside the range. A column may jump
+further where another one jumps: the control of a differentiating law follows a step of the
+reference. Without a recorded reference this step is unknown, and the control is compared with the
+limit of the drive only.
 
-Wild samples are masked, and a straight line between their neighbours takes their place, so that no
-filter and no replay of the control law spreads them.
+Wild samples are masked and replaced by a straight line between their neighbours, so that no filter
+and no replay of the control law spreads them.
 """
 
 import math
@@ -30,15 +31,16 @@ from .clocks import long_steps
 from .quantisation import quantisation_step, rounding
 from .segments import Span
 
-_TIMES = 2.0  # what a column does elsewhere, beyond which a sample is wild
-_FEWEST = 6  # samples of a piece between gaps, from which their course is known
-# Samples of a column that may be wild: so many, and such a part of it, but no more than so many,
-# and no more than such a part.
+_TIMES = 2.0  # excursion of a wild sample, relative to the largest movement elsewhere
+_FEWEST = 6  # fewest samples of a piece between gaps that is searched
+# Largest number of wild samples in a column: a number plus a share of the samples, but at most
+# another number, and at most another share.
 _SOME, _PART, _MOST, _MOST_PART = 10, 0.002, 100, 0.1
-_GRAIN = 1e-9  # of the range, within which two values are one
-_PASSES = 4  # a wild sample may stand beside a larger one
-# Samples before and after, within which one column follows another: a step bends a column before
-# the sample at which the law reads it, and a control may be logged some samples later or earlier.
+_GRAIN = 1e-9  # of the range: difference within which two values are equal
+_PASSES = 4  # a wild sample may be next to a larger one
+# Samples before and after, within which one column follows another: a step changes a second
+# difference before the sample at which the law reads it, and a control may be logged some samples
+# later or earlier.
 _ANSWERS = (-3, 3)
 
 _INERT = ("position", "velocity")
@@ -50,18 +52,18 @@ Places = NDArray[np.intp]
 def without_wild_samples(
     columns: RoleColumns, moduli: Mapping[str, float], limit: float = math.inf, delay: int = 0
 ) -> RoleColumns:
-    """Columns whose wild samples are masked, replaced, named and counted.
+    """Return columns with masked and replaced wild samples, and the repair that reports them.
 
     Parameters
     ----------
     columns : RoleColumns
         Each with its clock, every value finite.
     moduli : mapping of str to float
-        What a position and its reference start again after, SI, by role.
+        Moduli of a position and its reference by role, SI.
     limit : float
-        Of the control, in its unit.
+        Limit of the control, in its unit.
     delay : int
-        Samples by which the control law acts late, and its control is logged late.
+        Samples by which the control law acts, and its control is logged, late.
     """
     widths = {"control": 2 * limit if math.isfinite(limit) else 0.0, "force": 0.0}
     if _PLANNED not in columns.samples:
@@ -111,15 +113,15 @@ def without_wild_samples(
 
 
 def wild_steps(position: Array, spans: Sequence[Span]) -> Places:
-    """Return the steps of a position that leave the course of its steps, as no motion's do.
+    """Return the steps of a position that are outliers among the steps.
 
     Parameters
     ----------
     position : (N,) array
         Sampled evenly within each piece.
     spans : sequence of (int, int)
-        First sample and the one after the last of each piece without gaps. All pieces tell how the
-        steps change; each step is compared with its neighbours of the same piece.
+        First sample and the one after the last of each piece without gaps. Each step is compared
+        with its neighbours of the same piece, and with the changes of the steps in all pieces.
 
     Returns
     -------
@@ -137,7 +139,7 @@ def wild_steps(position: Array, spans: Sequence[Span]) -> Places:
 
 
 def _most_wild(size: int) -> int:
-    """Return how many of so many samples may be wild."""
+    """Return the largest number of wild samples of a column."""
     return min(_SOME + int(_PART * size), _MOST, int(_MOST_PART * size))
 
 
@@ -179,26 +181,26 @@ def leading_zeros_note(columns: RoleColumns) -> list[str]:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Course:
-    """How a column goes from sample to sample.
+    """Course of a column from sample to sample.
 
     Attributes
     ----------
     values, times : (N,) array
     spans : tuple of (int, int)
-        Pieces between longer steps of time.
+        First sample and the one after the last of each piece without gaps.
     modulus : float
-        What the values start again after; 0 for nothing.
+        Modulus after which the values restart; 0 for none.
     width : float
-        Of the range that the column is known to have; 0 where nothing is known of it.
+        Width of the known range of the column; 0 for an unknown range.
     has_ends : bool
-        Whether the first and the last sample continue the others, as no step is sudden.
+        True if the first and the last sample must continue the others, as the column is smooth.
     delay : int
         Samples by which the control law acts late.
     excursions : (N,) array
-        By how much each sample is away from both neighbours, on one side: the least of the second
+        Distance of each sample from both neighbours, to one side: the least of the second
         differences before and after it, and of half its own.
     bends : (N,) array
-        Size of the second difference; 0 at the ends.
+        Absolute second difference; 0 at the ends.
     """
 
     values: Array
@@ -215,7 +217,7 @@ class _Course:
     def of(
         cls, samples: Samples, modulus: float, width: float, *, has_ends: bool, delay: int
     ) -> "_Course":
-        """The course of a column with its clock."""
+        """Return the course of a column with its clock."""
         cuts = long_steps(samples.times, MAX_EVEN_STEP.value) + 1
         ends = [0, *cuts.tolist(), len(samples.values)]
         spans = tuple(pairwise(ends))
@@ -234,15 +236,16 @@ class _Course:
         )
 
     def out_of_course(self, most: int) -> Places:
-        """Return the samples that are further away than the column bends without them."""
+        """Return the samples whose excursion is larger than the second differences without them."""
         excursions = self.excursions if self.has_ends else self._inner_excursions()
         order = _largest(excursions, most)
         return self._standing_out(excursions, order, self._largest_bends(order))
 
     def spikes(self, most: int) -> Places:
-        """Return the samples that are further away than the column bends without any candidate.
+        """Return the samples whose excursion is larger than the second differences elsewhere.
 
-        Candidates are the samples that are furthest away, at most so many, whatever their sizes.
+        These are the second differences without any candidate. Candidates are the samples with the
+        largest excursions, at most `most`.
         """
         excursions = self._inner_excursions()
         order = _largest(excursions, most)
@@ -250,32 +253,32 @@ class _Course:
         return self._standing_out(excursions, order, np.full(len(order) + 1, elsewhere))
 
     def _inner_excursions(self) -> Array:
-        """Return the excursions, those of ends as 0."""
+        """Return the excursions, with 0 at the ends."""
         excursions = np.array(self.excursions)
         for start, stop in self.spans:
             excursions[[start, stop - 1]] = 0.0
         return excursions
 
     def out_of_range(self, most: int) -> Places:
-        """Return the samples that are further away than the range of the column without them."""
+        """Return the samples whose excursion is larger than the range without them."""
         order = _largest(self.excursions, most)
         return self._standing_out(self.excursions, order, self._ranges(order))
 
     def _standing_out(self, excursions: Array, order: Places, moves: Array) -> Places:
-        """Return as many of the furthest samples as stand out from what the others do.
+        """Return the samples whose excursion is larger than the movement without them.
 
         Parameters
         ----------
         excursions : (N,) array
         order : (K,) array of int
-            Of samples, the one with the largest excursion first.
+            Samples in the order of decreasing excursions.
         moves : (K + 1,) array
-            What the column does without the first 0 to K of these.
+            Movement of the column without the first 0 to K of these samples.
         """
         others = np.delete(self.values, order)
         if not len(order) or not len(others) or np.ptp(others) == 0:
             return order[:0]
-        # A differentiated position is in whole steps too, except for what its difference rounds.
+        # A differentiated position has whole steps too, except for rounding of its differences.
         grain = _GRAIN * float(np.ptp(others))
         rough = quantisation_step(grain * np.round(others / grain))
         quantum = max(quantisation_step(others), rough, rounding(others))
@@ -296,7 +299,7 @@ class _Course:
         return _from_the_end(np.maximum, largest)
 
     def _ranges(self, order: Places) -> Array:
-        """Return the ranges without the first 0 to K of some samples, or what is known of it."""
+        """Return the ranges without the first 0 to K of some samples, at least the known width."""
         rank = _ranks(order, len(self.values))
         highest = np.full(len(order) + 1, -np.inf)
         lowest = np.full(len(order) + 1, np.inf)
@@ -306,7 +309,7 @@ class _Course:
         return np.maximum(ranges, self.width)
 
     def jumps(self, time: float, times: Array) -> bool:
-        """Return whether it bends more about a time than away from all of several."""
+        """Return True if second differences near a time exceed those away from all given times."""
         kept = np.ones(len(self.values), dtype=bool)
         for each in times:
             kept[self._about(each)] = False
@@ -320,7 +323,7 @@ class _Course:
         return slice(max(place + before - self.delay, 0), place + after + 1)
 
     def bridged(self, wild: Mask) -> "_Course":
-        """With straight lines, in whole steps of the column, in place of some samples."""
+        """Return the course with straight lines, in whole steps of the column, for some samples."""
         values = np.array(self.values)
         quantum = quantisation_step(values[~wild])
         for start, stop in self.spans:
@@ -331,7 +334,7 @@ class _Course:
 
 
 def _largest(excursions: Array, most: int) -> Places:
-    """Return at most so many samples with an excursion, the largest first."""
+    """Return at most `most` samples with an excursion, the largest first."""
     if not most:
         return np.zeros(0, dtype=np.intp)
     order = np.argpartition(-excursions, most - 1)[:most]
@@ -340,7 +343,7 @@ def _largest(excursions: Array, most: int) -> Places:
 
 
 def _ranks(order: Places, size: int) -> IntArray:
-    """Return the place of each sample in an order; the order's length for one that is not in it."""
+    """Return the place of each sample in an order; the length of the order for other samples."""
     rank = np.full(size, len(order))
     rank[order] = np.arange(len(order))
     return rank
@@ -352,7 +355,7 @@ def _from_the_end(extreme: np.ufunc, values: Array) -> Array:
 
 
 def _excursions(values: Array, spans: Sequence[Span], modulus: float) -> tuple[Array, Array]:
-    """How far each sample is away from its neighbours, and how much the column bends there."""
+    """Return the excursion and the absolute second difference of each sample, (N,) each."""
     excursions, bends = np.zeros(len(values)), np.zeros(len(values))
     for start, stop in spans:
         if stop - start < _FEWEST:
@@ -360,7 +363,7 @@ def _excursions(values: Array, spans: Sequence[Span], modulus: float) -> tuple[A
         steps = _steps(values[start:stop], modulus)
         second = np.diff(steps)
         bend = np.abs(second)
-        # A wild sample alone has second differences of 1, -2 and 1 times what it is away.
+        # A single wild sample has second differences of 1, -2 and 1 times its distance.
         inner = -second / 2
         before = np.concatenate([inner[:1], second[:-1]])
         after = np.concatenate([second[1:], inner[-1:]])
@@ -368,7 +371,7 @@ def _excursions(values: Array, spans: Sequence[Span], modulus: float) -> tuple[A
         down = np.minimum(np.minimum(-before, -inner), -after)
         bends[start + 1 : stop - 1] = bend
         excursions[start + 1 : stop - 1] = np.maximum(np.maximum(up, down), 0.0)
-        # An end whose neighbour is wild bends too, by less than its neighbour does.
+        # An end whose neighbour is wild has a second difference too, smaller than its neighbour's.
         excursions[start] = max(bend[0] - 3 * bend[1], 0.0)
         excursions[stop - 1] = max(bend[-1] - 3 * bend[-2], 0.0)
     return excursions, bends
@@ -391,7 +394,7 @@ def _bridge(
     slope = 0.0
     if has_left and has_right:
         if modulus and abs(values[right] - values[left]) > modulus / 2:
-            values[first:end] = values[left]  # it starts again here: no line goes across that
+            values[first:end] = values[left]  # the values restart here, so no line is drawn
             return
         slope = (values[right] - values[left]) / (right - left)
     elif has_right and right + 1 < span[1]:
@@ -407,7 +410,7 @@ def _bridge(
 def _unexplained(
     role: str, places: Places, courses: Mapping[str, _Course], named: Sequence[float] | Array
 ) -> Places:
-    """Those samples at which no other column jumps, or at which one is wild itself."""
+    """Return the samples at which no other column jumps, or another column is wild."""
     times = courses[role].times[places]
     others = [course for other, course in courses.items() if other != role]
     wild = [

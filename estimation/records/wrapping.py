@@ -1,6 +1,7 @@
-"""Numbers that start again after a modulus: their jumps undone on request.
+"""Numbers that restart after a modulus: their jumps are removed on request.
 
-A position goes on over it, turn after turn; others lost their sign: -1 is the modulus less 1.
+A position continues over the modulus, turn after turn. Other columns lost their sign: -1 is written
+as the modulus minus 1.
 """
 
 import math
@@ -14,7 +15,8 @@ from axisid.estimation.raw_tables import Repair, Samples
 from axisid.estimation.records.columns import RoleColumns, Scale
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array
-from axisid.support.errors import DataError, refuse
+from axisid.support.checks import refuse
+from axisid.support.errors import DataError
 from axisid.support.settings import setting
 
 from .clocks import long_steps
@@ -22,7 +24,7 @@ from .shifts_and_interpolation import Rows
 
 _MAX_WRAPPED_SPAN = 1.001  # moduli that a wrapped position spans, with noise
 
-#: A modulus of a turn.
+#: Example of a modulus: one turn.
 _IN_DEGREES = 'wrap = "360:deg" in run.toml'
 
 
@@ -32,10 +34,11 @@ class Modulus(NamedTuple):
     Attributes
     ----------
     si : float
+        Modulus in SI.
     factor : float
-        To SI, of the unit in which it was given, or of the column's own numbers.
+        Factor to SI of the unit in which it was given, or of the column's own numbers.
     unit : str
-        What follows its number in a message.
+        Unit in messages.
     """
 
     si: float
@@ -46,25 +49,25 @@ class Modulus(NamedTuple):
         return self.written(self.si)
 
     def written(self, size: float) -> str:
-        """A distance, SI, in the unit in which the modulus was given."""
+        """Return a distance, given in SI, in the unit of the modulus."""
         return f"{size / self.factor:.6g} {self.unit}".rstrip()
 
 
 def unwound(
     columns: RoleColumns, moduli: Mapping[str, Modulus], axis: Axis | None, gap: float
 ) -> tuple[RoleColumns, list[str]]:
-    """Columns without their jumps by moduli, and what is said of jumps that are left.
+    """Return columns without their jumps by moduli, and notes on remaining jumps.
 
     Parameters
     ----------
     columns : RoleColumns
         Each with its clock.
     moduli : mapping of str to Modulus
-        By role.
+        Moduli by role.
     axis : Axis or None
-        Its coordinate says whether it turns.
+        Its coordinate shows whether it rotates.
     gap : float
-        A longer step of time is a gap, in median steps.
+        Longest time step that is no gap, in median steps.
 
     Raises
     ------
@@ -87,12 +90,12 @@ def unwound(
 
 
 def _unwrapped(columns: RoleColumns, modulus: Modulus, gap: float) -> RoleColumns:
-    """Undo the jumps of position and reference by whole moduli.
+    """Remove the jumps of position and reference by whole moduli.
 
-    Where there were jumps, the reference begins on the position's turn, unless it spans more than
-    the modulus. Where samples are missing, the turns in between are not known: the position is
-    taken to have moved by less than half a modulus, and the reference to begin again on the
-    position's turn. Without a jump nothing is moved.
+    If there were jumps, the reference begins on the turn of the position, unless it spans more than
+    the modulus. Across a gap the number of turns is unknown: the position is assumed to move by
+    less than half a modulus, and the reference begins again on the turn of the position. Without a
+    jump nothing is changed.
     """
     source, samples = columns.source, {**columns.samples}
     span = float(np.ptp(samples["position"].values))
@@ -109,27 +112,29 @@ def _unwrapped(columns: RoleColumns, modulus: Modulus, gap: float) -> RoleColumn
         own_turn = float(np.ptp(values)) > _MAX_WRAPPED_SPAN * modulus.si
         turns = np.round(np.diff(values, prepend=values[0]) / modulus.si) * (not own_turn)
         values, counts[role] = values - modulus.si * np.cumsum(turns), int(np.count_nonzero(turns))
-        if role == "position":  # a reference may well step across its seam
+        if role == "position":  # a reference may step across the modulus
             _check_seams(source, values, np.flatnonzero(turns[1:]), gaps, modulus)
         samples[role] = replace(samples[role], values=values)
-    # Without a jump nothing says that either is wrapped: no turn is the wrong one then.
+    # Without a jump neither column is known to be wrapped, and no turn is wrong.
     if "reference" in samples and any(counts.values()):
         samples["reference"], pieces_moved = _on_positions_turn(
             samples, modulus.si, gap, own_turn=own_turn
         )
     counted = ", ".join(f"{role} {count}" for role, count in counts.items())
-    text = f"jumps by the modulus {modulus} undone: {counted}"
+    text = f"jumps by the modulus {modulus} removed: {counted}"
     if len(gaps):
         across = "a gap" if len(gaps) == 1 else f"each of {len(gaps)} gaps"
-        text += f"; across {across} the motion is assumed to be less than half of it"
-    text += f"; pieces of the reference moved by whole moduli: {pieces_moved}" * bool(pieces_moved)
+        text += f"; across {across} the motion is assumed to be less than half the modulus"
+    text += f"; pieces of the reference shifted by whole moduli: {pieces_moved}" * bool(
+        pieces_moved
+    )
     return columns.repaired(
         samples, Repair(kind="wrap", count=sum(counts.values()) + pieces_moved, text=text)
     )
 
 
 def _signed(columns: RoleColumns, role: str, modulus: Modulus) -> RoleColumns:
-    """Take numbers of half a modulus and more as negative ones that were written without a sign."""
+    """Read numbers of half a modulus and more as negative numbers written without a sign."""
     samples, scale = columns.samples[role], columns.scales.get(role, Scale())
     sign = math.copysign(1.0, scale.factor)
     written = sign * (samples.values - scale.offset)
@@ -149,7 +154,7 @@ def _signed(columns: RoleColumns, role: str, modulus: Modulus) -> RoleColumns:
         Repair(
             kind="wrap",
             count=count,
-            text=f"{role} of half the modulus {modulus} and more taken as negative: {count}",
+            text=f"{role}: {count} values of half the modulus {modulus} and more read as negative",
         ),
     )
 
@@ -157,9 +162,9 @@ def _signed(columns: RoleColumns, role: str, modulus: Modulus) -> RoleColumns:
 def _on_positions_turn(
     samples: Mapping[str, Samples], modulus: float, gap: float, *, own_turn: bool
 ) -> tuple[Samples, int]:
-    """The reference, moved by whole moduli to where the position is, and how many pieces moved.
+    """Return the reference shifted by whole moduli to the position, and the number of pieces.
 
-    It is moved at its start, unless it has a turn of its own there, and after each gap.
+    It is shifted at its start, unless `own_turn`, and after each gap.
     """
     position, reference = samples["position"], samples["reference"]
     clock, reference_clock = position.times, reference.times
@@ -178,9 +183,9 @@ def _on_positions_turn(
 
 
 def _check_seams(source: str, unwrapped: Array, places: Rows, gaps: Rows, modulus: Modulus) -> None:
-    """Refuse a modulus that leaves a jump where it undid one.
+    """Refuse a modulus with a remaining jump where it removed one.
 
-    There the motion then bends more than anywhere else: its step is not the mean of its neighbours.
+    There the step differs from the mean of its neighbours by more than anywhere else.
     """
     bends = np.abs(np.diff(unwrapped, 3)) / 2
     special = np.zeros(len(unwrapped) - 1, dtype=bool)
@@ -193,8 +198,8 @@ def _check_seams(source: str, unwrapped: Array, places: Rows, gaps: Rows, modulu
     if jump > max(5 * float(elsewhere.max(initial=0.0)), 1e-4 * modulus.si):
         raise DataError(
             f"{source}: the position still jumps by {modulus.written(jump)} after unwrapping with "
-            f"the modulus {modulus}, for instance before data row {seams[0] + 2}. Give the modulus "
-            f"by which it is wrapped, with its unit, as in {_IN_DEGREES}.",
+            f"the modulus {modulus}, for instance before data row {seams[0] + 2}. Give the correct "
+            f"modulus with its unit, as in {_IN_DEGREES}.",
             code="wrap",
         )
 
@@ -202,7 +207,7 @@ def _check_seams(source: str, unwrapped: Array, places: Rows, gaps: Rows, modulu
 def _remaining_jumps(
     columns: RoleColumns, axis: Axis | None, gap: float, modulus: Modulus | None
 ) -> list[str]:
-    """What is said of jumps in a position: steps of more than half its range amid slow motion."""
+    """Return notes on jumps of a position: steps of over half its range during slow motion."""
     position = columns.samples.get("position")
     if position is None:
         return []
@@ -222,8 +227,8 @@ def _remaining_jumps(
         DataError,
         (
             modulus is not None,
-            f"which the modulus {modulus} does not undo. Give the modulus by which it is wrapped, "
-            f"with its unit, as in {_IN_DEGREES}",
+            f"which the modulus {modulus} does not remove. Give the correct modulus with its unit, "
+            f"as in {_IN_DEGREES}",
         ),
         *(
             (
@@ -239,5 +244,6 @@ def _remaining_jumps(
         code="wrap",
     )
     return [
-        f"{jumps}: if it restarts there, give the modulus by which it is wrapped (wrap in run.toml)"
+        f"{jumps}. If the position restarts there, give the modulus after which it restarts (wrap "
+        "in run.toml)"
     ]

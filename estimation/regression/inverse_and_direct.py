@@ -22,7 +22,8 @@ from axisid.estimation.signals import FilteredRecord, Signals
 from axisid.estimation.simulation import at_rest
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, Missing, ModelError
+from axisid.support.errors import EstimationError, ModelError
+from axisid.support.missing import Missing
 
 from .linear import QrFactors, factor, least_squares
 

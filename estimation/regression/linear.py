@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from axisid.estimation.signals import RowTimes
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, refuse
+from axisid.support.checks import refuse
+from axisid.support.errors import EstimationError
 
 from .covariance_note import CovarianceNote
 

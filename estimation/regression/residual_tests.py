@@ -11,7 +11,7 @@ import numpy as np
 from axisid.estimation.signals import RowTimes
 from axisid.estimation.thresholds import MAX_CHANCE_DEVIATION, MIN_SEGMENT_ROWS
 from axisid.support.arrays import Array, Exact, MaybeNan
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 
 # share of the rows that must be in stretches of a segment or longer for a spectrum
 _MIN_SEGMENTED_SHARE = 0.5

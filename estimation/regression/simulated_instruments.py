@@ -49,7 +49,8 @@ from axisid.estimation.simulation import (
 )
 from axisid.support.arrays import Array
 from axisid.support.caching import cached_while_alive
-from axisid.support.errors import AxisidError, DataError, ModelError, refuse
+from axisid.support.checks import refuse
+from axisid.support.errors import AxisidError, DataError, ModelError
 from axisid.support.settings import setting
 
 from .inverse_and_direct import Equations, Form

@@ -16,6 +16,19 @@ from .drive_response import (
     through_path as through_path,
 )
 from .filtered_record import FilteredRecord as FilteredRecord, show_too_little as show_too_little
+from .information import (
+    columns_by_signal as columns_by_signal,
+    loss_counts_for as loss_counts_for,
+    remaining_information as remaining_information,
+    searches_friction as searches_friction,
+)
+from .motion import (
+    RestingAxis as RestingAxis,
+    motion_lacks as motion_lacks,
+    one_direction as one_direction,
+    one_speed as one_speed,
+    resting_axis as resting_axis,
+)
 from .prefilter import (
     Prefilter as Prefilter,
     SampledFilter as SampledFilter,
@@ -25,17 +38,8 @@ from .prefilter import (
 from .sample_selection import RowTimes as RowTimes, Sampling as Sampling
 from .signals import (
     Motion as Motion,
-    RestingAxis as RestingAxis,
     Signals as Signals,
-    columns_by_signal as columns_by_signal,
     drive_force as drive_force,
     hold_mean as hold_mean,
-    loss_counts_for as loss_counts_for,
-    motion_lacks as motion_lacks,
-    one_direction as one_direction,
-    one_speed as one_speed,
     recorded_signals as recorded_signals,
-    remaining_information as remaining_information,
-    resting_axis as resting_axis,
-    searches_friction as searches_friction,
 )

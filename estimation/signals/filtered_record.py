@@ -16,20 +16,17 @@ from axisid.support.errors import DataError
 from axisid.support.settings import setting
 
 from .drive_response import DriveReplay, acting_control
-from .prefilter import Prefilter, SampledFilter, Span
-from .sample_selection import Sampling
-from .signals import (
-    Motion,
-    Signals,
+from .information import (
     columns_by_signal,
     columns_of,
-    hold_mean,
     loss_counts_for,
-    recorded_signals,
     remaining_information,
-    resting,
     searches_friction,
 )
+from .motion import resting
+from .prefilter import Prefilter, SampledFilter, Span
+from .sample_selection import Sampling
+from .signals import Motion, Signals, hold_mean, recorded_signals
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -277,7 +274,7 @@ class FilteredRecord(Exact, Uncached):
         """Return the rows of signals, (N,) or (N, k) to (n,) or (n, k); see `Sampling.reduce`."""
         return self.sampling.reduce(columns)
 
-    @property
+    @cached_property
     def drive(self) -> DriveReplay:
         """The drive along the record's motion, with the force aligned by the hold."""
         ratio = law_clock(self.axis.control, self.record).ratio or 1.0

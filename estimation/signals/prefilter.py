@@ -21,16 +21,10 @@ from numpy.typing import NDArray
 from axisid.codegen.runtime import column_filter
 from axisid.estimation.records import check_sample_period
 from axisid.support.arrays import Array, frozen
-from axisid.support.errors import (
-    DataError,
-    UsageError,
-    check_among,
-    is_real,
-    is_whole,
-    quoted,
-    refuse,
-)
+from axisid.support.checks import check_among, is_real, is_whole, refuse
+from axisid.support.errors import DataError, UsageError
 from axisid.support.settings import setting
+from axisid.support.wording import quoted
 
 # ratio of two cut-offs that count as equal, or of two periods that keep counts of samples
 SAME_FILTER_FREQUENCY = 1.01

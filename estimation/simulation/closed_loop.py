@@ -24,7 +24,8 @@ from axisid.codegen.lowering import SIGNALS, STATUSES, LoopSettings
 from axisid.codegen.runtime import VirtualLoop
 from axisid.modeling.declaration import Axis
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import AxisidError, EstimationError, UsageError, quoted
+from axisid.support.errors import AxisidError, EstimationError, UsageError
+from axisid.support.wording import quoted
 
 from .integration_steps import (
     MOST_SUBSTEPS,

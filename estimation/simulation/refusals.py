@@ -12,16 +12,9 @@ from axisid.codegen.lowering import STATUSES, LoopStart, stiffest_term
 from axisid.estimation.records import check_sample_period
 from axisid.modeling.derivation import forces_at_rest, state_limits
 from axisid.support.arrays import Array
-from axisid.support.errors import (
-    EstimationError,
-    ModelError,
-    UsageError,
-    first_of,
-    is_real,
-    is_whole,
-    quoted,
-    real_array,
-)
+from axisid.support.checks import is_real, is_whole, real_array
+from axisid.support.errors import EstimationError, ModelError, UsageError
+from axisid.support.wording import first_of, quoted
 
 from .integration_steps import MOST_SUBSTEPS, Recorded, most_substeps, rates_at_start
 from .loop_inputs import LoopInputs, clocks_of, law_of

@@ -17,7 +17,9 @@ from axisid.estimation.signals import hold_mean
 from axisid.estimation.thresholds import MIN_RECORD_SAMPLES
 from axisid.modeling.declaration import Axis, ControlLaw, Experiment, Move
 from axisid.support.arrays import Array
-from axisid.support.errors import ModelError, UsageError, is_real, is_whole, quoted, refuse
+from axisid.support.checks import is_real, is_whole, refuse
+from axisid.support.errors import ModelError, UsageError
+from axisid.support.wording import quoted
 
 from .closed_loop import simulate_loop
 from .loop_inputs import TwoClocks, clocks_of, law_of

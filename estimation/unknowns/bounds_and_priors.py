@@ -9,7 +9,9 @@ import numpy as np
 from axisid.codegen.generated_axes import Quantity
 from axisid.estimation.thresholds import LARGEST_VALUE
 from axisid.support.arrays import Array, BoolArray, IntArray, column_sizes
-from axisid.support.errors import DataError, ModelError, UsageError, by_name, is_real, quoted
+from axisid.support.checks import by_name, is_real
+from axisid.support.errors import DataError, ModelError, UsageError
+from axisid.support.wording import quoted
 
 from .nuisance_parameters import ExtendedForm
 

@@ -28,7 +28,8 @@ from axisid.modeling.declaration import leave_out
 from axisid.modeling.derivation import CommonParameter, common_parameters
 from axisid.modeling.quantities import Parameter, fresh_name
 from axisid.support.arrays import Array, BoolArray, Exact, column_sizes
-from axisid.support.errors import ModelError, UsageError, refuse
+from axisid.support.checks import refuse
+from axisid.support.errors import ModelError, UsageError
 from axisid.support.settings import setting
 
 from .known_values import KnownValues

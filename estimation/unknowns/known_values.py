@@ -7,7 +7,9 @@ standard deviation, for each record in order.
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
-from axisid.support.errors import UsageError, by_name, is_real, quoted
+from axisid.support.checks import by_name, is_real
+from axisid.support.errors import UsageError
+from axisid.support.wording import quoted
 
 #: A value, or a value with its standard deviation.
 KnownValue = float | tuple[float, float]

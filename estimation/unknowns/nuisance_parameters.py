@@ -22,7 +22,8 @@ from axisid.estimation.regression import Form, InverseForm
 from axisid.estimation.simulation import LoopInputs
 from axisid.modeling.quantities import Parameter, fresh_name
 from axisid.support.arrays import Array
-from axisid.support.errors import ModelError, refuse
+from axisid.support.checks import refuse
+from axisid.support.errors import ModelError
 
 from .joint_parameters import GAIN, JointForm, drive_gain_of
 

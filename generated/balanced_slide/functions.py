@@ -139,7 +139,7 @@ def physical_from_ddm() -> casadi.Function:
 
 
 def drive_force() -> casadi.Function:
-    """Force that the drive makes of a control within its limit. 1 operations."""
+    """Force that the drive produces for a control within its limit. 1 operations."""
     control = casadi.SX.sym("control")
     q = casadi.SX.sym("q")
     dq = casadi.SX.sym("dq")
@@ -155,7 +155,7 @@ def drive_force() -> casadi.Function:
 
 
 def drive_control() -> casadi.Function:
-    """Control of which the drive makes a force, whatever its limit. 1 operations."""
+    """Control for which the drive produces a force, ignoring its limit. 1 operations."""
     tau = casadi.SX.sym("tau")
     q = casadi.SX.sym("q")
     dq = casadi.SX.sym("dq")
@@ -171,7 +171,7 @@ def drive_control() -> casadi.Function:
 
 
 def held_acceleration() -> casadi.Function:
-    """Acceleration and force under what is held since the last sample. 10 operations."""
+    """Acceleration and force under the values held since the last sample. 10 operations."""
     q = casadi.SX.sym("q")
     dq = casadi.SX.sym("dq")
     held = casadi.SX.sym("held", 3)
@@ -237,7 +237,7 @@ def plant_step() -> casadi.Function:
 
 
 def control_start() -> casadi.Function:
-    """What the drive remembers of an axis at rest. 0 operations."""
+    """Memory of law and drive for an axis at rest. 0 operations."""
     reference = casadi.SX.sym("reference")
     measured_position = casadi.SX.sym("measured_position")
     pressure = casadi.SX.sym("pressure")
@@ -275,7 +275,7 @@ def control_law() -> casadi.Function:
 
 
 def control_terms() -> casadi.Function:
-    """What the law adds up, one number for each product of gains. 8 operations."""
+    """Summands of the law, one for each product of gains. 8 operations."""
     reference = casadi.SX.sym("reference")
     measured_position = casadi.SX.sym("measured_position")
     measured_velocity = casadi.SX.sym("measured_velocity")

@@ -79,7 +79,7 @@ static inline void ddm_regressor(
     known_out[0] = 0.0;
 }
 
-/* Force that the drive makes of a control within its limit. 1 operations. */
+/* Force that the drive produces for a control within its limit. 1 operations. */
 static inline void drive_force(
     double control_,
     double q_,
@@ -91,7 +91,7 @@ static inline void drive_force(
     tau_out[0] = control_ * 35.15065188248547;
 }
 
-/* Control of which the drive makes a force, whatever its limit. 1 operations. */
+/* Control for which the drive produces a force, ignoring its limit. 1 operations. */
 static inline void drive_control(
     double tau_,
     double q_,
@@ -123,7 +123,7 @@ static inline void control_law(
     next_state_out[1] = q1_;
 }
 
-/* What the law adds up, one number for each product of gains. 8 operations. */
+/* Summands of the law, one for each product of gains. 8 operations. */
 static inline void control_terms(
     double reference_,
     double measured_position_,
@@ -137,7 +137,7 @@ static inline void control_terms(
     row_out[1] = -(243.45 * (measured_position_ - q2_) / (2.0 * 0.001));
 }
 
-/* What the drive remembers of an axis at rest. 0 operations. */
+/* Memory of law and drive for an axis at rest. 0 operations. */
 static inline void control_start(
     double reference_,
     double measured_position_,
@@ -148,7 +148,7 @@ static inline void control_start(
     state_out[1] = measured_position_;
 }
 
-/* Acceleration and force under what is held since the last sample. 7 operations. */
+/* Acceleration and force under the values held since the last sample. 7 operations. */
 static inline void held_acceleration(
     double q_,
     double dq_,

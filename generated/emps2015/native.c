@@ -75,7 +75,7 @@ static inline void ddm_regressor(
     known_out[0] = 0.0;
 }
 
-/* Force that the drive makes of a control within its limit. 1 operations. */
+/* Force that the drive produces for a control within its limit. 1 operations. */
 static inline void drive_force(
     double control_,
     double q_,
@@ -87,7 +87,7 @@ static inline void drive_force(
     tau_out[0] = control_ * 35.15;
 }
 
-/* Control of which the drive makes a force, whatever its limit. 1 operations. */
+/* Control for which the drive produces a force, ignoring its limit. 1 operations. */
 static inline void drive_control(
     double tau_,
     double q_,
@@ -115,7 +115,7 @@ static inline void control_law(
     (void)next_state_out;
 }
 
-/* What the law adds up, one number for each product of gains. 5 operations. */
+/* Summands of the law, one for each product of gains. 5 operations. */
 static inline void control_terms(
     double reference_,
     double measured_position_,
@@ -128,7 +128,7 @@ static inline void control_terms(
     row_out[1] = 160.18 * 243.45 * (reference_ - measured_position_);
 }
 
-/* What the drive remembers of an axis at rest. 0 operations. */
+/* Memory of law and drive for an axis at rest. 0 operations. */
 static inline void control_start(
     double reference_,
     double measured_position_,
@@ -139,7 +139,7 @@ static inline void control_start(
     (void)state_out;
 }
 
-/* Acceleration and force under what is held since the last sample. 6 operations. */
+/* Acceleration and force under the values held since the last sample. 6 operations. */
 static inline void held_acceleration(
     double q_,
     double dq_,

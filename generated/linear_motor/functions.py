@@ -76,7 +76,7 @@ def direct_dynamics() -> casadi.Function:
 
 
 def drive_force() -> casadi.Function:
-    """Force that the drive makes of a control within its limit. 1 operations."""
+    """Force that the drive produces for a control within its limit. 1 operations."""
     control = casadi.SX.sym("control")
     q = casadi.SX.sym("q")
     dq = casadi.SX.sym("dq")
@@ -91,7 +91,7 @@ def drive_force() -> casadi.Function:
 
 
 def drive_control() -> casadi.Function:
-    """Control of which the drive makes a force, whatever its limit. 1 operations."""
+    """Control for which the drive produces a force, ignoring its limit. 1 operations."""
     tau = casadi.SX.sym("tau")
     q = casadi.SX.sym("q")
     dq = casadi.SX.sym("dq")
@@ -106,7 +106,7 @@ def drive_control() -> casadi.Function:
 
 
 def held_acceleration() -> casadi.Function:
-    """Acceleration and force under what is held since the last sample. 20 operations."""
+    """Acceleration and force under the values held since the last sample. 20 operations."""
     q = casadi.SX.sym("q")
     dq = casadi.SX.sym("dq")
     held = casadi.SX.sym("held", 1)
@@ -180,7 +180,7 @@ def plant_step() -> casadi.Function:
 
 
 def wave_number() -> casadi.Function:
-    """Reciprocal of the way on which the acceleration may vary. 3 operations."""
+    """Reciprocal of the shortest way on which the acceleration varies. 3 operations."""
     q = casadi.SX.sym("q")
     parameters = casadi.SX.sym("parameters", 5)
     M = parameters[0]
@@ -200,7 +200,7 @@ def wave_number() -> casadi.Function:
 
 
 def control_start() -> casadi.Function:
-    """What the drive remembers of an axis at rest. 0 operations."""
+    """Memory of law and drive for an axis at rest. 0 operations."""
     reference = casadi.SX.sym("reference")
     measured_position = casadi.SX.sym("measured_position")
     _state = casadi.vertcat(measured_position, measured_position)
@@ -236,7 +236,7 @@ def control_law() -> casadi.Function:
 
 
 def control_terms() -> casadi.Function:
-    """What the law adds up, one number for each product of gains. 8 operations."""
+    """Summands of the law, one for each product of gains. 8 operations."""
     reference = casadi.SX.sym("reference")
     measured_position = casadi.SX.sym("measured_position")
     measured_velocity = casadi.SX.sym("measured_velocity")

@@ -83,7 +83,7 @@ static inline void ddm_regressor(
     known_out[0] = 0.0;
 }
 
-/* Force that the drive makes of a control within its limit. 1 operations. */
+/* Force that the drive produces for a control within its limit. 1 operations. */
 static inline void drive_force(
     double control_,
     double q_,
@@ -95,7 +95,7 @@ static inline void drive_force(
     tau_out[0] = control_ * 8.0;
 }
 
-/* Control of which the drive makes a force, whatever its limit. 1 operations. */
+/* Control for which the drive produces a force, ignoring its limit. 1 operations. */
 static inline void drive_control(
     double tau_,
     double q_,
@@ -127,7 +127,7 @@ static inline void control_law(
     next_state_out[1] = q1_;
 }
 
-/* What the law adds up, one number for each product of gains. 8 operations. */
+/* Summands of the law, one for each product of gains. 8 operations. */
 static inline void control_terms(
     double reference_,
     double measured_position_,
@@ -141,7 +141,7 @@ static inline void control_terms(
     row_out[1] = -(20.0 * (measured_position_ - q2_) / (2.0 * 0.00025));
 }
 
-/* Reciprocal of the way on which the acceleration may vary. 1 operations. */
+/* Reciprocal of the shortest way on which the acceleration varies. 1 operations. */
 static inline void wave_number(
     double q_,
     const double *parameters_,
@@ -152,7 +152,7 @@ static inline void wave_number(
     wave_number_out[0] = 21.008452488130185 * 3.141592653589793;
 }
 
-/* What the drive remembers of an axis at rest. 0 operations. */
+/* Memory of law and drive for an axis at rest. 0 operations. */
 static inline void control_start(
     double reference_,
     double measured_position_,
@@ -163,7 +163,7 @@ static inline void control_start(
     state_out[1] = measured_position_;
 }
 
-/* Acceleration and force under what is held since the last sample. 14 operations. */
+/* Acceleration and force under the values held since the last sample. 14 operations. */
 static inline void held_acceleration(
     double q_,
     double dq_,

@@ -147,7 +147,7 @@ def physical_from_ddm() -> casadi.Function:
 
 
 def drive_force() -> casadi.Function:
-    """Force that the drive makes of a control within its limit. 1 operations."""
+    """Force that the drive produces for a control within its limit. 1 operations."""
     control = casadi.SX.sym("control")
     q = casadi.SX.sym("q")
     dq = casadi.SX.sym("dq")
@@ -162,7 +162,7 @@ def drive_force() -> casadi.Function:
 
 
 def drive_control() -> casadi.Function:
-    """Control of which the drive makes a force, whatever its limit. 1 operations."""
+    """Control for which the drive produces a force, ignoring its limit. 1 operations."""
     tau = casadi.SX.sym("tau")
     q = casadi.SX.sym("q")
     dq = casadi.SX.sym("dq")
@@ -177,7 +177,7 @@ def drive_control() -> casadi.Function:
 
 
 def held_acceleration() -> casadi.Function:
-    """Acceleration and force under what is held since the last sample. 17 operations."""
+    """Acceleration and force under the values held since the last sample. 17 operations."""
     q = casadi.SX.sym("q")
     dq = casadi.SX.sym("dq")
     held = casadi.SX.sym("held", 2)
@@ -264,7 +264,7 @@ def plant_step() -> casadi.Function:
 
 
 def wave_number() -> casadi.Function:
-    """Reciprocal of the way on which the acceleration may vary. 0 operations."""
+    """Reciprocal of the shortest way on which the acceleration varies. 0 operations."""
     q = casadi.SX.sym("q")
     parameters = casadi.SX.sym("parameters", 5)
     J = parameters[0]
@@ -283,7 +283,7 @@ def wave_number() -> casadi.Function:
 
 
 def drive_response() -> casadi.Function:
-    """The drive's force later, and when a command acts within a sample of such a length. 7 operations."""
+    """Force of the drive some time later, and the time in a sample at which a command acts. 7 operations."""
     tau = casadi.SX.sym("tau")
     target = casadi.SX.sym("target")
     span = casadi.SX.sym("span")
@@ -299,7 +299,7 @@ def drive_response() -> casadi.Function:
 
 
 def control_start() -> casadi.Function:
-    """What the drive remembers of an axis at rest. 18 operations."""
+    """Memory of law and drive for an axis at rest. 18 operations."""
     reference = casadi.SX.sym("reference")
     measured_position = casadi.SX.sym("measured_position")
     _0 = 0.0 / 0.02 + 25.0 * (reference - measured_position) + 1.0 * (reference - reference) / 0.001
@@ -347,7 +347,7 @@ def control_law() -> casadi.Function:
 
 
 def control_terms() -> casadi.Function:
-    """What the law adds up, one number for each product of gains. 13 operations."""
+    """Summands of the law, one for each product of gains. 13 operations."""
     reference = casadi.SX.sym("reference")
     measured_position = casadi.SX.sym("measured_position")
     measured_velocity = casadi.SX.sym("measured_velocity")

@@ -87,7 +87,7 @@ static inline void ddm_regressor(
     known_out[0] = 0.0;
 }
 
-/* Force that the drive makes of a control within its limit. 1 operations. */
+/* Force that the drive produces for a control within its limit. 1 operations. */
 static inline void drive_force(
     double control_,
     double q_,
@@ -99,7 +99,7 @@ static inline void drive_force(
     tau_out[0] = control_ * 2.5;
 }
 
-/* Control of which the drive makes a force, whatever its limit. 1 operations. */
+/* Control for which the drive produces a force, ignoring its limit. 1 operations. */
 static inline void drive_control(
     double tau_,
     double q_,
@@ -141,7 +141,7 @@ static inline void control_law(
     next_state_out[3] = _8;
 }
 
-/* What the law adds up, one number for each product of gains. 13 operations. */
+/* Summands of the law, one for each product of gains. 13 operations. */
 static inline void control_terms(
     double reference_,
     double measured_position_,
@@ -157,7 +157,7 @@ static inline void control_terms(
     row_out[0] = 6.0 * (_0 - (measured_position_ - q2_) / (2.0 * 0.001));
 }
 
-/* Reciprocal of the way on which the acceleration may vary. 0 operations. */
+/* Reciprocal of the shortest way on which the acceleration varies. 0 operations. */
 static inline void wave_number(
     double q_,
     const double *parameters_,
@@ -168,7 +168,7 @@ static inline void wave_number(
     wave_number_out[0] = 1.0;
 }
 
-/* What the drive remembers of an axis at rest. 18 operations. */
+/* Memory of law and drive for an axis at rest. 18 operations. */
 static inline void control_start(
     double reference_,
     double measured_position_,
@@ -186,7 +186,7 @@ static inline void control_start(
     state_out[5] = _3;
 }
 
-/* Acceleration and force under what is held since the last sample. 17 operations. */
+/* Acceleration and force under the values held since the last sample. 17 operations. */
 static inline void held_acceleration(
     double q_,
     double dq_,
@@ -266,7 +266,7 @@ static inline void plant_step(
     last_slope_out[0] = (force_target_ + _14 * exp(-_1) + _16 - _31 * fv_ - _17 - mgl_ * cos(_29)) * _18;
 }
 
-/* The drive's force later, and when a command acts within a sample of such a length. 7 operations. */
+/* Force of the drive some time later, and the time in a sample at which a command acts. 7 operations. */
 static inline void drive_response(
     double tau_,
     double target_,

@@ -163,7 +163,7 @@ def physical_from_ddm() -> casadi.Function:
 
 
 def drive_force() -> casadi.Function:
-    """Force that the drive makes of a control within its limit. 1 operations."""
+    """Force that the drive produces for a control within its limit. 1 operations."""
     control = casadi.SX.sym("control")
     q = casadi.SX.sym("q")
     dq = casadi.SX.sym("dq")
@@ -178,7 +178,7 @@ def drive_force() -> casadi.Function:
 
 
 def drive_control() -> casadi.Function:
-    """Control of which the drive makes a force, whatever its limit. 1 operations."""
+    """Control for which the drive produces a force, ignoring its limit. 1 operations."""
     tau = casadi.SX.sym("tau")
     q = casadi.SX.sym("q")
     dq = casadi.SX.sym("dq")
@@ -193,7 +193,7 @@ def drive_control() -> casadi.Function:
 
 
 def held_acceleration() -> casadi.Function:
-    """Acceleration and force under what is held since the last sample. 40 operations."""
+    """Acceleration and force under the values held since the last sample. 40 operations."""
     q = casadi.SX.sym("q")
     dq = casadi.SX.sym("dq")
     held = casadi.SX.sym("held", 1)
@@ -297,7 +297,7 @@ def plant_step() -> casadi.Function:
 
 
 def switching() -> casadi.Function:
-    """What changes its sign where a side changes, and how it changes. 6 operations."""
+    """Values whose signs are the sides, and their rates of change. 6 operations."""
     q = casadi.SX.sym("q")
     dq = casadi.SX.sym("dq")
     sides = casadi.SX.sym("sides", 4)
@@ -327,7 +327,7 @@ def switching() -> casadi.Function:
 
 
 def plant_rate() -> casadi.Function:
-    """How fast the motion may change in one mode, 1/s. 105 operations."""
+    """Largest rate of change of the motion in one mode, 1/s. 105 operations."""
     q = casadi.SX.sym("q")
     dq = casadi.SX.sym("dq")
     held = casadi.SX.sym("held", 1)
@@ -385,7 +385,7 @@ def plant_rate() -> casadi.Function:
 
 
 def control_start() -> casadi.Function:
-    """What the drive remembers of an axis at rest. 17 operations."""
+    """Memory of law and drive for an axis at rest. 17 operations."""
     reference = casadi.SX.sym("reference")
     measured_position = casadi.SX.sym("measured_position")
     _0 = 250.0 * (reference - measured_position) - (measured_position - measured_position) / (2.0 * 0.0001)
@@ -427,7 +427,7 @@ def control_law() -> casadi.Function:
 
 
 def control_terms() -> casadi.Function:
-    """What the law adds up, one number for each product of gains. 8 operations."""
+    """Summands of the law, one for each product of gains. 8 operations."""
     reference = casadi.SX.sym("reference")
     measured_position = casadi.SX.sym("measured_position")
     measured_velocity = casadi.SX.sym("measured_velocity")

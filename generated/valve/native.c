@@ -98,7 +98,7 @@ static inline void ddm_regressor(
     known_out[0] = 0.0;
 }
 
-/* Force that the drive makes of a control within its limit. 1 operations. */
+/* Force that the drive produces for a control within its limit. 1 operations. */
 static inline void drive_force(
     double control_,
     double q_,
@@ -110,7 +110,7 @@ static inline void drive_force(
     tau_out[0] = control_ * 22.0;
 }
 
-/* Control of which the drive makes a force, whatever its limit. 1 operations. */
+/* Control for which the drive produces a force, ignoring its limit. 1 operations. */
 static inline void drive_control(
     double tau_,
     double q_,
@@ -142,7 +142,7 @@ static inline void control_law(
     next_state_out[1] = q1_;
 }
 
-/* What the law adds up, one number for each product of gains. 8 operations. */
+/* Summands of the law, one for each product of gains. 8 operations. */
 static inline void control_terms(
     double reference_,
     double measured_position_,
@@ -156,7 +156,7 @@ static inline void control_terms(
     row_out[1] = -(25.0 * (measured_position_ - q2_) / (2.0 * 0.0001));
 }
 
-/* What the drive remembers of an axis at rest. 17 operations. */
+/* Memory of law and drive for an axis at rest. 17 operations. */
 static inline void control_start(
     double reference_,
     double measured_position_,
@@ -175,7 +175,7 @@ static inline void control_start(
     state_out[4] = _5;
 }
 
-/* Acceleration and force under what is held since the last sample. 40 operations. */
+/* Acceleration and force under the values held since the last sample. 40 operations. */
 static inline void held_acceleration(
     double q_,
     double dq_,
@@ -269,7 +269,7 @@ static inline void plant_step(
     last_slope_out[0] = _29;
 }
 
-/* What changes its sign where a side changes, and how it changes. 6 operations. */
+/* Values whose signs are the sides, and their rates of change. 6 operations. */
 static inline void switching(
     double q_,
     double dq_,
@@ -296,7 +296,7 @@ static inline void switching(
     by_velocity_out[3] = 0.0;
 }
 
-/* How fast the motion may change in one mode, 1/s. 105 operations. */
+/* Largest rate of change of the motion in one mode, 1/s. 105 operations. */
 static inline void plant_rate(
     double q_,
     double dq_,

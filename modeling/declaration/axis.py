@@ -1,4 +1,4 @@
-"""The declared axis: everything a user says, checked once."""
+"""The declared axis: the user's declaration, checked once."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -28,9 +28,11 @@ from axisid.modeling.quantities import (
     states_in,
     with_numbers,
 )
-from axisid.support.errors import ModelError, UsageError, quoted, refuse
+from axisid.support.checks import refuse
+from axisid.support.errors import ModelError, UsageError
 from axisid.support.mappings import FrozenMapping
 from axisid.support.presentable import view_of
+from axisid.support.wording import quoted
 
 from .column import column_texts
 from .control import LONGEST_DELAY, ControlLaw
@@ -38,7 +40,7 @@ from .drive import FORCE_TARGET, Drive, Response
 from .experiment import Experiment
 from .unit_check import check_states, check_unit, checked_terms, unit_table
 
-#: What a column of a record can be.
+#: Roles that a column of a record can have.
 ROLES = (
     "time",
     "position",
@@ -49,7 +51,7 @@ ROLES = (
     "force",
     "injected",
 )
-#: What a recorded test signal, the role ``injected``, can be added to.
+#: Signals to which a recorded test signal, the role ``injected``, can be added.
 INJECTION_POINTS = ("control", "reference")
 
 
@@ -64,28 +66,30 @@ class Axis:
     coordinate : Coordinate
         The degree of freedom.
     parameters : tuple of Parameter
-        What is to be identified, in the order of every vector and table.
+        Parameters to identify, in the order of every vector and table.
     force : sympy.Expr
         Inverse dynamics: the force that the motion needs, from position, velocity, acceleration
         and the parameters, each term in newtons (or newton metres).
     drive : Drive
-        From control to force.
+        Drive, from control to force.
     control : ControlLaw or None
         The sampled law that closes the loop; instrumental variables need it.
     columns : mapping of str to str or Column
         Columns of this axis's records by role (see `ROLES`) or signal: names, with a unit or a
-        scaling where they are not SI, as ``--columns`` takes them; they are kept as texts.
+        scaling where they are not SI, as ``--columns`` takes them; they are stored as texts.
     injected_at : str
-        What the test signal in the column ``injected`` is added to: ``control``, before the drive's
-        limit, or ``reference``. Empty where there is none, or where each record says it.
+        Signal to which the test signal in the column ``injected`` is added: ``control``, before the
+        drive's limit, or ``reference``. Empty if there is no test signal, or if each record states
+        it.
     signals : tuple of Signal
-        Recorded beside the motion; the force, the drive and the control law may have them.
+        Signals recorded in addition to the motion; the force, the drive and the control law may
+        depend on them.
     experiment : Experiment or None
-        The motion of the axis's twin.
+        Motion of the axis's twin.
     title : str
         One line for tables.
     left_out : tuple of Parameter
-        Parameters that are not identified, each with the `known` value that stands for it in the
+        Parameters that are not identified, each with the `known` value that replaces it in the
         force; see `leave_out`.
     """
 
@@ -133,17 +137,17 @@ class Axis:
 
     @property
     def signal_symbols(self) -> tuple[sympy.Symbol, ...]:
-        """The signals as expressions have them."""
+        """Return the symbols of the recorded signals, as expressions use them."""
         return tuple(signal.symbol for signal in self.signals)
 
     @property
     def taken_names(self) -> set[str]:
-        """Names, in lower case, that no further parameter may have."""
+        """Return the names, in lower case, that no further parameter may have."""
         return {name.lower() for name, _ in self._names}
 
     @property
     def _names(self) -> list[tuple[str, str]]:
-        """Each name in the axis, and what carries it."""
+        """Return each name in the axis, with a description of its owner."""
         q, law, response = self.coordinate, self.control, self.response
         estimated = () if self.drive.estimated is None else (self.drive.estimated,)
         carried: dict[str, Iterable[str]] = {
@@ -153,9 +157,9 @@ class Axis:
             "the control law's symbol": law.names if law else (),
             "signal": (signal.name for signal in self.signals),
             "the rate of a signal": (signal.rate_name for signal in self.signals),
-            "what the program calls the signals": ("signals",) if self.signals else (),
+            "the program's name for the signals": ("signals",) if self.signals else (),
             "state": (state.name for state in self.states),
-            "what the program calls a force of the drive": (*response.remembered, FORCE_TARGET)
+            "the program's name for a force of the drive": (*response.remembered, FORCE_TARGET)
             if response
             else (),
         }
@@ -168,7 +172,7 @@ class Axis:
 
     @property
     def unchecked_terms(self) -> tuple[str, ...]:
-        """Terms of the equation of motion whose unit a plain number in them leaves open."""
+        """Return the terms of the equation of motion with a unit that a plain number decides."""
         return checked_terms(
             self.force, self.coordinate, self.parameters, (*self.signals, *self.states)
         )
@@ -212,7 +216,7 @@ class Axis:
         return sampled and (self.response is None or self.response.is_held)
 
     def _check_response(self) -> None:
-        """Refuse what a drive makes of held commands where the law contradicts it."""
+        """Refuse properties of held commands that the drive declares and the law contradicts."""
         law, drive = self.control, self.drive
         declared = drive.of_held_commands
         if law is None or not declared:
@@ -315,7 +319,7 @@ class Axis:
         )
 
     def _check_signals(self) -> None:
-        """Refuse signals that are used and not declared, or named as another column is."""
+        """Refuse signals that are used but not declared, or named like another column."""
         declared = {signal.symbol for signal in self.signals}
         unknown = {
             what: sorted(map(str, used - declared)) for what, used in self._used_signals.items()
@@ -353,13 +357,13 @@ class Axis:
 
     @property
     def sampled_signals(self) -> frozenset[str]:
-        """Names of the signals that the law or the drive reads, once a sample of a sampled law."""
+        """Return the names of the signals that law or drive read once a sample of a sampled law."""
         used = self._used_signals
         law_and_drive = used["the control law"] | signals_in(self.drive.force, self.drive.inverse)
         return frozenset(map(str, law_and_drive))
 
     def check_signals_used(self) -> None:
-        """Refuse a signal that stands nowhere.
+        """Refuse a declared signal that is used nowhere.
 
         Raises
         ------
@@ -434,7 +438,7 @@ class Axis:
             units = unit_table(self.coordinate, (*self.parameters, *self.signals))
             for name, of in (
                 ("profile", "the force over its nominal value"),
-                ("scaled_by", "what the gain is times"),
+                ("scaled_by", "the factor of the gain"),
             ):
                 value = getattr(self.drive, name)
                 check_unit(
@@ -445,7 +449,7 @@ class Axis:
 
 
 def check_axis(axis: object) -> None:
-    """Refuse what is no declared axis, such as its name."""
+    """Refuse an object that is not a declared axis, such as its name."""
     if not isinstance(axis, Axis):
         raise UsageError(
             f"the axis is {quoted(axis)}. Give an Axis, such as load_axis('emps').",
@@ -454,6 +458,6 @@ def check_axis(axis: object) -> None:
 
 
 def equation_of_motion(axis: Axis) -> Formula:
-    """The drive's force, over the position's profile if there is one, and what it is spent on."""
+    """Return the drive's nominal force, the profile that scales it, and the force needed."""
     unit = str(axis.coordinate.force_unit)
     return Formula(name=FORCE * axis.drive.profile, value=axis.force, unit=unit)

@@ -1,11 +1,13 @@
-"""A column of a log: its name or number, and what its numbers mean."""
+"""A column of a log: its name or number, and the meaning of its numbers."""
 
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from axisid.support.errors import ModelError, quoted, refuse
+from axisid.support.checks import refuse
+from axisid.support.errors import ModelError
+from axisid.support.wording import quoted
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 #: A number, or a quantity that begins with one.
@@ -20,24 +22,24 @@ class Column:
     Attributes
     ----------
     name : str or int
-        As the log has it, or its number from 1.
+        Name in the log, or number of the column, from 1.
     unit : str
-        Of its numbers, where the log does not say it or says it wrongly.
+        Unit of its numbers, if the log does not state it or states it wrongly.
     scale : float or str
-        What its numbers are times: a number, or a quantity such as ``"360deg/4096"``; -1 turns
-        the sign.
+        Factor of its numbers: a number, or a quantity such as ``"360deg/4096"``; -1 changes the
+        sign.
     offset : str
-        What is added after that, with its unit: ``"0.2deg"``, ``"-1.5mm"``.
+        Offset added after scaling, with its unit: ``"0.2deg"``, ``"-1.5mm"``.
     gear : float or str
-        Turns of the encoder to one of the axis, by which it is divided: ``50``, ``"121/3"``;
-        negative where it turns the other way.
+        Turns of the encoder per turn of the axis, by which the numbers are divided: ``50``,
+        ``"121/3"``; negative if the encoder turns in the opposite direction.
     resolution : float or str
-        Counts of the encoder to its turn, or what one count is: ``4096``, ``"0.5um"``.
+        Counts of the encoder per turn, or the size of one count: ``4096``, ``"0.5um"``.
 
     Raises
     ------
     ModelError
-        Something is none of that; what a number makes of a log is looked at where one is read.
+        A value is of none of these kinds; its effect on a log is checked when the log is read.
 
     Examples
     --------
@@ -103,5 +105,5 @@ class Column:
 
 
 def column_texts(columns: Mapping[str, Any]) -> dict[str, Any]:
-    """Columns by role as texts, where they are `Column`."""
+    """Return the columns by role, each `Column` as a text."""
     return {role: str(each) if isinstance(each, Column) else each for role, each in columns.items()}

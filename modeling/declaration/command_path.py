@@ -1,15 +1,17 @@
-"""From a command to what acts: a limited rate, steps, a dead band, and the times of a drive."""
+"""From a command to the acting control: rate limit, quantisation, dead band, drive times."""
 
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 
 from axisid.modeling.quantities import Parameter, number, settle
-from axisid.support.errors import ModelError, quoted, refuse
+from axisid.support.checks import refuse
+from axisid.support.errors import ModelError
+from axisid.support.wording import quoted
 
-#: Where a recorded control may have been taken, first what it is by default.
+#: Points at which a recorded control may have been taken, the default first.
 LOGGED = ("command", "applied", "current")
-#: Times of a drive, and what of `LOGGED` is recorded behind each, where no motion shows it.
+#: Times of a drive, and the points of `LOGGED` behind each, at which no motion shows it.
 HIDDEN_FROM = {"lag": ("current",), "delay": ("applied", "current")}
 _AMOUNTS = ("quantisation", "deadband")
 _LEAST_STEP = 1e-100  # of which any control is a finite number
@@ -17,16 +19,17 @@ _LEAST_STEP = 1e-100  # of which any control is a finite number
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CommandPath:
-    """From the commands of a sampled law to the control that acts, in this order, sample by sample.
+    """Path from the commands of a sampled law to the control that acts, in this order, per sample.
 
     Attributes
     ----------
     rate_limit : float
-        Most by which it changes in a second, in the control's unit; infinite for none.
+        Largest change per second, in the control's unit; infinite for none.
     quantisation : float
-        Step to whose multiples it is rounded, halves up; 0 for none.
+        Step to a multiple of which the control is rounded, halves up; 0 for none.
     deadband : float
-        Half width: what is no larger becomes 0, and what is larger is taken by so much towards 0.
+        Half width: a control that is not larger becomes 0, and a larger one is moved by this width
+        towards 0.
     """
 
     rate_limit: float = math.inf
@@ -75,7 +78,7 @@ class CommandPath:
 
     @property
     def is_limited(self) -> bool:
-        """Return whether it remembers what acted at the sample before."""
+        """Return whether the path remembers the control that acted at the sample before."""
         return math.isfinite(self.rate_limit)
 
     def end(self, command: float) -> float:
@@ -85,7 +88,7 @@ class CommandPath:
         return math.copysign(max(abs(command) - self.deadband, 0.0), command)
 
     def command(self, acting: float) -> float:
-        """A command of which such a control comes, but for the quantisation."""
+        """Return a command that gives an acting control, ignoring quantisation."""
         return acting + math.copysign(self.deadband, acting) if acting else 0.0
 
     def text(self, unit: str) -> str:
@@ -107,16 +110,17 @@ def estimated_time(
     Parameters
     ----------
     given : mapping
-        Its lag and its delay, as numbers or parameters.
+        Lag and delay, as numbers or parameters.
     before : (str, Parameter) or None
-        What was estimated of the drive that this one is made of; a time given anew comes first.
+        Time that was estimated of the drive that this one is made from; a newly given time takes
+        precedence.
     logged : str
 
     Raises
     ------
     ModelError
-        Both are parameters, or one says what the search for it does not hold, or cannot be seen in
-        what was recorded.
+        Both are parameters, or one declares a property that the search does not support, or cannot
+        be seen in the recorded signals.
     """
     found = {name: p for name, p in given.items() if isinstance(p, Parameter)}
     if len(found) > 1:

@@ -1,8 +1,8 @@
 """Control laws, sampled or continuous.
 
 A drive samples: once a period the law reads the reference and the measured position and holds its
-control until the next sample. What it remembers between samples (for a velocity filter, an
-integral) is declared as `Memory`. Ready laws are made of these (`ready_laws`).
+control until the next sample. The values that it remembers between samples (for a velocity filter,
+an integral) are declared as `Memory`. Ready laws are made of these (`ready_laws`).
 """
 
 from collections.abc import Mapping, Set
@@ -28,38 +28,41 @@ from axisid.modeling.quantities import (
     settle,
     signals_in,
 )
-from axisid.support.errors import ModelError, is_among, is_whole, listed as several, quoted, refuse
+from axisid.support.checks import is_among, is_whole, listed as several, refuse
+from axisid.support.errors import ModelError
 from axisid.support.mappings import FrozenMapping
+from axisid.support.wording import quoted
 
-#: Samples of a delay, at most.
+#: Largest number of samples of a delay.
 LONGEST_DELAY = 100
 _INPUTS = frozenset({REFERENCE, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD})
 _OUTPUTS = frozenset({LIMITED_OUTPUT, UNLIMITED_OUTPUT})
 _AT_REST = frozenset({MEASURED_POSITION, REFERENCE, BALANCED})
 
 
-#: How a reference may run between the samples of a log, first what it does by default.
+#: Ways in which a reference may run between the samples of a log, the default first.
 REFERENCES_BETWEEN = ("spline", "linear", "held")
 
 
 @dataclass(frozen=True, slots=True)
 class Memory:
-    """One number the law keeps from a sample to the next.
+    """A number that the law keeps from one sample to the next.
 
     Attributes
     ----------
     name : str
-        The symbol it has in the law.
+        Its symbol in the law.
     following : sympy.Expr
-        Its value at the next sample, from what the output is of, from `UNLIMITED_OUTPUT`, the
+        Its value at the next sample, from the variables of the output, from `UNLIMITED_OUTPUT`, the
         output itself, and from `LIMITED_OUTPUT`, the output within the drive's limit: an integral
-        that stops where the drive gives no more. Use the symbol of the output and not its
+        that stops where the drive is saturated. Use the symbol of the output and not its
         expression: the two symbols are equal to the last bit where the limit is not reached.
     start : sympy.Expr
         Its value at the first sample, from `MEASURED_POSITION`, `REFERENCE`, numbers or constants:
-        the axis at rest. `BALANCED`, for an integral or whatever else holds a load, is the value
-        with which the law's output holds the axis there; of several, the least of them. The loop
-        of a record begins with what gives its first controls, whatever is declared here.
+        the axis at rest. `BALANCED`, for an integral or another memory that holds a load, is the
+        value with which the law's output holds the axis there; if there are several such values,
+        the least. The loop of a record begins with the values that give its first controls,
+        whatever is declared here.
     """
 
     name: str
@@ -97,23 +100,24 @@ class ControlLaw:
     gains : mapping of str to float
         Known constants by symbol name, SI.
     memory : tuple of Memory
-        What is kept between samples.
+        Values that are kept between samples.
     delay : int
         Whole samples between computing a control and applying it.
     reference_between : str
-        How the reference runs between the samples of a log that is slower than the law: smoothly
-        (``spline``), straight (``linear``) or ``held``. Given, it also says that the law has a
-        clock of its own: a log of another period is then no mistake, and needs nobody to confirm
-        it. Empty is ``spline``: straight between samples a reference lags where it accelerates, by
-        a twelfth of the acceleration times the squared period, which moves the inertia.
+        Course of the reference between the samples of a log that is slower than the law: smoothly
+        (``spline``), straight (``linear``) or ``held``. If given, it also states that the law has
+        its own clock: a log with another period is then no mistake, and needs no confirmation.
+        Empty means ``spline``: a reference that is straight between samples lags while it
+        accelerates, by a twelfth of the acceleration times the squared period, which biases the
+        inertia.
     continuous : bool
         Evaluate the law inside the plant's derivative, the reference running straight from sample
-        to sample, in place of holding its output: an analogue controller, or the paper's (6) and
-        (7) as they are written. It has no memory, no delay and no period in it. It should be smooth
-        within a sample: an edge of saturation costs accuracy there, and an axis that sticks is
-        asked at the sample's end whether it has left rest.
+        to sample, instead of holding its output: an analogue controller, or equations (6) and (7)
+        of the paper as written. It has no memory, no delay and no period in it. It should be smooth
+        within a sample: an edge of saturation reduces accuracy there, and for an axis that sticks
+        it is checked at the sample's end whether it has left rest.
     positive : tuple of str
-        Gains that are above 0 whatever they change to: times, limits, what is divided by.
+        Gains that remain above 0 when they change: times, limits, divisors.
     """
 
     name: str
@@ -184,12 +188,12 @@ class ControlLaw:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the gains, of the memory and of the delay line."""
+        """Return the names of the gains, of the memory and of the delay line."""
         return (*self.gains, *(memory.name for memory in self.memory), *self.delay_line)
 
     @property
     def signals(self) -> frozenset[SignalSymbol]:
-        """The recorded signals that it reads."""
+        """Return the recorded signals that the law reads."""
         return signals_in(self.output, *(memory.following for memory in self.memory))
 
     @property
@@ -205,7 +209,7 @@ class ControlLaw:
 
     @property
     def delay_line(self) -> tuple[str, ...]:
-        """Names of the controls that are computed but not applied yet, the newest first."""
+        """Return the names of the controls that are not applied yet, the newest first."""
         return tuple(f"delayed{i + 1}" for i in range(self.delay))
 
     @property
@@ -219,9 +223,9 @@ class ControlLaw:
 
     @property
     def terms(self) -> tuple[tuple[sympy.Expr, sympy.Expr], ...]:
-        """The output as a sum of products of gains and the signal that they multiply.
+        """Return the output as a sum of products of gains, each with the signal that it multiplies.
 
-        A law that is no polynomial in its gains is one term with the factor 1.
+        A law that is not a polynomial in its gains is one term with the factor 1.
         """
         gains = tuple(gain(name) for name in self.gains)
         factors: dict[sympy.Expr, None] = {}  # in their order
@@ -242,9 +246,9 @@ class ControlLaw:
 
 
 def no_law(period: float) -> ControlLaw:
-    """A sampled law whose output is 0: what is added to its output moves the axis.
+    """Return a sampled law whose output is 0, so that only a signal added to it moves the axis.
 
-    It has no gains, so that its names leave those of the axis alone.
+    It has no gains, so that its names cannot collide with those of the axis.
 
     Parameters
     ----------
@@ -255,12 +259,12 @@ def no_law(period: float) -> ControlLaw:
 
 
 def gain(name: str) -> sympy.Symbol:
-    """The symbol of a gain declared in `ControlLaw.gains`."""
+    """Return the symbol of a gain declared in `ControlLaw.gains`."""
     return sympy.Symbol(name, real=True)
 
 
 def _signal(output: sympy.Expr, factor: sympy.Expr, gains: tuple[sympy.Symbol, ...]) -> sympy.Expr:
-    """What multiplies a product of gains, by derivatives: what is multiplied out loses digits."""
+    """Return the factor of a product of gains, by derivatives, because expanding loses digits."""
     powers = factor.as_powers_dict()
     for symbol in gains:
         power = powers.get(symbol, 0)

@@ -1,7 +1,7 @@
 """Blocks of control laws: filters, derivatives and limits, each a value with its memory.
 
-The memories of a block have names that begin with the one that it is given, so that a law may have
-several of a kind. A number in a block is a plain one or an expression, such as a gain of the law,
+The memories of a block have names that begin with the given name, so that a law may contain several
+blocks of a kind. A number in a block is a plain number or an expression, such as a gain of the law,
 `gain("cutoff")`, which the law check can then name.
 """
 
@@ -20,13 +20,15 @@ from axisid.modeling.quantities import (
     number,
     within,
 )
-from axisid.support.errors import ModelError, is_among, quoted
+from axisid.support.checks import is_among
+from axisid.support.errors import ModelError
+from axisid.support.wording import quoted
 
 from .control import Memory
 
 
 def amount(value: Amount, what: str, *, positive: bool = False) -> sympy.Expr:
-    """A number or an expression; a number is 0 or more, or positive.
+    """Return an amount, a number or an expression; a number is 0 or more, or positive.
 
     Raises
     ------
@@ -41,19 +43,19 @@ def amount(value: Amount, what: str, *, positive: bool = False) -> sympy.Expr:
 
 
 def in_range(value: float, what: str, *, positive: bool = False) -> float:
-    """The same of what is a number alone."""
+    """Return a number that is in its range."""
     found = number(value, what)
     amount(found, what, positive=positive)
     return found
 
 
 def chosen(value: str, what: str, among: Collection[str]) -> str:
-    """One word of a choice.
+    """Return one word of a choice.
 
     Raises
     ------
     ModelError
-        It is another.
+        The word is not among them.
     """
     if not is_among(value, among):
         raise ModelError(f"{what} is {quoted(value)}. Give one of {', '.join(among)}.", code="law")
@@ -66,7 +68,7 @@ def added(signal: Amount | None) -> sympy.Expr:
 
 
 def _finite(value: Amount, what: str) -> sympy.Expr:
-    """An expression without what is no finite number.
+    """Return an expression, unless it contains a number that is not finite.
 
     Raises
     ------
@@ -89,9 +91,9 @@ class Block:
     Attributes
     ----------
     value : sympy.Expr
-        What it gives at a sample, for the output of a law or for another block.
+        Its value at a sample, for the output of a law or for another block.
     memory : tuple of Memory
-        What it keeps between samples: it belongs to `ControlLaw.memory`.
+        Values that it keeps between samples; they belong to `ControlLaw.memory`.
     """
 
     value: sympy.Expr
@@ -99,13 +101,13 @@ class Block:
 
 
 def difference(signal: Amount, *, name: str = "last", start: Amount = 0.0) -> Block:
-    """Rate of change of a signal, ``(x[k] - x[k-1]) / T``, half a sample late.
+    """Return the rate of change of a signal, ``(x[k] - x[k-1]) / T``, half a sample late.
 
     Parameters
     ----------
     signal : expression
     name : str
-        Of its memory, the signal at the last sample.
+        Name of its memory, the signal at the last sample.
     start : expression
         The signal before the first sample.
     """
@@ -117,7 +119,7 @@ def difference(signal: Amount, *, name: str = "last", start: Amount = 0.0) -> Bl
 def low_pass(
     signal: Amount, *, time_constant: Amount, name: str = "smooth", start: Amount = 0.0
 ) -> Block:
-    """Low-pass of first order as drives compute it, by an implicit step.
+    """Return a first-order low-pass as drives compute it, by an implicit step.
 
     ``y[k] = y[k-1] + T / (T + Tf) (x[k] - y[k-1])``, a cut-off of ``1 / (2 pi Tf)`` Hz.
 
@@ -127,7 +129,7 @@ def low_pass(
     time_constant : expression
         Tf, s; 0 filters nothing.
     name : str
-        Of its memory, its last value.
+        Name of its memory, its last value.
     start : expression
         Its value before the first sample.
 
@@ -149,7 +151,7 @@ def notch(
     name: str = "notch",
     start: Amount = 0.0,
 ) -> Block:
-    """Band-stop of second order: it takes a resonance out of a torque.
+    """Return a second-order band-stop, which removes a resonance from a torque.
 
     ``(1 + b) y[k] = x[k] - 2 c x[k-1] + x[k-2] + 2 c y[k-1] - (1 - b) y[k-2]`` with
     ``c = cos(2 pi f T)`` and ``b = tan(pi f T / Q)``: nothing passes at f, half the power at the
@@ -163,7 +165,7 @@ def notch(
     quality : expression
         Q: the frequency over the width of the band.
     name : str
-        Its memories are this with ``_in1``, ``_in2``, ``_out1``, ``_out2`` behind.
+        Its memories have this name with ``_in1``, ``_in2``, ``_out1``, ``_out2`` appended.
     start : expression
         The signal before the first sample, at rest.
 
@@ -183,18 +185,18 @@ def notch(
 
 
 def pll_velocity(*, bandwidth: Amount, name: str = "pll") -> Block:
-    """Velocity of an encoder by a phase-locked loop, critically damped.
+    """Return the velocity of an encoder by a phase-locked loop, critically damped.
 
-    At each sample the position is predicted, ``p = p + T v``, then both are corrected by what was
-    measured: ``p = p + T 2 b (q - p)`` and ``v = v + T b^2 (q - p)``. It follows a ramp without an
-    error and lags by about ``2 / b``.
+    At each sample the position is predicted, ``p = p + T v``, then both are corrected by the
+    measured position q: ``p = p + T 2 b (q - p)`` and ``v = v + T b^2 (q - p)``. It follows a ramp
+    without an error and lags by about ``2 / b``.
 
     Parameters
     ----------
     bandwidth : expression
         b, rad/s; the loop is stable with ``b T`` below 0.828.
     name : str
-        Its memories are this with ``_position`` and ``_velocity`` behind.
+        Its memories have this name with ``_position`` and ``_velocity`` appended.
 
     References
     ----------
@@ -215,7 +217,7 @@ def pll_velocity(*, bandwidth: Amount, name: str = "pll") -> Block:
 
 
 def rate_limit(signal: Amount, *, rate: Amount, name: str = "ramp", start: Amount = 0.0) -> Block:
-    """A signal that changes by so much a second at most.
+    """Return a signal with a limited rate of change.
 
     ``y[k] = y[k-1] + clip(x[k] - y[k-1], -r T, r T)``.
 
@@ -225,7 +227,7 @@ def rate_limit(signal: Amount, *, rate: Amount, name: str = "ramp", start: Amoun
     rate : expression
         r, in the signal's unit a second.
     name : str
-        Of its memory, its last value.
+        Name of its memory, its last value.
     start : expression
         Its value before the first sample.
     """
@@ -237,14 +239,14 @@ def rate_limit(signal: Amount, *, rate: Amount, name: str = "ramp", start: Amoun
 
 
 def reference_velocity(name: str = "reference1") -> Block:
-    """Velocity of the reference by its difference, ``(r[k] - r[k-1]) / T``."""
+    """Return the velocity of the reference by its difference, ``(r[k] - r[k-1]) / T``."""
     return difference(REFERENCE, name=name, start=REFERENCE)
 
 
 def reference_acceleration(names: tuple[str, str] = ("reference1", "reference2")) -> Block:
-    """Acceleration of the reference, ``(r[k] - 2 r[k-1] + r[k-2]) / T^2``.
+    """Return the acceleration of the reference, ``(r[k] - 2 r[k-1] + r[k-2]) / T^2``.
 
-    Its first memory is that of `reference_velocity`, which a law may have besides.
+    Its first memory is that of `reference_velocity`, which a law may contain too.
     """
     first = Memory(names[0], following=REFERENCE, start=REFERENCE)
     second = Memory(names[1], following=first.symbol, start=REFERENCE)
@@ -259,7 +261,7 @@ def _start(start: Amount) -> sympy.Expr:
     return expression(start, "the start of a block")
 
 
-#: The blocks that ship, as TOML declarations know them.
+#: The blocks that ship, by their names in TOML declarations.
 BLOCKS: Mapping[str, Callable[..., Block]] = MappingProxyType(
     {
         block.__name__: block

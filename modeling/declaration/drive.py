@@ -1,4 +1,4 @@
-"""The drive: what turns a control signal into force."""
+"""The drive, which turns a control signal into force."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -25,7 +25,9 @@ from axisid.modeling.quantities import (
     with_numbers,
     written,
 )
-from axisid.support.errors import ModelError, quoted, refuse
+from axisid.support.checks import refuse
+from axisid.support.errors import ModelError
+from axisid.support.wording import quoted
 
 from .command_path import (
     HIDDEN_FROM,
@@ -34,11 +36,11 @@ from .command_path import (
     estimated_time,
 )
 
-#: The gain in the force of a drive: a symbol and not its number, whose reciprocal is rounded again.
+#: Symbol of the gain in the force of a drive, in place of its number, whose reciprocal is rounded.
 DRIVE_GAIN = sympy.Symbol("drive_gain", real=True)
-#: What the force of a drive with a lag goes to, in generated code.
+#: Force towards which the force of a drive with a lag moves, in generated code.
 FORCE_TARGET = "force_target"
-_WHOLE = 1e-6  # of a sample: what a delay may be off whole samples by its rounding
+_WHOLE = 1e-6  # of a sample: difference of a delay from whole samples that counts as rounding
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,14 +54,14 @@ class Response:
     whole : int
         Whole samples of the delay.
     share : float
-        What the delay is more, of a sample: from 0 to below 1.
+        Remaining fraction of a sample in the delay: from 0 to below 1.
     period : float
-        For which a command is held, s.
+        Time for which a command is held, s.
     steepest : float
-        Most by which the control that acts changes from a sample to the next; infinite for none.
+        Largest change of the acting control from one sample to the next; infinite for none.
     by_motion : bool
-        Whether the force depends on the motion. Without a lag it then is the control that is held,
-        and the force follows the motion between the samples.
+        Whether the force depends on the motion. Without a lag the control is then held, and the
+        force follows the motion between the samples.
     """
 
     lag: float
@@ -81,27 +83,27 @@ class Response:
 
     @property
     def keeps_force(self) -> bool:
-        """Return whether the force there is at a sample is among what is remembered."""
+        """Return whether the force that acts at a sample is among the remembered values."""
         return bool(self.lag) or self.by_motion
 
     @property
     def late(self) -> int:
-        """Samples before the one whose command acts at a sample, without a lag."""
+        """Return the number of samples from a command to when it acts, without a lag."""
         return self.whole + (self.share > 0)
 
     @property
     def remembered(self) -> tuple[str, ...]:
         """Return the values that it keeps from sample to sample, by name.
 
-        The control that acted, if its rate is limited, and `forces`.
+        These are the control that acted, if its rate is limited, and `forces`.
         """
         return (*("control_before",) * math.isfinite(self.steepest), *self.forces)
 
     @property
     def forces(self) -> tuple[str, ...]:
-        """The forces of the commands before, the newest first, and what has come of them.
+        """Return the forces of the last commands, newest first, and the force built up by them.
 
-        The commands themselves where they are held.
+        If commands are held, these are the commands themselves.
         """
         count = self.whole + (not self.is_held)
         what = "command" if self.holds_control else "force_of_command"
@@ -113,8 +115,8 @@ class Response:
 class Drive:
     """A drive: ``tau = gain * control``, the control clipped at `limit`.
 
-    A drive of another force is a class of its own with another `force` and `inverse`, and with a
-    `force_by_gain` of its own where its gain is another symbol than `DRIVE_GAIN`.
+    A drive with another force is a separate class with its own `force` and `inverse`, and with its
+    own `force_by_gain` if its gain is another symbol than `DRIVE_GAIN`.
 
     Attributes
     ----------
@@ -125,46 +127,49 @@ class Drive:
     limit : float
         Largest absolute control, in `unit`; infinite for none.
     relative_sd : float
-        Standard deviation of the gain over the gain, 0.005 for 0.5 %. What it adds to the
-        estimates is shown apart from their statistical uncertainty.
+        Standard deviation of the gain divided by the gain, 0.005 for 0.5 %. Its contribution to the
+        estimates is shown separately from their statistical uncertainty.
     profile : expression
-        The force at a position over its nominal value `tau`, from the coordinate and constants: a
-        motor whose force constant depends on the position. It divides the force balance, so that
-        `tau`, and a force column of a record, are nominal; the inertia that `tau` sees then depends
-        on the position, and there is no direct regressor.
+        The force at a position divided by its nominal value `tau`, from the coordinate and
+        constants: a motor whose force constant depends on the position. It divides the force
+        balance, so that `tau`, and a force column of a record, are nominal; the inertia that `tau`
+        sees then depends on the position, and there is no direct regressor.
     scaled_by : expression
-        What the gain is times, a number of recorded signals and constants: ``supply / 24`` of an
-        amplifier without a supply of its own. A sampled law's force keeps that of its last sample.
+        Factor of the gain, from recorded signals and constants: ``supply / 24`` for an amplifier
+        without its own regulated supply. The force of a sampled law keeps the factor of its last
+        sample.
     lag : float or Parameter
         Time constant of the first-order lag between the command and the force, s, as a current loop
         has: ``lag * dtau/dt = force of the command - tau``. 0 for none. A parameter, in s, without
-        bounds and known value, is estimated from the record; until then its nominal value stands.
+        bounds and known value, is estimated from the record; until then its nominal value is used.
     delay : float or Parameter
-        Time from the command to when it acts, before the lag, s: of a bus, of the drive's own
-        cycle. It need not be whole samples; 0 for none. Estimated as a lag is, but one of them.
+        Time from the command to when it acts, before the lag, s, such as that of a bus or of the
+        drive's cycle. It need not be whole samples; 0 for none. It can be estimated like a lag, but
+        only one of the two.
     logged : str
-        Where on this way the recorded control was taken: ``command``, what the law gives;
-        ``applied``, what acts after the delay, or ``current``, what is there after the lag. The
-        last two lie behind rate limit, quantisation and dead band, too.
+        Point at which the recorded control was taken: ``command``, the output of the law;
+        ``applied``, the control after the delay, or ``current``, the control after the lag. The
+        last two are after rate limit, quantisation and dead band, too.
     rate_limit : float
-        Most by which the control that acts changes in a second, in `unit` per second: at each
-        sample by so much times the law's period, towards the command. Infinite for none.
+        Largest change of the acting control, in `unit` per second: at each sample it moves towards
+        the command by at most this times the law's period. Infinite for none.
     quantisation : float
-        Step of the control, in `unit`, as a converter or a pulse width has: it is rounded to the
-        nearest multiple, halves up. 0 for none.
+        Step of the control, in `unit`, as of a converter or a pulse width: the control is rounded
+        to the nearest multiple, halves up. 0 for none.
     deadband : float
-        Half width, in `unit`: a control that is no larger makes no force, and of a larger one the
-        force is that of the control less the dead band, as of a valve with overlap. 0 for none.
+        Half width, in `unit`: a control that is not larger makes no force, and the force of a
+        larger one is that of the control minus the dead band, as in a valve with overlap. 0 for
+        none.
     estimated : (str, Parameter) or None
-        Which time is estimated, ``lag`` or ``delay``, and as what it was declared; follows from
-        what is given for them.
+        Time that is estimated, ``lag`` or ``delay``, and its declared parameter; follows from the
+        values of the two.
 
     Notes
     -----
     A command passes the limit, the rate limit, the quantisation, the dead band, the delay, the gain
-    and the lag, in this order; all but the lag act sample by sample, so that the delay could stand
-    before the others as well. The limit is the command's. All are those of a sampled law's held
-    commands: what the force is between two samples is then known exactly, from exponentials.
+    and the lag, in this order; all except the lag act sample by sample, so that the delay could
+    also come before the others. The limit is that of the command. All apply to the held commands of
+    a sampled law: the force between two samples is then known exactly, from exponentials.
 
     References
     ----------
@@ -177,7 +182,7 @@ class Drive:
     relative_sd: float = 0.0
     profile: sympy.Expr = sympy.S.One
     scaled_by: sympy.Expr = sympy.S.One
-    # Read they are numbers, whatever they were given as.
+    # When read they are numbers, whatever type they were given as.
     lag: float | Any = 0.0
     delay: float | Any = 0.0
     logged: str = LOGGED[0]
@@ -189,7 +194,7 @@ class Drive:
     def __post_init__(self) -> None:
         given = {name: getattr(self, name) for name in HIDDEN_FROM}
         found = estimated_time(given, self.estimated, self.logged)
-        if found is not None:  # a parameter's nominal value stands in its place
+        if found is not None:  # the nominal value of a parameter is used for it
             name, parameter = found
             changed = {name: parameter.nominal} if isinstance(given[name], Parameter) else {}
             settle(self, estimated=found, **changed)
@@ -271,7 +276,7 @@ class Drive:
 
     @property
     def force_by_gain(self) -> sympy.Expr:
-        """Slope of `force` by the logarithm of the gain, by the same symbols."""
+        """Return the slope of `force` by the logarithm of the gain, by the same symbols."""
         return DRIVE_GAIN * self.force.diff(DRIVE_GAIN)
 
     @property
@@ -281,44 +286,44 @@ class Drive:
 
     @property
     def is_times_gain(self) -> bool:
-        """Return whether the force is the gain times what the gain has no part in."""
+        """Return whether the force is the gain times an expression without the gain."""
         off = (self.force_by_gain - self.force).replace(sympy.Abs, lambda x: x * sympy.sign(x))
         return bool(multiplied_out(off) == 0)
 
     @property
     def inverse(self) -> sympy.Expr:
-        """Control by the force, `FORCE`, whatever the limit, and by the constants of the drive."""
+        """Return the control by the force, `FORCE`, and by the constants, ignoring the limit."""
         return FORCE / (DRIVE_GAIN * with_numbers(self.scaled_by))
 
     @property
     def constants(self) -> Mapping[sympy.Symbol, float]:
-        """Value of each symbol in `force` and `inverse` that is no signal."""
+        """Return the value of each symbol in `force` and `inverse` that is not a signal."""
         return {DRIVE_GAIN: self.gain}
 
     def with_time(self, name: str, value: float) -> "Drive":
-        """The same with a number, s, for its lag or its delay, which is no longer estimated."""
+        """Return the drive with a number, s, for its lag or delay, no longer estimated."""
         changed: dict[str, Any] = {name: value, "estimated": None}
         return replace(self, **changed)
 
     def estimating(self, name: str) -> "Drive":
-        """The same with its lag or its delay to be estimated, from where it is declared."""
+        """Return the drive with its lag or delay to be estimated, from its declared value."""
         changed: dict[str, Any] = {
             name: Parameter(name, "s", nominal=float(getattr(self, name)), lower=0.0)
         }
-        if self.estimated is not None:  # as it was declared, and beside another one refused
+        if self.estimated is not None:  # as declared; a second one is refused
             changed |= dict([self.estimated])
         return replace(self, **changed)
 
     @property
     def path(self) -> CommandPath:
-        """From a command within the limit to the control that acts, sample by sample."""
+        """Return the path from a command within the limit to the acting control."""
         return CommandPath(
             rate_limit=self.rate_limit, quantisation=self.quantisation, deadband=self.deadband
         )
 
     @property
     def of_held_commands(self) -> tuple[str, ...]:
-        """What is declared of it that is that of commands held from sample to sample, by name."""
+        """Return its declared properties that apply only to held commands, by name."""
         estimated = "" if self.estimated is None else self.estimated[0]
         timing = (n for n in ("lag", "delay") if getattr(self, n) or n == estimated)
         return (*timing, *self.path.declared)
@@ -329,9 +334,10 @@ class Drive:
         return self.logged != LOGGED[0]
 
     def behind_path(self) -> Self:
-        """The drive of the controls that act, from where they act, or from where they are logged.
+        """Return the drive from the acting control on, or from the point of the log on.
 
-        Of a control that is recorded behind the delay, or the lag, that is no more to come.
+        If the control is recorded after the delay, or after the lag, that time is not applied
+        again.
         """
         lag = 0.0 if self.logged == "current" else self.lag
         delay = 0.0 if self.logs_what_acts else self.delay
@@ -339,7 +345,7 @@ class Drive:
         return replace(self, lag=lag, delay=delay, logged=LOGGED[0], **plain)
 
     def response(self, period: float, *, by_motion: bool = False) -> Response:
-        """From commands that are held for a period, s, to the force."""
+        """Return the response of the force to commands that are held for a period, s."""
         samples = self.delay / period
         whole = math.floor(samples + _WHOLE)
         share = samples - whole
@@ -353,7 +359,7 @@ class Drive:
         )
 
     def along(self, coordinate: Coordinate) -> dict[sympy.Symbol, sympy.Symbol]:
-        """What position and velocity of its expressions are on an axis."""
+        """Return the symbols on an axis for the position and velocity of its expressions."""
         return {POSITION: coordinate.symbol, VELOCITY: coordinate.velocity}
 
     def check_on(self, coordinate: Coordinate, signals: Iterable[Signal]) -> None:
@@ -361,12 +367,12 @@ class Drive:
 
     @property
     def remark(self) -> str:
-        """What of the motor is not in the force, to be told with a result; empty for nothing."""
+        """Return a note for results on a motor property that the force lacks; empty for none."""
         return ""
 
     @property
     def timing_text(self) -> str:
-        """How and when a command acts, and where the control is recorded; empty for at once."""
+        """Return when a command acts, and the point of the log; empty if it acts at once."""
         if not self.of_held_commands:
             return ""
         path = self.path.text(self.unit)
@@ -385,12 +391,12 @@ class Drive:
         return "; ".join(filter(None, (path, when, where)))
 
     def gain_text(self, coordinate: Coordinate, digits: int = 6) -> str:
-        """The gain with its unit: ``35.15 N/V``."""
+        """Return the gain with its unit: ``35.15 N/V``."""
         over = self.unit if self.unit.isalpha() else f"({self.unit})"
         return f"{self.gain:.{digits}g} {coordinate.force_unit}/{over}"
 
     def force_text(self, coordinate: Coordinate, digits: int = 6) -> str:
-        """What the force is: ``35.15 N/V times the control``, else a formula and its constants."""
+        """Return the force as text: ``35.15 N/V times the control``, or a formula."""
         if self.is_gain:
             return f"{self.gain_text(coordinate, digits)} times the control"
         constants = "".join(f", {s} = {x:.{digits}g}" for s, x in self.constants.items())

@@ -4,9 +4,9 @@ Each stands on the inertia's side of the force balance, ``tau = inertia * ddq + 
 that a positive parameter opposes a positive velocity or displacement. Units are written for a
 linear axis; on a rotary one N is N m and m is rad.
 
-An amount is a `Parameter` or any expression of parameters and constants, linear in what is to be
-identified. What enters otherwise (a Stribeck velocity, a period) is mostly known: a plain number or
-a `Constant`. A plain number has the unit of its place.
+An amount is a `Parameter` or any expression of parameters and constants, linear in the parameters
+to identify. A quantity that enters otherwise (a Stribeck velocity, a period) is mostly known: a
+plain number or a `Constant`. A plain number has the unit of its place.
 """
 
 from collections.abc import Callable, Mapping
@@ -27,7 +27,9 @@ from axisid.modeling.quantities import (
     with_numbers,
     with_unit,
 )
-from axisid.support.errors import ModelError, is_whole, quoted
+from axisid.support.checks import is_whole
+from axisid.support.errors import ModelError
+from axisid.support.wording import quoted
 
 _AMOUNT = "an amount of an element"
 
@@ -41,7 +43,7 @@ def viscous(coefficient: Amount, coordinate: Coordinate) -> sympy.Expr:
 
 
 def asymmetric_viscous(forward: Amount, backward: Amount, coordinate: Coordinate) -> sympy.Expr:
-    """Viscous friction of its own in each direction: ``Fvp dq`` for dq > 0, ``Fvm dq`` for dq < 0.
+    """Return viscous friction by direction: ``Fvp dq`` for dq > 0, ``Fvm dq`` for dq < 0.
 
     Both in N/(m/s); each opposes its motion if positive. [ArmstrongHelouvry1994]_.
     """
@@ -59,10 +61,10 @@ def coulomb(level: Amount, coordinate: Coordinate) -> sympy.Expr:
 
 
 def asymmetric_coulomb(forward: Amount, backward: Amount, coordinate: Coordinate) -> sympy.Expr:
-    """Coulomb friction of its own in each direction: ``Fcp`` for dq > 0, ``-Fcm`` for dq < 0.
+    """Return Coulomb friction by direction: ``Fcp`` for dq > 0, ``-Fcm`` for dq < 0.
 
-    Both in N; each opposes its motion if positive. An `offset` beside it cannot be told apart, as
-    it is ``(Fcp - Fcm) / 2``. [ArmstrongHelouvry1994]_.
+    Both in N; each opposes its motion if positive. An `offset` in addition cannot be distinguished
+    from it, because its offset is ``(Fcp - Fcm) / 2``. [ArmstrongHelouvry1994]_.
     """
     ahead, back = _amount(forward, coordinate), _amount(backward, coordinate)
     direction = sympy.sign(coordinate.velocity)
@@ -99,11 +101,11 @@ def stribeck(
 def dahl(
     stiffness: Amount, coordinate: Coordinate, *, coulomb: Amount, name: str = ""
 ) -> sympy.Expr:
-    """Dahl's friction that remembers: ``s0 z`` with ``dz = dq - s0 |dq| z / Fc``.
+    """Dahl friction, with an internal state: ``s0 z`` with ``dz = dq - s0 |dq| z / Fc``.
 
-    Elastic over small ways, Coulomb friction over large ones. `stiffness` s0 in N/m; `coulomb` Fc
-    in N; `name` of the state z, in m. It has no rows for least squares: simulate and `fit`.
-    [Dahl1968]_.
+    Elastic over small displacements, Coulomb friction over large ones. `stiffness` s0 in N/m;
+    `coulomb` Fc in N; `name` of the state z, in m. There is no least squares for it: simulate and
+    `fit`. [Dahl1968]_.
     """
     s0, level = _amount(stiffness, coordinate, "/{}"), _amount(coulomb, coordinate)
     parts = (
@@ -127,8 +129,8 @@ def lugre(
 
     ``g = Fc + (Fs - Fc) exp(-(dq/vs)^2)``; add `viscous`. `stiffness` s0 in N/m, `damping` s1 in
     N/(m/s), `coulomb` Fc and `static` Fs in N, `velocity` vs in m/s; `name` of the state z, in m.
-    Under a load that vibrates it drifts, also below Fs: so the law has it. It has no rows for least
-    squares: simulate and `fit`. [CanudasDeWit1995]_.
+    Under a vibrating load it drifts, even below Fs: this is a property of the law. There is no
+    least squares for it: simulate and `fit`. [CanudasDeWit1995]_.
     """
     s0 = _amount(stiffness, coordinate, "/{}")
     s1 = _amount(damping, coordinate, "/({}/s)")
@@ -157,8 +159,8 @@ def maxwell_slip(
     """A spring behind a slider: ``k z``, z following the position until ``|k z| = W``.
 
     Several make a stack, whose force over the position has the hysteresis of Masing's rules and
-    does not creep. `stiffness` k in N/m, `level` W in N; `name` of the state z, in m. It has no
-    rows for least squares: simulate and `fit`. [Lampaert2003]_.
+    does not creep. `stiffness` k in N/m, `level` W in N; `name` of the state z, in m. There is no
+    least squares for it: simulate and `fit`. [Lampaert2003]_.
     """
     k, most = _amount(stiffness, coordinate, "/{}"), _amount(level, coordinate)
     parts = (
@@ -173,8 +175,8 @@ def load_dependent(coefficient: Amount, load: Amount, coordinate: Coordinate) ->
     """Coulomb friction that grows with a load: ``mu |load| sign(dq)``.
 
     `coefficient` mu without unit (or the force's over the load's), opposes motion if positive;
-    `load` is a known force, or one that the position gives. A load made of parameters makes
-    products of parameters: declare the product. [Hamon2010]_.
+    `load` is a known force, or a function of the position. A load made of parameters makes products
+    of parameters: declare the product. [Hamon2010]_.
     """
     share, pressing = with_unit(coefficient, "1", _AMOUNT), _amount(load, coordinate)
     return share * sympy.Abs(pressing) * sympy.sign(coordinate.velocity)
@@ -185,8 +187,8 @@ def periodic_coulomb(
 ) -> sympy.Expr:
     """A harmonic of Coulomb friction over the position: ``(a cos + b sin)(2 pi n q/p) sign(dq)``.
 
-    `cosine` a and `sine` b in N, added to the mean that `coulomb` gives: a run-out of gear, bearing
-    or screw. `period` p in m. [ArmstrongHelouvry1994]_.
+    `cosine` a and `sine` b in N, added to the mean that `coulomb` gives: such as the run-out of a
+    gear, bearing or screw. `period` p in m. [ArmstrongHelouvry1994]_.
     """
     return cogging(cosine, sine, coordinate, period=period, harmonic=harmonic) * sympy.sign(
         coordinate.velocity
@@ -259,8 +261,8 @@ def motor_inertia(inertia: Amount, coordinate: Coordinate, *, ratio: Amount) -> 
     """Inertia of a motor as the load feels it: ``n^2 J``, a part of the axis's inertia.
 
     `inertia` J in kg m^2; `ratio` n is the motor's angle over the coordinate, in rad/m (a screw of
-    5 mm pitch has ``2 pi / 0.005``). It adds to the load's inertia, from which no motion tells it
-    apart: let one of the two be known, unless gravity shows the mass. [Khalil2002]_.
+    5 mm pitch has ``2 pi / 0.005``). It adds to the load's inertia, and no motion distinguishes the
+    two: declare one of the two as known, unless gravity shows the mass. [Khalil2002]_.
     """
     check_coordinate(coordinate)
     turns = positive(ratio, f"rad/{coordinate.unit}", "the gear ratio")
@@ -279,8 +281,8 @@ def back_emf(
 
     `constant` ke in V/(rad/s), of a linear motor V/(m/s); `kt` in N m/A, `resistance` R in V/A and
     `ratio` n in rad/m are those of a `voltage_drive` without ke, whose force is then that of the
-    motor at rest. It is a viscous friction: beside `viscous` no motion tells the two apart, unless
-    one is known. [Krishnan2001]_.
+    motor at rest. It is a viscous friction: no motion distinguishes it from `viscous`, unless one
+    of the two is known. [Krishnan2001]_.
     """
     check_coordinate(coordinate)
     geared = ratio != 1
@@ -302,12 +304,12 @@ def end_stop(
 ) -> sympy.Expr:
     """Contact with a stop at each end: ``k d max(0, 1 + c dd)``, d the depth, dd its rate.
 
-    Known, not identified: it is there for simulations. It is zero between `lower` and `upper` (m),
-    pushes back beyond them and never pulls. `stiffness` k in N/m; `dissipation` c in s/m, about
-    ``3/2 (1 - e) / v`` for an impact at speed v with the coefficient of restitution e. The force is
-    continuous; where contact begins and ends is an event of the simulation, so that no contact is
-    too short to be met. In a regression it is a known force, which amplifies the noise of rows in
-    contact: leave those out. [HuntCrossley1975]_.
+    Known, not identified: it is intended for simulations. It is zero between `lower` and `upper`
+    (m), pushes back beyond them and never pulls. `stiffness` k in N/m; `dissipation` c in s/m,
+    about ``3/2 (1 - e) / v`` for an impact at speed v with the coefficient of restitution e. The
+    force is continuous; the begin and end of a contact are events of the simulation, so that even
+    short contacts are found. In a regression it is a known force, which amplifies the noise of rows
+    in contact: leave those rows out. [HuntCrossley1975]_.
     """
     check_coordinate(coordinate)
     k = positive(stiffness, "N/m" if coordinate.unit == "m" else "N m/rad", "the stop's stiffness")
@@ -326,7 +328,7 @@ def end_stop(
 
 
 def _amount(value: Amount, coordinate: Coordinate, over: str = "") -> sympy.Expr:
-    """An amount; a number is in the axis's force unit `over` the coordinate's."""
+    """Return an amount; a number is in the axis's force unit `over` the coordinate's."""
     check_coordinate(coordinate)
     return _unless_zero(value, f"{coordinate.force_unit}{over.format(coordinate.unit)}", _AMOUNT)
 
@@ -338,7 +340,7 @@ def _part(
     over: str = "",
     least: Literal["positive", "0 or more", ""] = "",
 ) -> StatePart:
-    """What a state is declared by, in the axis's force unit `over` the coordinate's."""
+    """Return an amount by which a state is declared, in the force unit `over` the coordinate's."""
     unit = f"{coordinate.force_unit}{over.format(coordinate.unit)}"
     return StatePart(what=what, value=value, unit=unit, least=least)
 
@@ -350,7 +352,7 @@ def _bristle(
     name: str,
     parts: tuple[StatePart, ...],
 ) -> tuple[sympy.Expr, sympy.Expr]:
-    """A bristle's state, ``dz = dq - s0 |dq| z / level``, and its rate."""
+    """Return a bristle's state, ``dz = dq - s0 |dq| z / level``, and its rate."""
     dq = coordinate.velocity
 
     def rate(z: sympy.Symbol) -> sympy.Expr:
@@ -365,18 +367,18 @@ def _stretch(coordinate: Coordinate, rest: Amount) -> sympy.Expr:
 
 
 def _state_name(stiffness: sympy.Expr) -> str:
-    """What the state of a bristle or a slider is called, by the name of its stiffness."""
+    """Return the name of the state of a bristle or a slider, from the name of its stiffness."""
     called = str(stiffness)
     return f"z_{called}" if stiffness.is_Symbol and called.isidentifier() else "z"
 
 
 def _unless_zero(value: Amount, unit: str, what: str) -> sympy.Expr:
-    """What an element is told, but that a number 0 leaves no trace."""
+    """Return the amount of an element, whose term vanishes if it is the number 0."""
     zero = isinstance(value, (int, float)) and not isinstance(value, bool) and value == 0
     return sympy.S.Zero if zero else with_unit(value, unit, what)
 
 
-#: By the names that declarations as text know them by.
+#: The elements by their names in declarations as text.
 ELEMENTS: Mapping[str, Callable[..., sympy.Expr]] = MappingProxyType(
     {
         element.__name__: element

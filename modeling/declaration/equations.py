@@ -1,4 +1,4 @@
-"""Declare an axis by a force balance or by its energies, whose inertia is positive."""
+"""Declare an axis by a force balance or by its energies; the inertia must be positive."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -19,11 +19,12 @@ from axisid.modeling.quantities import (
     vanishes,
     with_numbers,
 )
-from axisid.support.errors import ModelError, listed as several
+from axisid.support.checks import listed as several
+from axisid.support.errors import ModelError
 
 from .axis import Axis
 
-_PLACES = (0, 1, -1, 2, -3, 5)  # of the coordinate where an inertia is looked at
+_PLACES = (0, 1, -1, 2, -3, 5)  # of the coordinate at which an inertia is checked
 _SIZES = ((1, 1), (1, 7), (7, 1), (1, 100), (100, 1))  # of the parameters, in turn
 
 
@@ -45,9 +46,9 @@ def newton(
     coordinate : Coordinate
         The degree of freedom.
     parameters : iterable of Parameter
-        In the order of the tables.
+        Parameters in the order of the tables.
     inertia : expression
-        Mass or moment of inertia, without the coordinate in it.
+        Mass or moment of inertia, independent of the coordinate.
     resistance : iterable of expression
         Forces that oppose a positive motion; see `axisid.modeling.declaration.elements`.
     **declaration
@@ -111,7 +112,7 @@ def lagrange(
     coordinate : Coordinate
         The degree of freedom.
     parameters : iterable of Parameter
-        In the order of the tables.
+        Parameters in the order of the tables.
     kinetic : expression
         Energy T(q, dq), J: half an inertia, which may depend on the position, times ``dq**2``.
     potential : expression
@@ -119,15 +120,15 @@ def lagrange(
     dissipation : expression
         D(q, dq), W: ``Fv dq**2 / 2`` is viscous friction, ``Fc Abs(dq)`` Coulomb friction.
     generalised_force : expression
-        Q, whatever else drives the axis, positive along the coordinate.
+        Q, any further driving force, positive along the coordinate.
     **declaration
         The other attributes of `Axis`: drive, control, signals, columns, experiment, title.
 
     Raises
     ------
     ModelError
-        The declaration is contradictory, an energy depends on what it must not, jumps, or is
-        negative where it is kinetic.
+        The declaration is contradictory, or an energy depends on a symbol that is not allowed in
+        it, jumps, or is negative although it is kinetic.
     """
     check_coordinate(coordinate)
     q = coordinate
@@ -167,7 +168,7 @@ def lagrange(
 
 
 def _check_free(value: sympy.Expr, what: str, symbols: Iterable[sympy.Symbol], rest: str) -> None:
-    """Refuse an energy, or a dissipation function, of symbols of the motion.
+    """Refuse an energy, or a dissipation function, that depends on given symbols of the motion.
 
     Raises
     ------
@@ -181,7 +182,7 @@ def _check_free(value: sympy.Expr, what: str, symbols: Iterable[sympy.Symbol], r
 def _momentum(
     energy: sympy.Expr, coordinate: Coordinate, parameters: Sequence[Parameter]
 ) -> sympy.Expr:
-    """Momentum by a kinetic energy, which is half an inertia times the square of the velocity.
+    """Return the momentum of a kinetic energy, which is half an inertia times the squared velocity.
 
     Raises
     ------
@@ -218,9 +219,10 @@ def _momentum(
 def _check_inertia(
     inertia: sympy.Expr, coordinate: Coordinate, parameters: Sequence[Parameter]
 ) -> None:
-    """Refuse an inertia that is negative wherever it is looked at.
+    """Refuse an inertia that is negative at every point at which it is checked.
 
-    With the nominal values, if there are any; else with positive ones, as far as the bounds let.
+    The nominal values are used, if there are any; otherwise positive values, as far as the bounds
+    permit.
 
     Raises
     ------
@@ -228,7 +230,7 @@ def _check_inertia(
         It is negative.
     """
     if signals_in(inertia):
-        return  # whatever its signals are
+        return  # for any values of its signals
     found = {p: p.nominal if p.known is None else p.known for p in parameters}
     inside = {p: value for p, value in found.items() if p.symbol in inertia.free_symbols}
     nominal = all(inside.values())

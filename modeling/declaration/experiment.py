@@ -1,7 +1,7 @@
-"""The experiment of an axis's twin: which motion is commanded, and what is measured.
+"""The experiment of an axis's twin: the commanded motion and the measured signals.
 
-A twin is a simulated record of the declared axis with known parameters. It shows what an estimator
-does where the truth is known.
+A twin is a simulated record of the declared axis with known parameters. It shows how an estimator
+behaves when the truth is known.
 """
 
 import math
@@ -10,8 +10,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from axisid.modeling.quantities import TIME, ConstantSymbol, expression, listed, number, settle
-from axisid.support.errors import ModelError, is_whole, quoted, refuse
+from axisid.support.checks import is_whole, refuse
+from axisid.support.errors import ModelError
 from axisid.support.mappings import FrozenMapping
+from axisid.support.wording import quoted
 
 _LONGEST = 1e4  # s
 _MOST_REPEATS = 10_000
@@ -28,7 +30,7 @@ class Move:
     speed, acceleration : float
         Largest absolute values, per second and per second squared.
     dwell : float
-        How long the command stays where the move ends, s.
+        Time for which the command stays at the end of the move, s.
     """
 
     distance: float
@@ -55,7 +57,7 @@ class Move:
 
     @property
     def duration(self) -> float:
-        """From rest to rest with its dwell, s; a short move never reaches its speed."""
+        """Return the duration with the dwell, s; a short move never reaches its speed."""
         distance = abs(self.distance)
         speed = min(self.speed, math.sqrt(distance * self.acceleration))
         return self.dwell + (distance / speed + speed / self.acceleration if speed else 0.0)
@@ -69,7 +71,7 @@ def back_and_forth(
     repeat: int = 1,
     dwell: float = 0.0,
 ) -> tuple[Move, ...]:
-    """Moves there and back at each speed, each long enough to cruise.
+    """Return moves there and back at each speed, each long enough to reach it.
 
     A record that identifies friction needs several speeds in both directions; one that identifies
     inertia needs acceleration in between.
@@ -81,16 +83,16 @@ def back_and_forth(
     acceleration : float
         Coordinate unit per second squared.
     seconds : float
-        Distance of each move over its speed, s.
+        Distance of each move divided by its speed, s.
     repeat : int
-        How often the whole programme is run.
+        Number of runs of the whole programme.
     dwell : float
-        How long the command rests after each move, s.
+        Rest of the command after each move, s.
 
     Raises
     ------
     ModelError
-        A speed is not positive, a dwell is negative, or it is repeated without end.
+        A speed is not positive, a dwell is negative, or there are too many repetitions.
     """
     if not (is_whole(repeat) and 1 <= repeat <= _MOST_REPEATS):
         raise ModelError(
@@ -112,17 +114,17 @@ class Experiment:
     moves : tuple of Move
         The commanded motion, one after the other.
     truth : mapping of str to float
-        The twin's parameters by name, SI; the nominal value where one is not named.
+        The twin's parameters by name, SI; a parameter that is not named has its nominal value.
     position_noise : float
         Standard deviation of the white noise on the measured position, inside the loop, in the
         coordinate's unit.
     resolution : float
-        Of the encoder, in the coordinate's unit: the twin's law measures whole counts, and its log
-        has them. 0 for none.
+        Resolution of the encoder, in the coordinate's unit: the twin's law measures whole counts,
+        and its log contains them. 0 for none.
     seed : int
-        Of the noise.
+        Seed of the noise.
     signals : mapping of str to expression
-        What the recorded signals of the axis are, SI, as numbers or by the time, `TIME`.
+        The recorded signals of the axis, SI, as numbers or functions of the time, `TIME`.
     """
 
     moves: tuple[Move, ...]

@@ -1,7 +1,7 @@
-"""Drives from the data sheet of a motor and its gear, and of two formulas.
+"""Drives from the data sheet of a motor and its gear, and from two formulas.
 
-A motor is one whose force falls with the speed, and its gear takes its share. Figures of a data
-sheet are numbers, or constants whose units are checked along the gear.
+The force of a motor falls with its speed, and its gear has losses. Figures of a data sheet are
+numbers, or constants whose units are checked across the gear.
 """
 
 import math
@@ -32,12 +32,14 @@ from axisid.modeling.quantities import (
     with_numbers,
     written,
 )
-from axisid.support.errors import ModelError, quoted, refuse
+from axisid.support.checks import refuse
+from axisid.support.errors import ModelError
+from axisid.support.wording import quoted
 
 from .drive import DRIVE_GAIN, Drive
 from .unit_check import check_unit, unit_table
 
-#: What a drive is told: a plain number has the unit of its place, a `Constant` its own.
+#: A figure of a drive: a plain number has the expected unit, a `Constant` its own.
 Figure: TypeAlias = float | Constant | ConstantSymbol
 
 
@@ -53,12 +55,12 @@ def figure(
     finite: bool = True,
     signed: bool = False,
 ) -> float:
-    """The number of a figure; a gear ratio is negative for a motor that turns the other way.
+    """Return the number of a figure; a negative gear ratio means that the motor turns in reverse.
 
     Raises
     ------
     ModelError
-        It is none, or negative, or 0 where that is no figure, or a constant in another unit.
+        It is not a number, or negative, or 0 where 0 is not allowed, or a constant in another unit.
     """
     own, found = own_unit(value), number(_number(value), what, finite=finite)
     fits = own is None or not units or any(own.same_dimension(parse_unit(u)) for u in units)
@@ -76,7 +78,7 @@ def figure(
 
 
 def check_others(made_by: str, others: Mapping[str, Any], *made: str) -> None:
-    """Refuse an argument that a drive has not, or that is made of its figures.
+    """Refuse an argument that a drive does not have, or that follows from its figures.
 
     Raises
     ------
@@ -94,13 +96,13 @@ def check_others(made_by: str, others: Mapping[str, Any], *made: str) -> None:
 
 
 def check_gear(coordinate: Coordinate, kt: Figure, ke: Figure | None, ratio: Figure) -> None:
-    """Refuse figures of a motor that count the gear twice, or not at all; plain numbers fit.
+    """Refuse figures of a motor that apply the gear twice, or not at all; plain numbers pass.
 
     Raises
     ------
     ModelError
-        The figures are the coordinate's already and there is a ratio, or they are not and
-        there is none.
+        The figures already refer to the coordinate and a ratio is given, or they do not and no
+        ratio is given.
     """
     is_geared, of_ratio, wanted = _number(ratio) != 1, own_unit(ratio), f"rad/{coordinate.unit}"
     wrong = of_ratio is not None and not of_ratio.same_dimension(parse_unit(wanted))
@@ -124,7 +126,7 @@ def check_gear(coordinate: Coordinate, kt: Figure, ke: Figure | None, ratio: Fig
 
 
 def own_unit(value: Figure | None) -> Unit | None:
-    """The unit of a figure; None for a plain number, which has that of its place."""
+    """Return the unit of a figure; None for a plain number, which has the expected unit."""
     symbol = value.symbol if isinstance(value, Constant) else value
     return symbol.unit if isinstance(symbol, ConstantSymbol) else None
 
@@ -136,12 +138,12 @@ def _number(value: Figure) -> float:
 def check_formula(
     value: sympy.Expr, what: str, units: Mapping[sympy.Symbol, Unit], wanted: Unit
 ) -> None:
-    """Refuse a formula of a drive with a symbol that it cannot have, or in another unit.
+    """Refuse a formula of a drive with a symbol that is not allowed, or in another unit.
 
     Raises
     ------
     ModelError
-        It has one, or is.
+        It has such a symbol, or is in another unit.
     """
     if unknown := sorted(map(str, value.free_symbols - set(units) - value.atoms(ConstantSymbol))):
         raise ModelError(
@@ -149,14 +151,14 @@ def check_formula(
             "control, the motion, constants and declared signals.",
             code="drive",
         )
-    plain = not value.atoms(ConstantSymbol)  # of numbers alone any may stand for a unit
+    plain = not value.atoms(ConstantSymbol)  # a formula of plain numbers may have any unit
     try:
         check_unit(value, wanted, units, f"the drive's {what} {value}", of_numbers=plain)
     except ModelError as error:
         raise ModelError(str(error), code="drive") from error
 
 
-#: Of a gear; a worm that holds itself passes on some tenths.
+#: Least efficiency of a gear; a self-locking worm still transmits some tenths.
 LEAST_EFFICIENCY = 0.01
 _BACK_EMF = sympy.Symbol("back_emf", real=True)
 
@@ -168,26 +170,28 @@ class MotorDrive(Drive):
     Attributes
     ----------
     back_emf : float
-        Control that the motion itself takes, in the control's unit over the velocity's; 0 for a
-        motor whose current is controlled, or whose back-EMF is in the equation of motion.
+        Control per velocity that compensates the back-EMF, in the control's unit over the
+        velocity's; 0 for a motor whose current is controlled, or whose back-EMF is in the equation
+        of motion.
     reach : expression
         The largest force of the motor forwards, before the gear's loss, from the velocity, as
         `VELOCITY` or the coordinate's; backwards it is as large at the opposite velocity. Infinite
         for none.
     efficiency : float
-        Of the gear, 0.01 to 1. Where the motor drives, the load gets `efficiency` times its
-        force; where the load drives the motor, its force over `efficiency`.
+        Efficiency of the gear, 0.01 to 1. If the motor drives the load, the load gets `efficiency`
+        times the motor's force; if the load drives the motor, the motor's force divided by
+        `efficiency`.
     unknown_back_emf : bool
         Whether the motor has a back-EMF that is not declared here.
     figures : tuple of Figure
-        kt, ke and the gear ratio that it was made of, whose units are those of an axis.
+        kt, ke and the gear ratio of which the drive was made, with the units of an axis.
 
     Notes
     -----
-    The gear's loss is a friction in proportion to the motor's force, and as set-valued at rest as
-    Coulomb friction: a load within ``efficiency`` and its reciprocal of what balances it is held.
-    The inertia that the load feels of the motor is in the equation of motion, and so on the load's
-    side of the loss.
+    The gear's loss is a friction proportional to the motor's force, and set-valued at rest like
+    Coulomb friction: a load is held if it is within ``efficiency`` and its reciprocal times the
+    balancing force. The inertia of the motor as reflected to the load is in the equation of motion,
+    and so on the load's side of the loss.
     """
 
     back_emf: float = 0.0
@@ -205,7 +209,7 @@ class MotorDrive(Drive):
         )
         plain = with_numbers(self.reach)
         still = dict.fromkeys(plain.free_symbols - signals_in(plain), sympy.S.Zero)
-        at_rest = plain.xreplace(still)  # as far as numbers tell it
+        at_rest = plain.xreplace(still)  # as far as numbers show it
         refuse(
             ModelError,
             (
@@ -247,7 +251,7 @@ class MotorDrive(Drive):
 
     @property
     def inverse(self) -> sympy.Expr:
-        """Control by the force, whatever the limits."""
+        """Return the control by the force, ignoring the limits."""
         driving = FORCE
         if self.efficiency != 1:
             mean, half = self._shares
@@ -259,12 +263,12 @@ class MotorDrive(Drive):
 
     @property
     def constants(self) -> Mapping[sympy.Symbol, float]:
-        """The gain, and the back-EMF if there is one."""
+        """Return the gain, and the back-EMF if there is one."""
         return {DRIVE_GAIN: self.gain, **({_BACK_EMF: self.back_emf} if self.back_emf else {})}
 
     @property
     def _shares(self) -> tuple[sympy.Expr, sympy.Expr]:
-        """Mean of what a gear passes on driven back and driving, and half the difference."""
+        """Return the mean of the gear's two factors (driven, driving), and half the difference."""
         driving, back = self.efficiency, 1 / self.efficiency
         return sympy.Float((back + driving) / 2), sympy.Float((back - driving) / 2)
 
@@ -290,7 +294,7 @@ class MotorDrive(Drive):
         return said
 
     def check_on(self, coordinate: Coordinate, signals: Iterable[Signal]) -> None:
-        """Refuse figures that do not fit the axis, and a reach that is no force."""
+        """Refuse figures that do not fit the axis, and a reach that is not a force."""
         check_gear(coordinate, *self.figures)
         if self.reach != sympy.oo:
             units = unit_table(coordinate, signals)
@@ -319,7 +323,7 @@ class FormulaDrive(Drive):
     made : expression
         The force, by `CONTROL`, the motion, recorded signals and `DRIVE_GAIN`.
     undone : expression
-        The control, by `FORCE` and the same.
+        The control, by `FORCE` and the same symbols.
     """
 
     made: sympy.Expr
@@ -332,12 +336,12 @@ class FormulaDrive(Drive):
 
     @property
     def inverse(self) -> sympy.Expr:
-        """Control by the force and the motion."""
+        """Return the control by the force and the motion."""
         return with_numbers(self.undone)
 
     @property
     def constants(self) -> Mapping[sympy.Symbol, float]:
-        """The gain, where it stands in the formulas."""
+        """Return the gain, if it occurs in the formulas."""
         used = self.made.free_symbols | self.undone.free_symbols
         return {DRIVE_GAIN: self.gain} if DRIVE_GAIN in used else {}
 
@@ -367,18 +371,18 @@ def formula_drive(
     Parameters
     ----------
     force : expression
-        Of `CONTROL`, the coordinate and its velocity (or `POSITION` and `VELOCITY`), constants,
-        recorded signals, and `DRIVE_GAIN` for the gain if it has one.
+        Force, as a function of `CONTROL`, the coordinate and its velocity (or `POSITION` and
+        `VELOCITY`), constants, recorded signals, and `DRIVE_GAIN` for the gain if it has one.
     inverse : expression, optional
-        The control of which the drive makes `FORCE`, of the same. By default what follows from a
-        force that is a straight line over the control. The two are compared by numbers when the
+        The control for which the drive produces `FORCE`, of the same symbols. By default it is
+        derived from a force that is linear in the control. The two are compared by numbers when the
         axis is derived.
     unit : str
         Of the control.
     gain : float
-        What `DRIVE_GAIN` is.
+        Value of `DRIVE_GAIN`.
     **others
-        Of `Drive`: limit, relative_sd (of the gain), lag, delay, logged, profile.
+        Arguments of `Drive`: limit, relative_sd (of the gain), lag, delay, logged, profile.
 
     Returns
     -------
@@ -397,7 +401,7 @@ def formula_drive(
 
 
 def _solved(force: sympy.Expr) -> sympy.Expr:
-    """The inverse of a force that is a straight line over the control.
+    """Return the inverse of a force that is linear in the control.
 
     Raises
     ------
@@ -442,17 +446,17 @@ def voltage_drive(
         n, the motor's angle over the coordinate: rad/m, or a plain number on a rotary axis;
         negative where the motor turns the other way.
     efficiency : float
-        Of the gear, 0.01 to 1: where the motor drives, the load gets so much of its force; where
-        the load drives the motor, it feels the motor's force over this.
+        Efficiency of the gear, 0.01 to 1: if the motor drives the load, the load gets this share of
+        the motor's force; if the load drives the motor, the motor's force divided by it.
     inductance : float or Constant
         L of the winding, V s/A: the current follows with a lag ``L / R``.
     volts : float or Constant
         Voltage for a control of 1: 1 for a voltage, the supply for a duty from -1 to 1.
     unit : str
-        Of the control: a voltage's, or 1; another where volts is a `Constant` in V over it.
+        Unit of the control: a voltage's, or 1; another if volts is a `Constant` in V per this unit.
     **others
-        Of `Drive`: limit, relative_sd, scaled_by (a recorded supply over its nominal value), delay,
-        logged, profile.
+        Arguments of `Drive`: limit, relative_sd, scaled_by (a recorded supply over its nominal
+        value), delay, logged, profile.
 
     Returns
     -------
@@ -525,15 +529,16 @@ def current_drive(
         Largest voltage at the winding, V: forwards the force is at most ``kt n (supply - ke n dq) /
         R``, backwards as much at the opposite velocity. Infinite for none.
     resistance, ke : float or Constant, optional
-        As of `voltage_drive`, for the supply's limit, without which there is neither; ke is kt by
+        As in `voltage_drive`, for the supply's limit, without which there is neither; ke is kt by
         default.
     reach : expression, optional
-        In place of the last three: the largest force forwards by the velocity, such as the torque
-        curve of a data sheet, of `VELOCITY` or the coordinate's; above 0 at rest.
+        Instead of the last three: the largest forward force as a function of the velocity,
+        `VELOCITY` or that of the coordinate, such as the torque curve of a data sheet; above 0 at
+        rest.
     unit : str
-        Of the control, a current's.
+        Unit of the control, a current's.
     **others
-        Of `Drive`: limit, relative_sd, lag, delay, logged, profile.
+        Arguments of `Drive`: limit, relative_sd, lag, delay, logged, profile.
 
     Returns
     -------
@@ -579,7 +584,7 @@ def current_drive(
     )
 
 
-#: The drives that ship, as TOML declarations know them.
+#: The drives that ship, by their names in TOML declarations.
 DRIVES: Mapping[str, Callable[..., Drive]] = MappingProxyType(
     {drive.__name__: drive for drive in (voltage_drive, current_drive)}
 )

@@ -1,4 +1,4 @@
-"""The laws that ship, by name; of these, here, the cascades, which most drives run.
+"""The laws that ship, by name, and the cascades, which most drives run.
 
 A cascade is a position loop over a velocity loop. Without an integral they are the paper's law and
 the one recovered from the EMPS record.
@@ -18,7 +18,7 @@ from .velocity_and_anti_windup import commanded, formed_velocity, joined, ready_
 
 
 def cascade_pd(*, kp: float, kv: float, period: float, continuous: bool = False) -> ControlLaw:
-    """Position loop over a velocity loop, with an ideal velocity sensor.
+    """Return a position loop over a velocity loop, with an ideal velocity sensor.
 
     ``control = kv (kp (reference - q) - dq)``, evaluated once a period and held.
 
@@ -31,7 +31,7 @@ def cascade_pd(*, kp: float, kv: float, period: float, continuous: bool = False)
     period : float
         Sampling period, s.
     continuous : bool
-        Evaluate it all the time in place of holding it: the equations as they are written.
+        Evaluate the law continuously instead of holding its output: the equations as written.
 
     References
     ----------
@@ -42,7 +42,7 @@ def cascade_pd(*, kp: float, kv: float, period: float, continuous: bool = False)
 
 
 def cascade_pd_averaged(*, kp: float, kv: float, period: float) -> ControlLaw:
-    """The same cascade, its velocity from the encoder: the law the EMPS drive follows.
+    """Return a cascade with averaged encoder velocity: the law that the EMPS drive follows.
 
     The velocity is the difference of the means of two successive positions,
     ``(q[k] - q[k-2]) / (2 period)``. Recovered from the record of [Janot2019]_, whose control it
@@ -52,7 +52,7 @@ def cascade_pd_averaged(*, kp: float, kv: float, period: float) -> ControlLaw:
 
 
 def cascade_pd_difference(*, kp: float, kv: float, period: float) -> ControlLaw:
-    """The same cascade, its velocity the difference of two successive encoder positions.
+    """Return a cascade whose velocity is the difference of two successive encoder positions.
 
     ``(q[k] - q[k-1]) / period``, as simple drives form it: half a sample late, and coarse.
     """
@@ -70,14 +70,14 @@ def _cascade(how: str, said: str, *, kp: float, kv: float, period: float) -> Con
     )
 
 
-#: The cascades by name: they differ by how the drive forms its velocity.
+#: The cascades by name, which differ in how the drive forms the velocity.
 CASCADES: Mapping[str, Callable[..., ControlLaw]] = MappingProxyType(
     {law.__name__: law for law in (cascade_pd, cascade_pd_difference, cascade_pd_averaged)}
 )
 
 
 def velocity_variants(law: ControlLaw) -> dict[str, ControlLaw]:
-    """A cascade with its velocity formed otherwise, by the name of its law; empty for others."""
+    """Return the cascade with other velocities, by name of the law; empty for other laws."""
     if set(law.gains) != {"kp", "kv"} or law.continuous or law.delay:
         return {}
     made = {name: of(**law.gains, period=law.period) for name, of in CASCADES.items()}
@@ -103,7 +103,7 @@ def cascade_p_pi(
     anti_windup: str = "none",
     tracking_time: float | None = None,
 ) -> ControlLaw:
-    """Position loop (P) over a velocity loop (PI), with feed-forward.
+    """Return a position loop (P) over a velocity loop (PI), with feed-forward.
 
     ``w = kp (r - q) + f_v dr``, within the speed limit; ``e = w - v``;
     ``u = kv (e + I) + f_a ddr + feed_forward``, and ``I[k+1] = I[k] + T e[k] / tn``.
@@ -119,12 +119,13 @@ def cascade_p_pi(
     tn : float, optional
         Integral time, s; no integral without it.
     velocity : str
-        How the drive forms v: ``difference`` of two encoder positions, ``averaged`` over two of
-        these, ``pll``, a phase-locked loop, or ``ideal``, a sensor of its own that no log has.
+        Formation of v in the drive: ``difference`` of two encoder positions, ``averaged`` over two
+        of these, ``pll``, a phase-locked loop, or ``ideal``, a separate sensor that no log
+        contains.
     velocity_filter : float
         Time constant of a low-pass of v, s; 0 for none.
     pll_bandwidth : float
-        Of the phase-locked loop, rad/s.
+        Bandwidth of the phase-locked loop, rad/s.
     velocity_feed_forward : float
         f_v, 1 for the whole reference velocity dr.
     acceleration_feed_forward : float
@@ -132,15 +133,15 @@ def cascade_p_pi(
     reference_velocity, reference_acceleration : Signal or expression, optional
         Recorded columns for dr and ddr, in place of differences of the reference.
     feed_forward : Signal or expression, optional
-        What is added to the control, in its unit: a recorded torque command.
+        Signal added to the control, in its unit: a recorded torque command.
     speed_limit : float
-        Of w, m/s or rad/s.
+        Limit of w, m/s or rad/s.
     anti_windup : str
-        What the integral does at the drive's limit: ``none``, ``clamping``, it stands still where
-        it would drive the control further beyond; ``back_calculation``, it also gets
-        ``T (u_limited - u) / (kv tracking_time)``.
+        Behaviour of the integral at the drive's limit: ``none``, ``clamping``, it stands still
+        where it would drive the control further beyond; ``back_calculation``, it also gets ``T
+        (u_limited - u) / (kv tracking_time)``.
     tracking_time : float, optional
-        Of back-calculation, s; `tn` by default.
+        Time constant of back-calculation, s; `tn` by default.
 
     Notes
     -----
@@ -202,7 +203,7 @@ def cascade_p_pi(
     )
 
 
-#: The laws that ship, as TOML declarations know them.
+#: The laws that ship, by their names in TOML declarations.
 LAWS: Mapping[str, Callable[..., ControlLaw]] = MappingProxyType(
     {
         **CASCADES,

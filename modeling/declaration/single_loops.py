@@ -1,4 +1,4 @@
-"""Laws of one loop: PID, state feedback, a virtual spring and damper, and Dynamixel's."""
+"""Laws with one loop: PID, state feedback, virtual spring and damper, and that of Dynamixel."""
 
 import math
 
@@ -32,7 +32,7 @@ def pid(
     anti_windup: str = "none",
     tracking_time: float | None = None,
 ) -> ControlLaw:
-    """PID in parallel form.
+    """Return a PID in parallel form.
 
     ``u = kp e + ki I + kd D + feed_forward`` with ``e = r - q``, ``I[k+1] = I[k] + T e[k]`` and
     ``D[k] = (Tf D[k-1] + e[k] - e[k-1]) / (Tf + T)``, of the position ``-q`` in place of e where
@@ -53,13 +53,13 @@ def pid(
     derivative_of : str
         ``error`` or ``position``.
     feed_forward : Signal or expression, optional
-        What is added to the control, in its unit.
+        Signal added to the control, in its unit.
     anti_windup : str
-        What the integral does at the drive's limit: ``none``; ``clamping``, it stands still where
-        it would drive the control further beyond; ``back_calculation``, `ki` I also gets
-        ``T (u_limited - u) / tracking_time``.
+        Behaviour of the integral at the drive's limit: ``none``; ``clamping``, it stands still
+        where it would drive the control further beyond; ``back_calculation``, `ki` I also gets ``T
+        (u_limited - u) / tracking_time``.
     tracking_time : float, optional
-        Of back-calculation, s; ``kp / ki`` by default.
+        Time constant of back-calculation, s; ``kp / ki`` by default.
 
     Notes
     -----
@@ -98,7 +98,7 @@ def pid_ideal(
     anti_windup: str = "none",
     tracking_time: float | None = None,
 ) -> ControlLaw:
-    """PID in ideal form, also called standard or ISA.
+    """Return a PID in ideal form, also called standard or ISA.
 
     ``u = k (e + I / ti + td D) + feed_forward``, with e, I and D of `pid`.
 
@@ -115,7 +115,7 @@ def pid_ideal(
     filter_time, derivative_of, feed_forward, anti_windup
         As in `pid`.
     tracking_time : float, optional
-        Of back-calculation, s; `ti` by default.
+        Time constant of back-calculation, s; `ti` by default.
 
     Notes
     -----
@@ -148,9 +148,9 @@ def pid_ideal(
 def _derivative(
     of: str, filter_time: float, name: str, value: float
 ) -> tuple[Block, dict[str, float]]:
-    """Derivative of the error or the position behind its filter, and its gains, by name.
+    """Return the derivative of the error or the position behind its filter, and its gains, by name.
 
-    Nothing where its gain is 0.
+    There is no derivative if its gain is 0.
     """
     chosen(of, "derivative_of", ("error", "position"))
     in_range(filter_time, "the filter time of a derivative")
@@ -177,7 +177,7 @@ def impedance(
     reference_velocity: Amount | None = None,
     feed_forward: Amount | None = None,
 ) -> ControlLaw:
-    """Virtual spring and damper between reference and axis, with a torque added.
+    """Return a virtual spring and damper between reference and axis, with a torque added.
 
     ``u = kp (r - q) + kd (dr - v) + feed_forward``.
 
@@ -190,11 +190,11 @@ def impedance(
     period : float
         Sampling period, s.
     velocity, velocity_filter, pll_bandwidth
-        How the drive forms v, as in `cascade_p_pi`.
+        Formation of v in the drive, as in `cascade_p_pi`.
     reference_velocity : Signal or expression, optional
         Recorded column for dr, in place of the reference's difference.
     feed_forward : Signal or expression, optional
-        What is added to the control, in its unit.
+        Signal added to the control, in its unit.
 
     Notes
     -----
@@ -233,7 +233,7 @@ def state_feedback(
     anti_windup: str = "none",
     tracking_time: float | None = None,
 ) -> ControlLaw:
-    """State feedback, as a regulator designed by poles or by LQR.
+    """Return a state feedback, as a regulator designed by pole placement or by LQR.
 
     ``u = k_reference r - k_position q - k_velocity v + k_integral I + feed_forward`` with
     ``I[k+1] = I[k] + T (r[k] - q[k])``.
@@ -247,14 +247,14 @@ def state_feedback(
     period : float
         Sampling period T, s.
     k_reference : float, optional
-        Control over reference; `k_position` by default, with which an axis without load stands on
+        Control over reference; `k_position` by default, with which an axis without load rests at
         its reference.
     k_integral : float
         Control over position and time.
     velocity, velocity_filter, pll_bandwidth
-        How the drive forms v, as in `cascade_p_pi`.
+        Formation of v in the drive, as in `cascade_p_pi`.
     feed_forward : Signal or expression, optional
-        What is added to the control, in its unit.
+        Signal added to the control, in its unit.
     anti_windup, tracking_time
         As in `pid`; the tracking time is ``k_position / k_integral`` by default.
 
@@ -297,7 +297,7 @@ def dynamixel_position(
     counts: float = 4096.0,
     anti_windup: str = "none",
 ) -> ControlLaw:
-    """Position mode of Dynamixel X servos: PID and feed-forward in counts, a PWM out.
+    """Return the position mode of Dynamixel X servos: PID and feed-forward in counts, a PWM out.
 
     ``u = p/128 e + i/65536 I + d/16 (e[k] - e[k-1]) + ff1/4 (r[k] - r[k-1])
     + ff2/4 (r[k] - 2 r[k-1] + r[k-2])`` with the error ``e = counts/(2 pi) (r - q)`` and the
@@ -313,10 +313,10 @@ def dynamixel_position(
     ff1, ff2 : float
         Registers 90 and 88: Feedforward 1st and 2nd Gain.
     counts : float
-        Of the encoder to a turn of the axis, a rotary one.
+        Counts of the encoder per turn of the axis, a rotary one.
     anti_windup : str
         ``none``, ``clamping`` or ``back_calculation``, with the gain ``65536 / i``: the servo has
-        an anti-windup of which the manual does not say the gain.
+        an anti-windup whose gain the manual does not state.
 
     Notes
     -----

@@ -1,4 +1,4 @@
-"""The equation of motion in its units: every term is a force, or a torque."""
+"""Unit check of the equation of motion: every term is a force, or a torque."""
 
 from collections.abc import Collection, Iterable, Mapping
 
@@ -26,15 +26,16 @@ def checked_terms(
 ) -> tuple[str, ...]:
     """Check the unit of every term, and return the terms that could not be checked.
 
-    Symbols, constants, functions and factors 1, 2 and 1/2 are held to their units. A term with
-    another plain number in it passes if it fits with that as a pure number; if not, the number may
-    stand for something with a unit, and the term is returned with the unit that this must be. In a
-    known load, a term without parameters and constants, any number may.
+    Symbols, constants, functions and factors 1, 2 and 1/2 must have their units. A term with
+    another plain number passes if its unit is right with that number dimensionless; if not, the
+    number may stand for a quantity with a unit, and the term is returned with the unit that this
+    quantity must have. In a known load, a term without parameters and constants, any number may
+    have a unit.
 
     Raises
     ------
     ModelError
-        A term has another unit than the drive's; the term and both units are named.
+        A term has another unit than the drive's force; the message names the term and both units.
     """
     units = unit_table(coordinate, (*parameters, *signals))
     unknown = {p.symbol for p in parameters}
@@ -58,12 +59,12 @@ def checked_terms(
 def check_states(
     states: Collection[State], coordinate: Coordinate, parameters: Iterable[Parameter]
 ) -> None:
-    """Refuse a state with a part, a rate, a limit or a start that is not in the unit of its place.
+    """Refuse a state whose part, rate, limit or start does not have the expected unit.
 
     Raises
     ------
     ModelError
-        One is not, a part as it was declared; both units are named.
+        The unit is another one; the message names both units.
     """
     units = unit_table(coordinate, (*parameters, *states))
     units |= {state.own: parse_unit(state.unit) for state in states}
@@ -87,25 +88,25 @@ def check_unit(
     *,
     of_numbers: bool = False,
 ) -> list[Unit]:
-    """Refuse an expression in another unit; return what its plain numbers would have to carry.
+    """Refuse an expression in another unit; return the unit that its plain numbers must carry.
 
     Parameters
     ----------
     value : expression
     wanted : Unit
     units : mapping of sympy.Symbol to Unit
-        Of its symbols.
+        Units of its symbols.
     what : str
-        What it is, for messages.
+        Description of the expression, for messages.
     rest : str
-        How the message goes on, with ``wanted``, the unit, and ``inside``, those of its symbols.
+        End of the message, with ``wanted``, the unit, and ``inside``, the units of its symbols.
     of_numbers : bool
-        Whether it has no parameters and constants; see `UnitReader`.
+        Whether it contains no parameters and constants; see `UnitReader`.
 
     Raises
     ------
     ModelError
-        It is in another; both units are named.
+        The unit is another one; the message names both units.
     """
     reader = UnitReader(units, loose_numbers=True, of_numbers=of_numbers)
     try:
@@ -125,7 +126,7 @@ def check_unit(
 def unit_table(
     coordinate: Coordinate, others: Iterable[Parameter | Signal | State]
 ) -> dict[sympy.Symbol, Unit]:
-    """Units of all symbols of an equation of motion."""
+    """Return the units of all symbols of an equation of motion."""
     motion = (coordinate.symbol, coordinate.velocity, coordinate.acceleration)
     table = {
         symbol: parse_unit(coordinate.unit + over)

@@ -1,4 +1,4 @@
-"""Axes made of an axis: with parameters that are known, or left out of what is identified."""
+"""Axes derived from an axis: with parameters fixed as known, or left out of the identification."""
 
 import math
 import re
@@ -8,8 +8,10 @@ from dataclasses import replace
 import sympy
 
 from axisid.modeling.quantities import Parameter, number, replaced_in, states_in
-from axisid.support.errors import UsageError, is_among, quoted, refuse
+from axisid.support.checks import is_among, refuse
+from axisid.support.errors import UsageError
 from axisid.support.settings import setting
+from axisid.support.wording import quoted
 
 from .axis import Axis, check_axis
 
@@ -18,10 +20,11 @@ _FIXED = re.compile(rf"\s*(\w+)\s*=\s*({_NUMBER})\s*(?:(?:\+-|\+/-|±)\s*({_NUMB
 
 
 def fix(axis: Axis, /, **values: float | tuple[float, float]) -> Axis:
-    """The axis with parameters declared as known.
+    """Return the axis with parameters declared as known.
 
-    They stay parameters. Where a record alone does not tell the physical parameters apart, what is
-    known lets the others follow, with its uncertainty; where it does, the two are weighed.
+    They remain parameters. If a record alone does not distinguish the physical parameters, the
+    others follow from the known ones, with their uncertainty; if it does, estimate and known value
+    are combined by their weights.
 
     Parameters
     ----------
@@ -34,7 +37,7 @@ def fix(axis: Axis, /, **values: float | tuple[float, float]) -> Axis:
     UsageError
         The axis has no such parameter, or a value is no number or pair.
     ModelError
-        A value is outside its parameter's bounds, or a deviation is negative.
+        A value is outside its parameter's bounds, or a standard deviation is negative.
     """
     _check_declared(axis, values, "fix")
     refuse(
@@ -60,12 +63,12 @@ def fix(axis: Axis, /, **values: float | tuple[float, float]) -> Axis:
 
 
 def read_fixed(texts: Iterable[str]) -> dict[str, tuple[float, float]]:
-    """Fixed values from texts such as ``m=2.0`` and ``m=2.0+-0.02``.
+    """Read fixed values from texts such as ``m=2.0`` and ``m=2.0+-0.02``.
 
     Raises
     ------
     UsageError
-        A text is something else, or a parameter is fixed twice.
+        A text has another form, or a parameter is fixed twice.
     """
     fixed: dict[str, tuple[float, float]] = {}
     for text in texts:
@@ -83,29 +86,30 @@ def read_fixed(texts: Iterable[str]) -> dict[str, tuple[float, float]]:
 
 
 def known_text(value: float | None, sd: float) -> str:
-    """A known value in words: ``2 +- 0.02``."""
+    """Return a known value as text: ``2 +- 0.02``."""
     return f"{value:g} +- {sd:g}" if sd else f"{value:g}"
 
 
 def leave_out(axis: Axis, /, *names: str, **values: float) -> Axis:
-    """The axis without parameters that a record does not show; the others are identified.
+    """Return the axis without parameters that a record does not show; the others are identified.
 
-    What is known of a parameter stands for it (see `fix`), else 0, so that its term is gone; one
-    that enters nonlinearly is held at its nominal value. Parameters that then no longer appear are
-    left out too. All are in `Axis.left_out`, and in every result.
+    The known value of a parameter replaces it (see `fix`), otherwise 0, so that its term vanishes;
+    a parameter that enters nonlinearly is fixed at its nominal value. Parameters that then no
+    longer appear are left out too. All are in `Axis.left_out`, and in every result.
 
     Parameters
     ----------
     axis : Axis
     *names : str
-        Of declared parameters.
+        Names of declared parameters.
     **values : float
-        By name, SI: parameters that are left out too, held at these.
+        Values by name, SI, at which further parameters are fixed and left out.
 
     Raises
     ------
     UsageError
-        The axis has no such parameter, no value can stand for one, or nothing is left to identify.
+        The axis has no such parameter, no value can replace one, or no parameter remains to
+        identify.
     ModelError
         Without them the axis has no inertia.
     """
@@ -129,7 +133,7 @@ def leave_out(axis: Axis, /, *names: str, **values: float) -> Axis:
             "parameters.",
             code="parameters",
         )
-    left = tuple(  # with the value that stands for each, which its bounds need not hold
+    left = tuple(  # the bounds do not apply to the value that replaces each parameter
         replace(
             p,
             lower=-math.inf,
@@ -160,7 +164,7 @@ def left_out_text(axis: Axis) -> str:
 
 
 def _check_declared(axis: Axis, names: Iterable[str], what: str) -> None:
-    """Refuse an axis that is none, and names that none of its parameters has."""
+    """Refuse an object that is not an axis, and names that are not declared parameters."""
     check_axis(axis)
     declared = [p.name for p in axis.parameters]
     for name in names:

@@ -18,7 +18,8 @@ from axisid.modeling.quantities import (
     Amount,
     expression,
 )
-from axisid.support.errors import ModelError, refuse
+from axisid.support.checks import refuse
+from axisid.support.errors import ModelError
 
 from .control import ControlLaw, Memory, gain
 from .control_blocks import (
@@ -47,7 +48,7 @@ def formed_velocity(
     filter_time : float
         Time constant of a low-pass behind it, s; 0 for none.
     bandwidth : float
-        Of the phase-locked loop, rad/s.
+        Bandwidth of the phase-locked loop, rad/s.
     """
     chosen(how, "the velocity of a law", _FORMED)
     in_range(filter_time, "the time constant velocity_filter")
@@ -63,7 +64,7 @@ def formed_velocity(
 
 
 def smoothed(block: Block, filter_time: float, name: str, memory: str) -> Block:
-    """A block behind a low-pass, whose time constant is the gain of a name; itself where that is 0.
+    """Return a block behind a low-pass whose time constant is a named gain; itself if it is 0.
 
     Parameters
     ----------
@@ -71,7 +72,7 @@ def smoothed(block: Block, filter_time: float, name: str, memory: str) -> Block:
     filter_time : float
         The time constant, s.
     name, memory : str
-        Of its gain, and of what the low-pass remembers.
+        Names of its gain, and of the memory of the low-pass.
     """
     if not filter_time:
         return block
@@ -81,7 +82,7 @@ def smoothed(block: Block, filter_time: float, name: str, memory: str) -> Block:
 
 _Q1 = Memory("q1", following=MEASURED_POSITION, start=MEASURED_POSITION)
 _Q2 = Memory("q2", following=_Q1.symbol, start=MEASURED_POSITION)
-#: How the velocity may be formed, first what laws do by default.
+#: Ways in which the velocity may be formed, the default first.
 _FORMED: Mapping[str, Callable[[], Block]] = {
     "difference": lambda: difference(MEASURED_POSITION, name="q1", start=MEASURED_POSITION),
     "averaged": lambda: Block((MEASURED_POSITION - _Q2.symbol) / (2 * PERIOD), (_Q1, _Q2)),
@@ -91,23 +92,23 @@ _FORMED: Mapping[str, Callable[[], Block]] = {
 
 
 def commanded(rate: str, recorded: Amount | None) -> Block:
-    """The reference's velocity or acceleration: a recorded signal, else its difference."""
+    """Return the reference's rate: a recorded signal, otherwise its difference."""
     if recorded is None:
         return reference_velocity() if rate == "velocity" else reference_acceleration()
     return Block(expression(recorded, f"the reference's {rate}"))
 
 
 def joined(*parts: tuple[Memory, ...]) -> tuple[Memory, ...]:
-    """The memories of several blocks, those that two have in common once."""
+    """Return the memories of several blocks, shared ones once."""
     return tuple({memory.name: memory for part in parts for memory in part}.values())
 
 
 def without_zeros(gains: dict[str, float]) -> dict[str, float]:
-    """The gains that are not 0: a law has no term that does nothing."""
+    """Return the gains that are not 0, so that a law has no term without effect."""
     return {name: value for name, value in gains.items() if value}
 
 
-#: What an integral may do at the drive's limit, first what it does by default.
+#: Behaviour of an integral at the drive's limit, the default first.
 ANTI_WINDUP = ("none", "clamping", "back_calculation")
 
 
@@ -120,24 +121,24 @@ def integral(
     tracking: Amount = 0.0,
     start: sympy.Expr | float = BALANCED,
 ) -> Memory:
-    """Integral of an error from its last samples, ``I[k+1] = I[k] + T e[k]``, against windup.
+    """Return an integral of an error, ``I[k+1] = I[k] + T e[k]``, with anti-windup.
 
     Parameters
     ----------
     error : expression
-        e, what is integrated.
+        e, the integrand.
     output : expression
-        u, the law's output, in which the integral stands by its name.
+        u, the law's output, which contains the integral by its name.
     name : str
     anti_windup : str
         ``none``; ``clamping``: the integral stands still while the output is beyond the drive's
         limit and the integral of the error would drive it further; ``back_calculation``:
         ``I[k+1] = I[k] + T (e[k] + (u_limited[k] - u[k]) g)``.
     tracking : expression
-        g of back-calculation: what the error's integral gets of the missing control, in the unit
-        of the error over the control's.
+        g of back-calculation: share of the missing control that is added to the integrand, in the
+        unit of the error over the control's.
     start : expression
-        Its value at the first sample; by default what balances the load there.
+        Its value at the first sample; by default the value that balances the load there.
 
     References
     ----------
@@ -147,13 +148,13 @@ def integral(
     symbol = sympy.Symbol(name, real=True)
     following = symbol + PERIOD * error
     if anti_windup == "clamping":
-        # A gain may be negative, as that of an axis whose positions are counted the other way is;
-        # the slope of an output that has kinks of its own is taken for positive.
+        # A gain may be negative, for an axis whose positions are counted in the opposite direction;
+        # the slope of an output with kinks is assumed to be positive.
         slope = sympy.diff(output, symbol)
         driven = error if slope.has(sympy.Heaviside, sympy.Derivative) else slope * error
-        # Two comparisons, and no difference: equal outputs are equal on every machine, while a
-        # fused multiplication and addition would leave a rounding error of their difference. They
-        # are in SymPy's canonical form, which a pickled law has.
+        # Two comparisons instead of a difference: equal outputs are equal on every machine, whereas
+        # a fused multiplication and addition would give their difference a rounding error. They are
+        # in SymPy's canonical form, which a pickled law has.
         outward = sympy.Or(
             sympy.And(LIMITED_OUTPUT < UNLIMITED_OUTPUT, driven > 0),
             sympy.And(LIMITED_OUTPUT > UNLIMITED_OUTPUT, driven < 0),
@@ -165,8 +166,8 @@ def integral(
     return Memory(name, following=following, start=start)
 
 
-#: Numbers of ready laws that are above 0 where they are among the gains: a time or a limit of 0
-#: makes another law, or none.
+#: Numbers of ready laws that are above 0 if they are gains: a time or a limit of 0 makes another
+#: law, or none.
 _POSITIVE = (
     "tn",
     "ti",
@@ -190,25 +191,25 @@ def ready_law(
     anti_windup: str = "none",
     tracking_time: float | None = None,
 ) -> ControlLaw:
-    """A ready law, with the memory of the integral that stands in its output, if one does.
+    """Return a ready law, with the memory of the integral that its output contains, if any.
 
     Parameters
     ----------
     name, period, output, gains, memory
-        The law's, as far as they are not the integral's.
+        Those of the law, except for the integral's.
     error : expression
-        What is integrated.
+        The integrand.
     time : expression
         The law's own integral time.
     anti_windup : str
         One of `ANTI_WINDUP`.
     tracking_time : float, optional
-        Of back-calculation, s; the law's own integral time by default.
+        Time constant of back-calculation, s; the law's own integral time by default.
 
     Raises
     ------
     ModelError
-        There is anti-windup and no integral, or a tracking time that nothing has use for.
+        There is anti-windup without an integral, or a tracking time that is not used.
     """
     slope, given = sympy.diff(output, gain("integral")), tracking_time is not None
     refuse(

@@ -1,7 +1,8 @@
 """The models of an axis.
 
 In: `Axis`. Out: `AxisModel`: inverse and direct model, the map between their parameters, base
-parameters and the null space, and all that in words. Knows nothing of text files and of code.
+parameters and the null space, and a description of all these in sentences. Knows nothing of text
+files and of code.
 """
 
 from .base_model import BaseModel as BaseModel, base_model as base_model

@@ -1,11 +1,12 @@
-"""Base parameters: the smallest set of combinations of the parameters that the force is linear in.
+"""Base parameters: the smallest set of parameter combinations in which the force is linear.
 
 Physical parameters enter as products (``m l``, ``m l**2``) and sums (``J + m l**2``); a record
-shows only these. They are derived, the axis is declared again in them, and the map is kept.
+shows only these. The base parameters are derived, the axis is declared again in them, and the map
+is kept.
 
-``force = sum of mu_j(parameters) f_j(motion)``. The rows of ``f_j`` at motions that have nothing to
-do with each other have a reduced row echelon form R, and ``R mu`` is the smallest set of
-combinations that the force depends on.
+``force = sum of mu_j(parameters) f_j(motion)``. The rows of ``f_j`` at independent motions have a
+reduced row echelon form R, and ``R mu`` is the smallest set of combinations that the force depends
+on.
 """
 
 import math
@@ -53,12 +54,12 @@ class Terms:
     pivots : tuple of int
         The monomial that each row begins with.
     nonlinear : frozenset of sympy.Symbol
-        Parameters that enter other than by whole powers; they count as motion, and each has a row
-        and a column of its own.
+        Parameters that enter other than by whole powers; they count as motion, and each has its own
+        row and column.
     undecided : tuple of tuple of tuple of int
         Groups of monomials between which no difference was found, but no proof that there is none.
     rounded : bool
-        Whether some of them are the same but for decimals that the user rounded.
+        Whether some of them are equal except for decimals that the user rounded.
     """
 
     monomials: tuple[Exponents, ...]
@@ -82,18 +83,18 @@ def force_terms(
     Parameters
     ----------
     force : sympy.Expr
-        With the friction direction in place of ``sign(dq)``.
+        Force with the friction direction in place of ``sign(dq)``.
     velocity : sympy.Symbol
     parameters : sequence of sympy.Symbol
     differing : sequence of mapping of sympy.Symbol to number
-        Points at which functions that looked alike are known to differ.
+        Points at which functions that appeared equal are known to differ.
     merged : bool
         Whether functions that are sums of others are left out; else all stay, undecided.
 
     Raises
     ------
     ModelError
-        It has too many products of parameters, or a part that is no real number.
+        It has too many products of parameters, or a part that is not a real number.
     """
     nodes = force.atoms(AtomicExpr, sympy.Pow, sympy.Function)
     for node in (n for n in nodes if not (n.is_Rational or n.free_symbols)):
@@ -145,11 +146,11 @@ class BaseModel:
     Attributes
     ----------
     declared : Axis
-        As it was declared.
+        The axis as declared.
     axis : Axis
         The same axis, linear in its base parameters; `declared` itself if it already was.
     expressions : tuple of sympy.Expr
-        Length b; each base parameter in the declared ones.
+        Length b; each base parameter as a function of the declared ones.
     exponents : tuple of tuple of int
         (k, p).
     weights : tuple of tuple of float
@@ -158,13 +159,13 @@ class BaseModel:
         Null space of the map's Jacobian at a generic point: changes of the declared parameters
         that no motion shows.
     undetermined : tuple of dict
-        What is left of it where the declared parameters that are known are held.
+        The remaining null space if the declared parameters that are known are fixed.
     undecided : tuple of tuple of sympy.Expr
         Groups of products of the declared parameters between whose forces no difference was found,
-        though no proof that there is none; a single product is one of which no effect was found.
-        All of them are kept.
+        although no proof that there is none; for a single product, no effect was found. All of them
+        are kept.
     rounded : bool
-        Whether base parameters are sums of declared ones but for decimals that the user rounded.
+        Whether base parameters are sums of declared ones except for decimals that the user rounded.
     """
 
     declared: Axis
@@ -184,17 +185,17 @@ class BaseModel:
 
     @property
     def known(self) -> tuple[Parameter, ...]:
-        """The declared parameters whose values are known apart from a record."""
+        """Return the declared parameters whose values are known independently of a record."""
         return tuple(p for p in self.declared.parameters if p.known is not None)
 
     @property
     def combined(self) -> tuple[tuple[Parameter, sympy.Expr], ...]:
-        """The base parameters that are not declared ones, with their expressions."""
+        """Return the base parameters that are not declared ones, with their expressions."""
         pairs = zip(self.axis.parameters, self.expressions, strict=True)
         return tuple((p, value) for p, value in pairs if p.symbol != value)
 
     def at(self, values: Sequence[float]) -> tuple[float, ...]:
-        """Base parameters (b,) of declared ones (p,)."""
+        """Return the base parameters (b,) for declared ones (p,)."""
         sizes = [
             math.prod(v**e for v, e in zip(values, powers, strict=True) if e)
             for powers in self.exponents
@@ -214,18 +215,18 @@ def base_model(
 ) -> BaseModel:
     """Derive the base parameters of an axis, and the axis in them.
 
-    Parameters that enter other than by sums of products of whole powers count as motion: they stay
-    as they are.
+    Parameters that enter other than by sums of products of whole powers count as motion: they
+    remain unchanged.
 
     Parameters
     ----------
     axis : Axis
     balance : sympy.Expr, optional
-        Its force by the friction direction, if that is there already.
+        Its force by the friction direction, if it is derived already.
     differing : sequence of mapping of sympy.Symbol to number
-        Points at which the force in base parameters was found to be another one.
+        Points at which the force in base parameters was found to differ.
     merged : bool
-        Whether parameters are merged; else all products of them stay.
+        Whether parameters are merged; otherwise all products of them are kept.
 
     Raises
     ------
@@ -267,7 +268,7 @@ def base_model(
 
 
 def declared_as_base(axis: Axis) -> BaseModel:
-    """An axis in the parameters that it was declared in, whatever they make."""
+    """Return an axis with its declared parameters as base parameters, without combining any."""
     count = range(len(axis.parameters))
     return BaseModel(
         declared=axis,
@@ -281,7 +282,7 @@ def declared_as_base(axis: Axis) -> BaseModel:
 
 
 def _first(exponents: Exponents) -> tuple[int, int, Exponents]:
-    """Base parameters come in the order of the declared ones that they begin with."""
+    """Return the order of a base parameter: that of the declared one that it begins with."""
     return next(j for j, e in enumerate(exponents) if e), sum(exponents), exponents
 
 
@@ -304,7 +305,7 @@ def _product(exponents: Exponents, symbols: Sequence[sympy.Symbol]) -> sympy.Exp
 def _reduced(
     base: BaseModel, leads: Sequence[Exponents], nonlinear: AbstractSet[sympy.Symbol]
 ) -> Axis:
-    """The axis declared in its base parameters; `leads` are their monomials of weight 1."""
+    """Return the axis declared in base parameters; `leads` are their monomials with weight 1."""
     axis = base.declared
     declared = {p.symbol: p for p in axis.parameters}
     taken = axis.taken_names
@@ -322,7 +323,7 @@ def _reduced(
 
 
 def _truth(base: BaseModel, parameters: Sequence[Parameter]) -> dict[str, float]:
-    """True values of an experiment's twin in base parameters."""
+    """Return the true values of an experiment's twin in base parameters."""
     experiment, declared = base.declared.experiment, base.declared.parameters
     truth = experiment.truth if experiment else {}
     values = base.at([truth.get(p.name, p.nominal) for p in declared])
@@ -330,7 +331,7 @@ def _truth(base: BaseModel, parameters: Sequence[Parameter]) -> dict[str, float]
 
 
 def _combined(base: BaseModel, i: int, lead: Exponents, taken: set[str]) -> Parameter:
-    """A base parameter that is none of the declared ones."""
+    """Return a base parameter that is none of the declared ones."""
     declared = base.declared.parameters
     start = [p.nominal if p.known is None else p.known for p in declared]
     lower, upper = _bounds(base, i)
@@ -345,7 +346,7 @@ def _combined(base: BaseModel, i: int, lead: Exponents, taken: set[str]) -> Para
 
 
 def _bounds(base: BaseModel, i: int) -> tuple[float, float]:
-    """Of a sum of products of parameters that are not negative; else none."""
+    """Return the bounds of a sum of products of non-negative parameters; otherwise none."""
     inside = base.expressions[i].free_symbols
     low, high = (
         [getattr(p, side) if p.symbol in inside else 0.0 for p in base.declared.parameters]
@@ -357,7 +358,7 @@ def _bounds(base: BaseModel, i: int) -> tuple[float, float]:
 
 
 def _name(base: BaseModel, i: int) -> str:
-    """``m_l2`` for ``m l**2``, ``J_plus_m_l2`` for ``J + m l**2``; weights are left out."""
+    """Return ``m_l2`` for ``m l**2``, ``J_plus_m_l2`` for ``J + m l**2``; weights are omitted."""
     names = [p.name for p in base.declared.parameters]
     text = ""
     for weight, powers in zip(base.weights[i], base.exponents, strict=True):

@@ -1,4 +1,4 @@
-"""Describe identifiability and the derived models, in words and formulas."""
+"""Describe identifiability and the derived models, in sentences and formulas."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from sympy.utilities.iterables import connected_components
 
 from axisid.modeling.declaration import known_text
 from axisid.modeling.quantities import DIRECTION, FORCE, Formula, rounded
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 
 from .base_model import BaseModel
 from .direct import ParameterMap
@@ -22,7 +22,7 @@ _MOST_DIRECTIONS = 4
 
 
 def undetermined_names(base: BaseModel) -> tuple[str, ...]:
-    """Declared parameters that neither a record nor what is known of them gives."""
+    """Return the declared parameters that neither a record nor known values determine."""
     open_ = {s for direction in base.undetermined for s in direction}
     return tuple(p.name for p in base.declared.parameters if p.symbol in open_)
 
@@ -79,7 +79,7 @@ def describe_determined(base: BaseModel) -> str:
 def _groups(
     base: BaseModel, directions: Sequence[NullSpaceVector]
 ) -> list[tuple[list[str], list[NullSpaceVector]]]:
-    """Directions that share parameters together, with the names of these in their order."""
+    """Return the directions in groups that share parameters, with the names of these in order."""
     places = range(len(directions))
     sharing = [(i, j) for i, j in combinations(places, 2) if {*directions[i]} & {*directions[j]}]
     groups = [[directions[i] for i in sorted(g)] for g in connected_components((places, sharing))]
@@ -88,7 +88,7 @@ def _groups(
 
 
 def _seen(base: BaseModel, names: Iterable[str]) -> str:
-    """Base parameters with any of the names in them."""
+    """Return the base parameters that contain any of the names."""
     wanted = set(names)
     return _listed(
         [
@@ -108,7 +108,7 @@ def _directions(directions: Sequence[NullSpaceVector]) -> str:
 
 
 def _missing(base: BaseModel, names: Sequence[str], directions: Sequence[NullSpaceVector]) -> str:
-    """How many of a group must be known; which, where not any will do."""
+    """Return how many of a group must be known, and which ones if only some of them help."""
     if len(directions) == 1:
         return f"one of {', '.join(names)} is"
     enough = _enough(base, names, directions)
@@ -118,10 +118,10 @@ def _missing(base: BaseModel, names: Sequence[str], directions: Sequence[NullSpa
 def _enough(
     base: BaseModel, names: Sequence[str], directions: Sequence[NullSpaceVector]
 ) -> tuple[int, ...]:
-    """Columns of a group's directions that are independent, the first ones where there is a choice.
+    """Return independent columns of a group's directions, the first ones if there is a choice.
 
-    Which they are is the same at almost every point, and reducing fractions of polynomials could
-    take for ever: numbers stand for the parameters.
+    The choice is the same at almost every point, and reducing fractions of polynomials could take
+    very long: numbers are used for the parameters.
     """
     columns = [sympy.Symbol(name, real=True) for name in names]
     found: list[tuple[int, ...]] = []
@@ -137,22 +137,22 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def describe_loss(direction: NullSpaceVector) -> str:
-    """Say what no motion shows, and what it shows of that.
+    """Describe the change that no motion shows, and the combinations that a record shows.
 
-    Where the weights are not the same for all values of the parameters, only which these are.
+    If the weights depend on the values of the parameters, only the parameters are named.
     """
     if any(weight.is_Float for weight in direction.values()):
         names = _listed([*map(str, direction)])
         if len(direction) == 1:
             return f"no motion shows a change of {names} at the nominal values"
-        return f"no motion tells {names} apart at the nominal values"
+        return f"no motion distinguishes {names} at the nominal values"
     lost = f"no motion shows a change of {describe_direction(direction)}"
     if len(direction) == 1:
         return lost
     (pivot, size), *others = direction.items()
     combinations = []
     for p, weight in others:
-        ratio = -float(weight) / float(size)  # what p + ratio * pivot is worth does not change
+        ratio = -float(weight) / float(size)  # the value of p + ratio * pivot does not change
         first, second, factor = (p, pivot, ratio) if abs(ratio) > 1 else (pivot, p, 1 / ratio)
         scale = "" if abs(factor) == 1 else f"{abs(factor):.4g} "
         combinations.append(f"{first} {'+' if factor > 0 else '-'} {scale}{second}")
@@ -160,7 +160,7 @@ def describe_loss(direction: NullSpaceVector) -> str:
 
 
 def describe_direction(direction: NullSpaceVector) -> str:
-    """Say which parameters trade against each other: ``m +1, J -0.25``; or ``m +m, l -l``."""
+    """Describe the parameters that trade off: ``m +1, J -0.25``; or ``m +m, l -l``."""
     return ", ".join(f"{p} {_signed(weight)}" for p, weight in direction.items())
 
 
@@ -173,7 +173,7 @@ def _signed(weight: sympy.Expr) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Section:
-    """A title over formulas and sentences; the note says what the formulas are."""
+    """A title over formulas and sentences; the note explains the formulas."""
 
     title: str
     lines: tuple[Formula | str, ...]
@@ -181,7 +181,7 @@ class Section:
 
 
 def derived_sections(model: AxisModel) -> tuple[Section, ...]:
-    """Base parameters if others were declared, both models, the map, what is identifiable."""
+    """Return the sections of an axis: base parameters, both models, map, identifiability."""
     inverse = Section(
         title="Inverse dynamic model",
         lines=(Formula(name=FORCE, value=model.force),),
@@ -234,7 +234,7 @@ def derived_sections(model: AxisModel) -> tuple[Section, ...]:
                 *map(describe_loss, model.unidentifiable),
                 *describe_undecided(model.base),
             )
-            or ("every parameter has an effect of its own",),
+            or ("all parameters are identifiable",),
         ),
     )
 
@@ -249,7 +249,7 @@ def _of_state(state: StateEquation) -> Iterator[Formula | str]:
 
 
 def _conventions(force: sympy.Expr) -> str:
-    """What the names in a force mean that no declaration explains."""
+    """Return the meaning of names in a force that no declaration explains."""
     notes = (
         (
             DIRECTION in force.free_symbols,
@@ -282,6 +282,6 @@ def _direct_sections(ddm: Regressor, mapping: ParameterMap) -> list[Section]:
         Section(
             title=f"Parameter map, rank {len(mapping.parameters)}",
             lines=tuple(inverse),
-            note="theta back to the physical parameters",
+            note="the physical parameters as functions of theta",
         ),
     ]

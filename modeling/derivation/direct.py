@@ -1,12 +1,13 @@
-"""The direct dynamic model: acceleration from force, its regressor and the map of its parameters.
+"""The direct dynamic model: acceleration from force, its regressor and its parameter map.
 
-With constant inertia ``I = a . theta`` the acceleration ``(tau - h) / I`` is linear in
-``1/I`` and the quotients ``p/I``. One parameter of the inertia, the *pivot*, is expressed by the
-others, since ``a . theta / I = 1`` leaves one quotient too many. A known part of the inertia moves
+With constant inertia ``I = a . theta`` the acceleration ``(tau - h) / I`` is linear in ``1/I`` and
+the quotients ``p/I``. One parameter of the inertia, the *pivot*, is expressed by the others,
+because by ``a . theta / I = 1`` there is one quotient too many. A known part of the inertia moves
 to the first column.
 
-The paper inverts the map ``theta_ddm = [1/I, p/I, ...]`` by hand and gives no deviations for the
-result; here the map, its inverse and both Jacobians are derived, as the delta method needs them.
+The paper inverts the map ``theta_ddm = [1/I, p/I, ...]`` by hand and gives no standard errors for
+the result; here the map, its inverse and both Jacobians are derived, as the delta method needs
+them.
 """
 
 from collections.abc import Mapping
@@ -24,7 +25,8 @@ from axisid.modeling.quantities import (
     vanishes,
     without,
 )
-from axisid.support.errors import Missing, ModelError
+from axisid.support.errors import ModelError
+from axisid.support.missing import Missing
 
 from .inverse import Regressor
 
@@ -40,13 +42,13 @@ class ParameterMap:
     symbols : tuple of sympy.Symbol
         ``theta1 ... thetam``, the direct model's.
     forward : sympy.Matrix, (m, 1)
-        ``theta_ddm`` of the parameters.
+        ``theta_ddm`` as functions of the parameters.
     forward_jacobian : sympy.Matrix, (m, p)
     inverse : sympy.Matrix, (p, 1)
-        The parameters of ``theta_ddm``.
+        The parameters as functions of ``theta_ddm``.
     inverse_jacobian : sympy.Matrix, (p, m)
     units : tuple of Unit
-        Of ``theta_ddm``.
+        Units of ``theta_ddm``.
     """
 
     parameters: tuple[sympy.Symbol, ...]
@@ -59,7 +61,7 @@ class ParameterMap:
 
 
 def inertia_of(force: sympy.Expr, coordinate: Coordinate) -> sympy.Expr:
-    """Coefficient of the acceleration in the inverse dynamics.
+    """Return the coefficient of the acceleration in the inverse dynamics.
 
     Raises
     ------
@@ -81,12 +83,12 @@ def inertia_of(force: sympy.Expr, coordinate: Coordinate) -> sympy.Expr:
 
 
 def direct_dynamics(balance: sympy.Expr, profile: sympy.Expr, coordinate: Coordinate) -> sympy.Expr:
-    """Acceleration from force: ``(profile tau - rest) / inertia``.
+    """Return the acceleration from the force: ``(profile tau - rest) / inertia``.
 
     Parameters
     ----------
     balance : sympy.Expr
-        What ``profile tau`` is spent on, by the friction direction.
+        The force needed, equal to ``profile tau``, by the friction direction.
     profile : sympy.Expr
         The drive's.
     coordinate : Coordinate
@@ -101,18 +103,18 @@ def direct_model(
     inertia: sympy.Expr,
     coordinate: Coordinate,
 ) -> tuple[Regressor, ParameterMap] | Missing:
-    """Derive the direct model's regressor and the map of its parameters, or say why there is none.
+    """Derive the direct model's regressor and parameter map, or the reason why there is none.
 
     ``ddq = columns . theta_ddm + intercept``, for constant inertia; the first column multiplies
-    ``1/I``, the others the quotients ``p/I`` of all parameters but the pivot. Under a known inertia
-    ``theta_ddm`` are the parameters themselves.
+    ``1/I``, the others the quotients ``p/I`` of all parameters except the pivot. For a known
+    inertia ``theta_ddm`` are the parameters themselves.
 
     Parameters
     ----------
     idm : Regressor
-        Of the inverse model.
+        Regressor of the inverse model.
     units : mapping of sympy.Symbol to Unit
-        Of the physical parameters, in the axis's order, which can be told apart.
+        Units of the physical parameters, in the axis's order; they are distinguishable.
     inertia : sympy.Expr
         ``I``.
     coordinate : Coordinate
@@ -125,11 +127,11 @@ def direct_model(
     moving = inertia.free_symbols - set(parameters)
     if idm.nonlinear:
         names = ", ".join(map(str, idm.nonlinear))
-        return Missing(f"its friction or load is not linear in {names}; use idm-ls or idm-iv")
+        return Missing(f"its friction or load is not linear in {names}. Use IDM-LS or IDM-IV")
     if moving:
         return Missing(
             f"its inertia {inertia} depends on {', '.join(sorted(map(str, moving)))}, so the "
-            "acceleration is not linear in any finite set of parameters; use idm-ls or idm-iv"
+            "acceleration is not linear in any finite set of parameters. Use IDM-LS or IDM-IV"
         )
     free, scales = _shares(inertia, parameters)
     still = {coordinate.acceleration: sympy.S.Zero}
@@ -174,7 +176,7 @@ def direct_model(
 def _shares(
     inertia: sympy.Expr, parameters: tuple[sympy.Symbol, ...]
 ) -> tuple[sympy.Expr, dict[sympy.Symbol, sympy.Expr]]:
-    """Part of an affine inertia without parameters, and what multiplies each of them in it."""
+    """Return the part of an affine inertia without parameters, and the factor of each parameter."""
     unknown = frozenset(parameters)
     slopes = {p: without(inertia.diff(p), unknown) for p in parameters}
     found = {p: slope for p, slope in slopes.items() if slope is not None and slope != 0}

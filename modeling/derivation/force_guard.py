@@ -1,7 +1,7 @@
-"""The last look at a derivation: the force in base parameters is the declared force.
+"""Final check of a derivation: the force in base parameters equals the declared force.
 
-The points are others than those at which the base parameters were found. They cover the functions
-of both forces in the same way.
+The points differ from those at which the base parameters were found. They cover the functions of
+both forces in the same way.
 """
 
 from collections.abc import Mapping
@@ -14,9 +14,9 @@ from axisid.support.errors import ModelError
 
 from .base_model import BaseModel
 
-_FIRST_CYCLE = 1000  # beyond those of the derivation
+_FIRST_CYCLE = 1000  # in addition to those of the derivation
 _EXACT, _ROUNDED = 1e-30, 1e-11  # shares of the terms by which the forces may differ
-_MOST_POINTS = 40  # at which the forces are told to differ
+_MOST_POINTS = 40  # at which a difference of the forces is reported
 
 
 def check_force(base: BaseModel, declared: sympy.Expr, reduced: sympy.Expr) -> None:
@@ -45,7 +45,7 @@ def check_force(base: BaseModel, declared: sympy.Expr, reduced: sympy.Expr) -> N
 def differing_points(
     base: BaseModel, declared: sympy.Expr, reduced: sympy.Expr
 ) -> list[Mapping[sympy.Symbol, Any]]:
-    """Points at which the forces are not the same, as numbers by symbol."""
+    """Return the points at which the forces are not equal, as numbers by symbol."""
     velocity = base.declared.coordinate.velocity
     forces = (declared, reduced)
     points = Points(*forces, velocity=velocity)

@@ -1,8 +1,8 @@
-"""A friction ladder: one axis under friction laws of growing richness.
+"""A friction ladder: one axis under friction laws of increasing complexity.
 
-What the axis declares as friction, forces of the velocity alone and a constant one, gives way to
-each rung's own terms; inertia, gravity, springs and whatever depends on the position or on a
-recorded signal stay.
+The declared friction, forces of the velocity alone and a constant force, is replaced by the terms
+of each rung; inertia, gravity, springs and all terms that depend on the position or on a recorded
+signal stay.
 """
 
 import math
@@ -28,25 +28,25 @@ from axisid.support.errors import UsageError
 from .base_model import Terms, force_terms
 from .inverse import with_direction
 
-_Term = tuple[Parameter, sympy.Expr]  # a parameter and what it multiplies
+_Term = tuple[Parameter, sympy.Expr]  # a parameter and its factor
 
 
 def friction_ladder(
     axis: Axis, *, quadratic: bool = False, stribeck: float | None = None
 ) -> dict[str, Axis]:
-    """The axis under each friction law, by the law's name, from the poorest to the richest.
+    """Return the axis under each friction law, by the law's name, from the simplest to the richest.
 
     ``viscous``; with ``Coulomb``; with ``offset``; ``directional``, where viscous and Coulomb
-    friction differ by direction. Each contains those before it. The rung that the declared axis is,
-    in these parameters or others, is the axis itself; where it is none it comes last, as
-    ``declared``.
+    friction differ by direction. Each contains those before it. If the declared axis is equal to a
+    rung, in these parameters or others, that rung is the axis itself; otherwise the axis comes
+    last, as ``declared``.
 
     Parameters
     ----------
     axis : Axis
-        Its own friction parameters keep their names, and what is known of them; a parameter that
-        is split by direction leaves its value as the nominal one of both, but not as known. A level
-        that is split loses its bounds too: each of the two has the constant force in it.
+        Its own friction parameters keep their names and known values; if a parameter is split by
+        direction, its value becomes the nominal value of both, but is not known. A level that is
+        split loses its bounds too: each of the two contains the constant force.
     quadratic : bool
         A further rung adds ``Fq dq |dq|`` to the directional law.
     stribeck : float, optional
@@ -56,7 +56,7 @@ def friction_ladder(
     Raises
     ------
     UsageError
-        It is no axis, or the Stribeck velocity is not positive.
+        The object is not an axis, or the Stribeck velocity is not positive.
     """
     check_axis(axis)
     if stribeck is not None and not 0 < number(stribeck, "the Stribeck velocity") < math.inf:
@@ -64,7 +64,7 @@ def friction_ladder(
             f"the Stribeck velocity is {stribeck!r}. Give a positive number.",
             code="axis",
         )
-    parameters = _friction_parameters(axis)  # nothing is multiplied out for them
+    parameters = _friction_parameters(axis)  # these terms need no expansion
     rests = [(term, _rest(term, parameters)) for term in sympy.Add.make_args(axis.force)]
     kept = [rest for _, rest in rests if rest != 0]
     friction = [term - rest for term, rest in rests if rest != term]
@@ -79,9 +79,10 @@ def friction_ladder(
 
 
 def _friction_parameters(axis: Axis) -> AbstractSet[sympy.Symbol]:
-    """Parameters of forces that depend on the velocity alone.
+    """Return the parameters of forces that depend on the velocity alone.
 
-    A parameter that also stands in a term that stays (a mass in a constant weight) is none.
+    A parameter that also occurs in a term that stays (a mass in a constant weight) is not one of
+    them.
     """
     q = axis.coordinate
     slopes = {p.symbol: axis.force.diff(p.symbol) for p in axis.parameters}
@@ -94,7 +95,7 @@ def _friction_parameters(axis: Axis) -> AbstractSet[sympy.Symbol]:
 
 
 def _rest(term: sympy.Expr, parameters: AbstractSet[sympy.Symbol]) -> sympy.Expr:
-    """What a term is without some parameters."""
+    """Return a term without the given parameters."""
     linear = {p for p in term.free_symbols & parameters if vanishes(term.diff(p, 2))}
     rest = where(term, linear)
     if rest is None or rest.free_symbols & parameters:
@@ -113,7 +114,7 @@ def _laws(
     quadratic: bool,
     stribeck: float | None,
 ) -> dict[str, list[_Term]]:
-    """What each rung adds to what stays."""
+    """Return the terms that each rung adds to the terms that stay."""
     q = axis.coordinate
     taken = axis.taken_names | {str(s).lower() for term in kept for s in term.free_symbols}
     speed, sign = q.velocity, sympy.sign(q.velocity)
@@ -121,7 +122,7 @@ def _laws(
     ahead, back = (1 + sign) / 2, (1 - sign) / 2
 
     def term(name: str, unit: str, factor: sympy.Expr) -> _Term:
-        """A term by the axis's own parameter, or by a new one that nothing else is named like."""
+        """Return a term with the axis's own parameter, or with a new, unused one."""
         own = _declared(axis, friction, factor)
         return own or Parameter(fresh_name(name, taken), unit), factor
 
@@ -131,7 +132,7 @@ def _laws(
         term("F0", force, sympy.S.One),
     ]
     (viscous, _), (coulomb, _), _ = basic
-    # Of one direction a level has the constant force in it, of whatever sign.
+    # A level of one direction contains the constant force, and may have either sign.
     level = replace(coulomb, lower=-math.inf, upper=math.inf)
     directional = [
         (_declared(axis, friction, factor) or _one_way(undirected, suffix, taken), factor)
@@ -180,7 +181,7 @@ def _is_law(axis: Axis, friction: list[sympy.Expr], law: list[_Term]) -> bool:
 
 
 def _terms(axis: Axis, force: sympy.Expr, symbols: Sequence[sympy.Symbol]) -> Terms:
-    """A force over functions of the motion, the same one however it is written."""
+    """Return a force as functions of the motion, equal for every form in which it is written."""
     velocity = axis.coordinate.velocity
     return force_terms(with_direction(with_numbers(force), velocity), velocity, symbols)
 
@@ -199,7 +200,7 @@ def _rung(axis: Axis, kept: list[sympy.Expr], law: str, terms: list[_Term]) -> A
 
 
 def _declared(axis: Axis, friction: list[sympy.Expr], factor: sympy.Expr) -> Parameter | None:
-    """The parameter that the axis itself gives a term, if that is all it does."""
+    """Return the parameter that the axis itself gives a term, if the parameter is in no other."""
     symbols = {p.symbol for p in axis.parameters}
     for p in axis.parameters:
         own = [term - _rest(term, {p.symbol}) for term in friction if p.symbol in term.free_symbols]
@@ -210,9 +211,10 @@ def _declared(axis: Axis, friction: list[sympy.Expr], factor: sympy.Expr) -> Par
 
 
 def _one_way(parameter: Parameter, suffix: str, taken: set[str]) -> Parameter:
-    """The parameter for one direction: ``Fvp`` for positive velocity, ``Fvm`` for negative.
+    """Return the parameter for one direction: ``Fvp`` for positive velocity, ``Fvm`` for negative.
 
-    A value known of the undirected one is a mean of the two, and says of neither how sure it is.
+    The known value of the undirected parameter is a mean of the two, and gives no uncertainty of
+    either.
     """
     name = fresh_name(f"{parameter.name}{suffix}", taken)
     return replace(parameter, name=name, known=None, known_sd=0.0)

@@ -1,6 +1,7 @@
 """The equations of an axis's internal states, each checked, and the axis at rest.
 
-At rest the equation of motion tells, term by term, what a motion starts from and comes back to.
+At rest the equation of motion gives, term by term, the forces from which a motion starts and to
+which it returns.
 """
 
 import math
@@ -21,7 +22,8 @@ from axisid.modeling.quantities import (
     with_numbers,
     with_own_symbols,
 )
-from axisid.support.errors import ModelError, refuse
+from axisid.support.checks import refuse
+from axisid.support.errors import ModelError
 
 from .inverse import directed
 
@@ -29,7 +31,7 @@ from .inverse import directed
 def forces_at_rest(
     axis: Axis, parameters: Sequence[float], position: float, recorded: Sequence[float]
 ) -> tuple[tuple[str, float], ...]:
-    """The terms of the equation of motion, each with its force at rest; NaN where it has none.
+    """Return the terms of the equation of motion, each with its force at rest; NaN without a value.
 
     Parameters
     ----------
@@ -50,7 +52,7 @@ def forces_at_rest(
 def motion_point(
     axis: Axis, parameters: Sequence[float], motion: tuple[float, float], recorded: Sequence[float]
 ) -> dict[sympy.Symbol, float]:
-    """Numbers for the symbols of a force that is not accelerated."""
+    """Return numbers for the symbols of a force without acceleration."""
     q = axis.coordinate
     symbols = (*(p.symbol for p in axis.parameters), *axis.signal_symbols)
     named = dict(zip(symbols, (*parameters, *recorded), strict=True))
@@ -65,11 +67,11 @@ class StateEquation:
     ----------
     symbol : sympy.Symbol
     rate : sympy.Expr
-        Its rate of change, but where it is at its limit.
+        Its rate of change, except at its limit.
     limit : sympy.Expr or None
-        Where it stays while the velocity drives it on.
+        Value at which it stays while the velocity drives it further.
     start : sympy.Expr
-        By the parameters.
+        Its start, as a function of the parameters.
     """
 
     symbol: sympy.Symbol
@@ -79,13 +81,13 @@ class StateEquation:
 
 
 def state_equations(axis: Axis) -> tuple[StateEquation, ...]:
-    """The equations of an axis's states, by name.
+    """Return the equations of an axis's states, by name.
 
     Raises
     ------
     ModelError
-        A state changes at rest, or depends on what it must not; or the axis has what a loop with
-        states is not simulated with.
+        A state changes at rest, or depends on a symbol that is not allowed; or the axis has a
+        property with which a loop with states cannot be simulated.
     """
     if not axis.states:
         return ()
@@ -108,11 +110,11 @@ def state_equations(axis: Axis) -> tuple[StateEquation, ...]:
 
 
 def state_limits(axis: Axis) -> tuple[tuple[StatePart, Callable[[Sequence[float]], float]], ...]:
-    """What the states are declared by that may not be any number, as functions of parameters (p,).
+    """Return the declared amounts of states that have a range, as functions of parameters (p,).
 
-    What is no real number is told as NaN.
+    A value that is not a real number is NaN.
     """
-    if not axis.states:  # asked at each simulation, and symbols take long to make
+    if not axis.states:  # evaluated at each simulation, and symbols are slow to make
         return ()
     places = {p.symbol: place for place, p in enumerate(axis.parameters)}
 
@@ -126,7 +128,7 @@ def state_limits(axis: Axis) -> tuple[tuple[StatePart, Callable[[Sequence[float]
 
 
 def in_direction(value: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
-    """An expression that is smooth in one friction direction, ``Abs(dq)`` being the velocity's."""
+    """Return an expression in one friction direction, where ``Abs(dq)`` is smooth too."""
 
     def along(node: sympy.Expr) -> sympy.Expr:
         factor, power = node.args[0].as_independent(velocity, as_Add=False)

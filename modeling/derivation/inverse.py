@@ -1,7 +1,7 @@
-"""The inverse dynamic model: friction at rest, and its regressor with the proof that it is one.
+"""The inverse dynamic model: friction at rest, and its regressor with a proof of linearity.
 
-Coulomb friction is set-valued at rest, so ``sign(dq)`` is replaced by the *friction direction*:
-+1 or -1 while the axis slides, and between them while it sticks, such that the forces balance
+Coulomb friction is set-valued at rest, so ``sign(dq)`` is replaced by the *friction direction*: +1
+or -1 while the axis slides, and between them while it sticks, so that the forces balance
 (Filippov). With it the model is smooth in each mode, and holds row by row for a stuck axis too.
 
 Most axes are linear in all parameters. Some have a few that enter nonlinearly (a Stribeck velocity,
@@ -27,12 +27,12 @@ from axisid.support.errors import ModelError
 
 
 def with_direction(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
-    """Rewrite what jumps where the velocity changes its sign by the friction direction.
+    """Rewrite jumps at a change of the velocity's sign by the friction direction.
 
-    The force must be affine in the direction, as Filippov's convex combination at rest is. What is
-    a polynomial in it becomes that by ``direction**2 = 1``, which holds while sliding: each
-    direction keeps its value, and nothing is multiplied out. What is continuous at rest, such as
-    ``Abs(dq)``, stays.
+    The force must be affine in the direction, like Filippov's convex combination at rest. A
+    polynomial in the direction becomes affine by ``direction**2 = 1``, which holds while sliding:
+    each direction keeps its value, and nothing is multiplied out. Terms that are continuous at
+    rest, such as ``Abs(dq)``, stay.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def with_direction(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
 
 
 def directed(node: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr:
-    """A step or a choice by the friction direction, if the velocity's sign alone decides it."""
+    """Return a step or a choice by the friction direction, if it alone decides."""
     if isinstance(node, sympy.Piecewise):
         return _directed_choice(node, velocity)
     factor = _factor(node.args[0], velocity)
@@ -105,7 +105,7 @@ def _directed_choice(node: sympy.Piecewise, velocity: sympy.Symbol) -> sympy.Exp
 def _sides(
     condition: sympy.Basic, velocity: sympy.Symbol
 ) -> tuple[sympy.Basic, sympy.Basic] | None:
-    """A condition in either direction; None if no relation in it is decided by the direction."""
+    """Return a condition in either direction; None if the direction decides no relation in it."""
     found: dict[int, dict[sympy.Basic, sympy.Basic]] = {1: {}, -1: {}}
     for relation in condition.atoms(Relational):
         for side, replaced in found.items():
@@ -120,7 +120,7 @@ def _sides(
 
 
 def _factor(argument: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr | None:
-    """What multiplies an odd power of the velocity; None if the argument is no such product."""
+    """Return the factor of an odd power of the velocity; None for another argument."""
     factor, power = argument.as_independent(velocity, as_Add=False)
     base, exponent = power.as_base_exp()
     odd = base == velocity and exponent.is_Integer and exponent % 2
@@ -128,7 +128,7 @@ def _factor(argument: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr | None:
 
 
 def _affine(ahead: sympy.Expr, back: sympy.Expr) -> sympy.Expr:
-    """What has a value for each direction; to the last digit, since the other is times 0."""
+    """Combine the values of two directions exactly: the other value is times 0."""
     if ahead == back:
         return ahead
     if ahead == -back:
@@ -146,13 +146,13 @@ class Regressor:
     Attributes
     ----------
     columns : tuple of sympy.Expr
-        One per parameter, the derivative of the force; without parameters in them if the axis is
-        linear.
+        One per parameter, the derivative of the force; free of parameters if the axis is linear.
     intercept : sympy.Expr
-        What the columns leave over: the part that no parameter scales, if the axis is linear.
+        The remaining part of the force: the known part, which no parameter scales, if the axis is
+        linear.
     nonlinear : tuple of sympy.Symbol
-        The parameters that enter nonlinearly, in the axis's order; empty for a linear axis.
-        Of the parameters, only these and the weights of their terms are in the columns.
+        The parameters that enter nonlinearly, in the axis's order; empty for a linear axis. The
+        columns contain no parameters except these and the weights of their terms.
     """
 
     columns: tuple[sympy.Expr, ...]
@@ -167,15 +167,15 @@ def inverse_regressor(
 ) -> Regressor:
     """Split the inverse dynamics into its regressor and its intercept.
 
-    A parameter is nonlinear if the derivative by it depends on it. In the others the force
-    must be affine together, which it is exactly when no derivative by one of them has another.
+    A parameter is nonlinear if the derivative by it depends on it. In the others the force must be
+    jointly affine, which holds exactly when no derivative by one of them contains another.
 
     Parameters
     ----------
     force : sympy.Expr
     parameters : tuple of sympy.Symbol
     held : tuple of sympy.Symbol
-        Parameters that count as nonlinear however they enter, as where friction remembers.
+        Parameters that count as nonlinear however they enter, as for friction with internal state.
 
     Raises
     ------

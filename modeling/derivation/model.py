@@ -1,4 +1,4 @@
-"""From the declared axis to its models: the whole derivation in one function."""
+"""Derive the models of a declared axis: the whole derivation in one function."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,7 +8,8 @@ import sympy
 
 from axisid.modeling.declaration import Axis, check_axis
 from axisid.modeling.quantities import parse_unit, vanishes, with_numbers, with_own_symbols
-from axisid.support.errors import Missing, ModelError
+from axisid.support.errors import ModelError
+from axisid.support.missing import Missing
 
 from .base_model import BaseModel, base_model, declared_as_base
 from .direct import (
@@ -22,7 +23,7 @@ from .friction_states import StateEquation, in_direction, state_equations
 from .inverse import Regressor, inverse_regressor, with_direction
 from .null_space import NullSpaceVector, unidentifiable_directions
 
-_MOST_TRIES = 4  # with points at which the force in base parameters was another one
+_MOST_TRIES = 4  # with points at which the force in base parameters differed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,9 +33,10 @@ class AxisModel:
     Attributes
     ----------
     base : BaseModel
-        What was declared, and its base parameters.
+        The declared axis, and its base parameters.
     axis : Axis
-        The axis in its base parameters; those declared if they are told apart and enter linearly.
+        The axis in its base parameters, which are the declared ones if these are distinguishable
+        and enter linearly.
     force : sympy.Expr
         Inverse dynamics with the friction direction in place of ``sign(dq)``.
     inertia : sympy.Expr
@@ -42,17 +44,18 @@ class AxisModel:
     acceleration : sympy.Expr
         Direct dynamics.
     idm : Regressor
-        Of the inverse model; one column per parameter.
+        Regressor of the inverse model; one column per parameter.
     ddm : Regressor or Missing
-        Of the direct model; missing where the acceleration is linear in no finite parameter set.
+        Regressor of the direct model; missing if the acceleration is linear in no finite parameter
+        set.
     parameter_map : ParameterMap or Missing
         Between ``theta_ddm`` and the parameters; missing with `ddm`.
     unidentifiable : tuple of dict
-        Changes of the parameters of a partially linear axis that no motion shows; for a linear one
-        `base` has them.
+        Changes of the parameters of a partially linear axis that no motion shows; for a linear axis
+        they are in `base`.
     states : tuple of StateEquation
-        Of friction that remembers. The models then have the states' symbols in them, and the
-        inverse regressor is the slope of the force by the parameters, the states held.
+        Internal states of friction. The models then contain the states' symbols, and the inverse
+        regressor is the slope of the force by the parameters at fixed states.
     """
 
     base: BaseModel
@@ -67,19 +70,19 @@ class AxisModel:
     states: tuple[StateEquation, ...] = ()
 
     def at_start(self, value: sympy.Expr) -> sympy.Expr:
-        """An expression of the models where the states start."""
+        """Return an expression of the models with the states at their start."""
         return value.xreplace({state.symbol: state.start for state in self.states})
 
 
 def derive(axis: Axis) -> AxisModel:
     """Derive the inverse and direct models, their regressors and the map between them.
 
-    Where parameters enter as products, or are not told apart, the models are in base parameters.
+    If parameters enter as products, or are not distinguishable, the models are in base parameters.
 
     Raises
     ------
     UsageError
-        It is no axis.
+        The object is not an axis.
     ModelError
         The equation of motion is not linear in the parameters or the acceleration, or jumps with
         the velocity in a way that is not friction.
@@ -97,7 +100,7 @@ def derive(axis: Axis) -> AxisModel:
 
 
 def _derived(declared: Axis, states: tuple[StateEquation, ...]) -> AxisModel:
-    """The models, in base parameters, or with internal states in those that were declared."""
+    """Return the models in base parameters, or in declared ones with internal states."""
     balance = _balance(declared)
     if states:
         base = declared_as_base(declared)
@@ -136,10 +139,10 @@ def _derived(declared: Axis, states: tuple[StateEquation, ...]) -> AxisModel:
 
 
 def _checked_base(declared: Axis, balance: sympy.Expr) -> tuple[BaseModel, sympy.Expr]:
-    """Base parameters in which the force is the declared one, and the force in them.
+    """Return base parameters in which the force is the declared one, and the force in them.
 
-    Points at which it is another one show what was merged wrongly. If there are ever more of them,
-    nothing is merged.
+    Points at which the force differs show which parameters were merged wrongly. If new points keep
+    appearing, nothing is merged.
     """
     differing: list[Mapping[sympy.Symbol, Any]] = []
     for _ in range(_MOST_TRIES):
@@ -160,7 +163,7 @@ def _checked_base(declared: Axis, balance: sympy.Expr) -> tuple[BaseModel, sympy
 
 
 def _balance(axis: Axis) -> sympy.Expr:
-    """The declared force, the friction direction in it; it has an inertia."""
+    """Return the declared force by the friction direction; it must have an inertia."""
     q = axis.coordinate
     force = with_direction(with_numbers(axis.force), q.velocity)
     if vanishes(inertia_of(force, q)):

@@ -1,7 +1,7 @@
-"""Changes of the parameters that no motion shows, and what several records show together.
+"""Changes of the parameters that no motion shows, and the combinations that several records show.
 
-What parameters do to the force may be one function of the motion, or functions that add up to
-nothing. No experiment separates them then: only combinations of them are identifiable.
+Several parameters may multiply the same function of the motion, or functions whose sum is zero. No
+experiment separates them then: only combinations of them are identifiable.
 """
 
 import contextlib
@@ -35,9 +35,9 @@ from .inverse import Regressor
 #: Maps parameters to the weights of a change that no motion shows.
 NullSpaceVector: TypeAlias = dict[sympy.Symbol, sympy.Expr]
 
-_PLACES, _STEPS = 101, (37, 59)  # a prime, and how two points walk through its fractions
-_FAR = 1000.0  # times, at most, the nominal values
-_MOST_PRODUCTS = 20_000  # of one term of each sum, above which no direction is found in symbols
+_PLACES, _STEPS = 101, (37, 59)  # a prime, and the steps of two points through its fractions
+_FAR = 1000.0  # times the nominal values, at most
+_MOST_PRODUCTS = 20_000  # of one term of each sum, above which no symbolic direction is computed
 
 
 def null_space(
@@ -46,7 +46,7 @@ def null_space(
     parameters: Sequence[Parameter],
     known: AbstractSet[sympy.Symbol] = frozenset(),
 ) -> tuple[NullSpaceVector, ...]:
-    """Directions in which sums of products of parameters do not change, those known held.
+    """Return directions in which sums of products of parameters do not change, known ones fixed.
 
     Parameters
     ----------
@@ -61,7 +61,8 @@ def null_space(
     Returns
     -------
     tuple of dict
-        In the parameters; where that is too large, with decimals, those at the nominal values.
+        Directions as functions of the parameters; if these are too large, decimals at the nominal
+        values.
     """
     free = [p.symbol for p in parameters if p.symbol not in known]
     ring = QQ[tuple(p.symbol for p in parameters)]
@@ -83,7 +84,7 @@ def null_space(
 
 
 def _as_decimals(direction: NullSpaceVector) -> NullSpaceVector:
-    """A direction that holds at the nominal values: decimals say that."""
+    """Return a direction that holds at the nominal values only, with decimals to show this."""
     return {p: sympy.Float(weight) for p, weight in direction.items()}
 
 
@@ -92,9 +93,9 @@ def _kernel(
     symbols: Sequence[sympy.Symbol],
     ring: PolynomialRing,
 ) -> Iterator[NullSpaceVector]:
-    """What rows of polynomials or numbers map to nothing, in polynomials that share no factor.
+    """Return the kernel of rows of polynomials or numbers, in polynomials without a common factor.
 
-    Their coefficients are whole; of weights that are numbers the last is 1.
+    Their coefficients are whole numbers; if the weights are numbers, the last is 1.
     """
     field = ring.get_field()
     table = [[field.convert(weight) for weight in row] for row in rows]
@@ -121,12 +122,12 @@ def _kernel(
 def unidentifiable_directions(
     regressor: Regressor, parameters: Sequence[Parameter], coordinate: Coordinate
 ) -> tuple[NullSpaceVector, ...]:
-    """Null space, over all motions, of the regressor of a partially linear axis.
+    """Return the null space, over all motions, of the regressor of a partially linear axis.
 
-    Its columns have parameters in them, so that ``exp(b) dq`` and ``a exp(b) dq`` look like two
+    Its columns contain parameters, so that ``exp(b) dq`` and ``a exp(b) dq`` look like two
     functions of the motion. They are compared at the nominal values of the parameters, and at
-    values near them and far from them, since two functions may agree at one point by accident.
-    For a linear axis the base parameters show these directions.
+    values near them and far from them, since two functions may agree at one point by accident. For
+    a linear axis the base parameters show these directions.
 
     Parameters
     ----------
@@ -139,8 +140,8 @@ def unidentifiable_directions(
     Returns
     -------
     tuple of dict
-        With rational weights where these are the same at all points, else with decimals, those at
-        the nominal values.
+        Directions with rational weights if these are equal at all points, otherwise with decimals
+        at the nominal values.
     """
     if not regressor.nonlinear:
         return ()
@@ -165,7 +166,7 @@ def _directions(
     coordinate: Coordinate,
     points: Sequence[Mapping[sympy.Symbol, sympy.Expr]],
 ) -> Iterator[tuple[NullSpaceVector, ...]]:
-    """The null space at each point at which the regressor has values."""
+    """Return the null space at each point at which the regressor has values."""
     for point in points:
         with contextlib.suppress(NotRealError):
             rows = reduced_functions(regressor.columns, coordinate.velocity, point).rows
@@ -173,7 +174,7 @@ def _directions(
 
 
 def nominal_point(parameters: Sequence[Parameter]) -> Mapping[sympy.Symbol, sympy.Expr]:
-    """The nominal values of the parameters, or 1 within the bounds where these are 0."""
+    """Return the nominal values of the parameters, or 1 within the bounds for a value of 0."""
     return {p.symbol: sympy.Rational(str(_near(p))) for p in parameters}
 
 
@@ -185,7 +186,7 @@ def _near(parameter: Parameter) -> float:
 def _far_points(
     parameters: Sequence[Parameter],
 ) -> Iterator[Mapping[sympy.Symbol, sympy.Expr]]:
-    """Values that are much larger or smaller than the nominal ones, and the other way round."""
+    """Return values that are much larger or smaller than the nominal ones, in both assignments."""
     for sign in (1, -1):
         point = {}
         for i, p in enumerate(parameters):
@@ -198,7 +199,7 @@ def _far_points(
 def generic_points(
     parameters: Sequence[Parameter],
 ) -> tuple[Mapping[sympy.Symbol, sympy.Expr], ...]:
-    """Numbers for the parameters that have nothing to do with each other, several times.
+    """Return independent numbers for the parameters, several times.
 
     Within the bounds, near the nominal value if there is one.
     """
@@ -213,13 +214,13 @@ def generic_points(
     return tuple(points)
 
 
-#: Powers of declared parameters by name, and the number of the record if the product is its own.
+#: Powers of declared parameters by name, and the record's number if the product is local to it.
 Product = tuple[tuple[tuple[str, int], ...], int | None]
 _LONGEST_NAME = 28
 
 
-#: The place of the product that leads a parameter of several records, it, and how it is made: empty
-#: of one that is declared.
+#: The place of the product that leads a parameter of several records, the parameter, and its
+#: expression, which is empty for a declared one.
 CommonParameter = tuple[int, Parameter, str]
 
 
@@ -235,10 +236,10 @@ def common_parameters(
     Parameters
     ----------
     axis : Axis
-        Whose parameters the products are of.
+        Axis whose parameters form the products.
     products : sequence of Product
     single : sequence of Parameter or None
-        Of products that are a parameter by themselves.
+        Parameters of products that consist of a single parameter.
     rows : sequence of list of Fraction
     taken : set of str
         Names in lower case that no new parameter may have; new ones are added.
@@ -272,7 +273,7 @@ def _made(
     declared: dict[str, Parameter],
     taken: set[str],
 ) -> Parameter:
-    """A parameter that is none of the declared ones."""
+    """Return a parameter that is none of the declared ones."""
     name = "_plus_".join(
         "_".join(f"{n}{e if e > 1 else ''}" for n, e in powers)
         + ("" if record is None else f"_{record + 1}")

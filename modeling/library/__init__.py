@@ -1,4 +1,4 @@
-"""Axes that ship: one module each, each with one `Axis` called ``axis``.
+"""Axes that ship: one module each, each with one `Axis` named ``axis``.
 
 In: a name. Out: its `Axis`. Knows nothing of what is derived of it.
 """

@@ -1,7 +1,7 @@
-"""Vertical slide whose weight a pneumatic cylinder bears; its pressure is recorded.
+"""Vertical slide with a weight balanced by a pneumatic cylinder, whose pressure is recorded.
 
-The pressure swings as the reservoir is fed and as the slide moves. It stands in the equation of
-motion as it was recorded, so that the area on which it acts is told from the weight.
+The pressure varies as the reservoir is fed and as the slide moves. The recorded pressure enters the
+equation of motion, so that the area on which it acts can be distinguished from the weight.
 """
 
 import sympy

@@ -1,4 +1,4 @@
-"""A toothed-belt axis driven through a gear, its friction unlike in the two directions.
+"""A toothed-belt axis driven through a gear, with friction that differs between directions.
 
 Figures typical of a pick-and-place axis: a gear of 5, a pulley of 30 mm radius, a motor of
 0.45 N m/A whose inertia of 1.8 kg cm^2, 5 kg at the carriage, is known from its data sheet.

@@ -1,9 +1,10 @@
 """A linear motor whose force constant depends on the position, with cogging.
 
 Figures typical of an iron-core motor of 16 mm pole pitch (as in [Gieras2012]_): 58 N/A on average,
-a ripple of 3 % known from the back-EMF, cogging of a few newtons. The profile divides the
-force balance, so that every parameter stays linear: exact for a known profile, which is not itself
-identified here. As the nominal force sees an inertia of the position, there is no direct regressor.
+a ripple of 3 % known from the back-EMF, cogging of a few newtons. The profile divides the force
+balance, so that every parameter stays linear: this is exact for a known profile, which is not
+identified here. Because the inertia relative to the nominal force depends on the position, there is
+no direct regressor.
 """
 
 import sympy

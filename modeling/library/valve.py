@@ -1,11 +1,11 @@
-"""A spring-loaded valve actuator: preload, a hardening spring, a packing that sticks, end stops.
+"""A spring-loaded valve actuator: preload, a hardening spring, a sticking packing, end stops.
 
 Figures typical of a small electric valve of 20 mm stroke on a moving coil of 22 N/A, which the
 spring closes; 0 is the middle of the stroke, where the spring pushes with its preload. The stops
-are beyond the experiment's stroke: they are there for simulations that hit them. The amplifier
-makes no force within 0.1 A of 0 and acts 0.3 ms, three cycles of the law, after its command: what
-its data sheet says is declared of the drive, not identified. The packing sticks by a third of its
-friction, which only slow strokes show.
+are beyond the experiment's stroke: they are intended for simulations that reach them. The amplifier
+makes no force within 0.1 A of 0 and acts 0.3 ms, three cycles of the law, after its command: these
+figures of its data sheet are declared with the drive, not identified. The stiction of the packing
+is a third of its friction, which only slow strokes show.
 """
 
 from axisid.control import cascade_pd_averaged
@@ -13,7 +13,7 @@ from axisid.elements import coulomb, cubic_spring, end_stop, offset, spring, str
 from axisid.modeling.declaration import Drive, Experiment, Move, newton
 from axisid.modeling.quantities import Coordinate, Parameter
 
-# Reversals all over the stroke, m: at its ends alone they would bias the stiffness.
+# Reversals distributed over the stroke, m: at its ends alone they would bias the stiffness.
 STROKES = (-0.008, 0.014, -0.008, 0.01, -0.014, 0.006)
 
 q = Coordinate("q", unit="m")

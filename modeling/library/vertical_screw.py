@@ -1,9 +1,9 @@
 """A vertical ball-screw axis with gravity and a pneumatic counterbalance: the Z axis of a mill.
 
 Figures typical of a machining centre (feed drives are in [Altintas2012]_): a screw of 10 mm pitch
-on a motor of 1.2 N m/A. The inertia of motor and screw, 1260 kg at the slide, is known from
-their data sheets; without that neither it nor the mass could be told from the other, nor the weight
-from the counterbalance, whose force falls by its rate as the slide rises.
+on a motor of 1.2 N m/A. The inertia of motor and screw, 1260 kg at the slide, is known from their
+data sheets; otherwise it could not be distinguished from the mass, nor the weight from the
+counterbalance, whose force falls by its rate as the slide rises.
 """
 
 import math

@@ -1,7 +1,7 @@
-"""Axes by their name in the library, or from a file of the user's.
+"""Axes by their name in the library, or from a user's file.
 
-A Python file is run. TOML says the same as data, and nothing in it is run: expressions are text,
-read by `read_expression`. All mistakes of a TOML file are told at once.
+A Python file is run. A TOML file declares the same as data, and nothing in it is run: expressions
+are text, read by `read_expression`. All mistakes of a TOML file are reported at once.
 """
 
 import contextlib
@@ -62,8 +62,10 @@ from axisid.modeling.quantities import (
     check_name,
     check_symbol,
 )
-from axisid.support.errors import DeclarationError, ModelError, quoted, refuse
+from axisid.support.checks import refuse
+from axisid.support.errors import DeclarationError, ModelError
 from axisid.support.files import axis_file
+from axisid.support.wording import quoted
 
 from .grammar import Elements, elements_along
 from .toml_table import Symbols, TomlTable, read_columns, read_toml
@@ -72,7 +74,7 @@ from .toml_table import Symbols, TomlTable, read_columns, read_toml
 def load_axis(name: str | Path) -> Axis:
     """Return a library axis by name, or the axis declared in a Python or TOML file.
 
-    A Python file is run as a program is: load those that you trust. A TOML file is only read.
+    A Python file is run as a program: load only files that you trust. A TOML file is only read.
 
     Parameters
     ----------
@@ -85,7 +87,7 @@ def load_axis(name: str | Path) -> Axis:
     ModelError
         There is no such axis, or the file does not import or declares none.
     DeclarationError
-        The TOML file cannot be read, or with all that is wrong in it.
+        The TOML file cannot be read, or has mistakes, all of which are named.
     """
     if not isinstance(name, (str, Path)):
         raise ModelError(
@@ -105,7 +107,7 @@ def load_axis(name: str | Path) -> Axis:
             "writes a first file",
         ),
         (
-            not os.path.isfile(file),  # which takes any name
+            not os.path.isfile(file),  # a name that accepts anything
             f"there is no axis file {str(file)!r}, or it is not a regular file. Check the path",
         ),
         code="axis-file",
@@ -116,11 +118,11 @@ def load_axis(name: str | Path) -> Axis:
 
 
 def _run(file: Path) -> dict[str, Any]:
-    """Names that the file binds. It is run from its text: compiled files may be of an older one."""
+    """Return the names that the file binds, run from its text: compiled files may be older."""
     folder = str(file.resolve().parent)
     sys.path.insert(0, folder)
     try:
-        # What the file prints must not get between the results on standard output.
+        # The file's own output must not mix with the results on standard output.
         with contextlib.redirect_stdout(sys.stderr):
             return runpy.run_path(str(file), run_name=f"axisid_user_{file.stem}")
     except ModelError as error:
@@ -143,9 +145,9 @@ def _line(error: BaseException, file: Path) -> str:
 
 
 def _only_axis(bound: dict[str, Any], file: Path, variable: str) -> Axis:
-    """The axis of a variable; else the one there is, or of several the one called ``axis``."""
+    """Return the axis of a variable, else the only one, or of several the one named ``axis``."""
     axes = {name: value for name, value in bound.items() if isinstance(value, Axis)}
-    is_one = len({id(axis) for axis in axes.values()}) == 1  # under several names, maybe
+    is_one = len({id(axis) for axis in axes.values()}) == 1  # possibly under several names
     wanted = variable or (next(iter(axes)) if is_one else "axis")
     refuse(
         ModelError,
@@ -164,15 +166,15 @@ _AT_REST = {str(s): s for s in (MEASURED_POSITION, REFERENCE, BALANCED)}
 
 
 def read_control(root: TomlTable, recorded: Symbols, constants: Symbols) -> ControlLaw | None:
-    """The control law of the table ``control``, if there is one; wrong ones are mistakes.
+    """Return the control law of the table ``control``, if there is one; errors become mistakes.
 
     Parameters
     ----------
     root : TomlTable
     recorded : mapping of str to sympy.Symbol
-        The signals that it may read.
+        Signals that it may read.
     constants : mapping of str to sympy.Symbol
-        Those of the declaration, which it may have.
+        Constants of the declaration that it may contain.
     """
     if "control" not in root.values:
         return None
@@ -194,7 +196,7 @@ def read_control(root: TomlTable, recorded: Symbols, constants: Symbols) -> Cont
     following = {**symbols, **outputs}
     kept = memory.each(Memory, symbols=following, own={"start": at_rest})
     inside = [each for block in blocks.values() for each in block.memory]
-    # What is wrong of a gain or a memory has been told, and a gain of 1 stands for it.
+    # Mistakes in a gain or a memory are reported already; a gain of 1 is used for it.
     wrong = (name for name in names if kept.get(name) is None)
     given = {
         "gains": {**dict.fromkeys(wrong, 1.0), **gains.read_all(gains.values, float)},
@@ -205,7 +207,7 @@ def read_control(root: TomlTable, recorded: Symbols, constants: Symbols) -> Cont
 
 
 def _shipped_law(table: TomlTable, symbols: Symbols) -> ControlLaw | None:
-    """A law of the library by its name, with the arguments of its function and its timing."""
+    """Return a library law by its name, with the arguments of its function and its timing."""
     law = table.chosen("law", LAWS, "law", ", or omit the law and write its output")
     if law is None:
         return None
@@ -221,7 +223,7 @@ def _shipped_law(table: TomlTable, symbols: Symbols) -> ControlLaw | None:
 
 
 def _blocks(table: TomlTable, symbols: Symbols, at_rest: Symbols) -> dict[str, Block]:
-    """The blocks that a law of one's own is made of, by name; each may read those before it."""
+    """Return the blocks of a user's law by name; each may use those before it."""
     found: dict[str, Block] = {}
     for name in table.values:
         table.attempt(name, partial(check_name, name, "it"))
@@ -243,7 +245,7 @@ _FORMULAS = ("force", "inverse")
 
 
 def read_drive(root: TomlTable, symbols: Symbols) -> Drive | None:
-    """The drive of the table ``drive``, if there is one; wrong ones are mistakes.
+    """Return the drive of the table ``drive``, if there is one; errors become mistakes.
 
     Parameters
     ----------
@@ -271,7 +273,7 @@ def read_drive(root: TomlTable, symbols: Symbols) -> Drive | None:
         for key in HIDDEN_FROM
         if isinstance(table.values.get(key), Mapping)
     }
-    # What is wrong with a table is said of it, and not of the drive too.
+    # A mistake in a table is reported for the table, and not for the drive too.
     given = {key: 0.0 if time is None else time for key, time in times.items()}
     formulas = {**symbols, str(DRIVE_GAIN): DRIVE_GAIN}
     return table.made(
@@ -288,7 +290,7 @@ def read_drive(root: TomlTable, symbols: Symbols) -> Drive | None:
 
 
 def _arguments(make: Callable[..., Drive]) -> dict[str, inspect.Parameter]:
-    """What a drive is told, with what it hands on to `Drive`, of which none is needed."""
+    """Return the arguments of a drive, with those passed on to `Drive`, all of them optional."""
     of_any = inspect.signature(Drive).parameters
     shared = {key: each.replace(default=None) for key, each in of_any.items()}
     known = {**shared, **inspect.signature(make).parameters}
@@ -306,7 +308,7 @@ _PARTS = (
     "columns",
     "experiment",
 )
-#: What makes an axis of the table of its equation of motion, and the keys there.
+#: The functions that make an axis from the table of its equation of motion, and the keys there.
 _EQUATIONS: Mapping[str, tuple[Callable[..., Axis], tuple[str, ...]]] = {
     "newton": (partial(newton, resistance=()), ("inertia", "resistance")),
     "lagrange": (lagrange, ("kinetic", "potential", "dissipation", "generalised_force")),
@@ -314,7 +316,7 @@ _EQUATIONS: Mapping[str, tuple[Callable[..., Axis], tuple[str, ...]]] = {
 
 
 def _axis(root: TomlTable) -> Axis | None:
-    """The axis, or None and mistakes; each part is read whatever is wrong with the others."""
+    """Return the axis, or None and mistakes; each part is read even if others are wrong."""
     root.only("name", "title", *_PARTS[:5], *_EQUATIONS, *_PARTS[5:])
     root.needs("name", "coordinate", "parameters", "drive")
     name = root.values.get("name", "axis")
@@ -367,7 +369,7 @@ def _axis(root: TomlTable) -> Axis | None:
 
 
 def _coordinate(root: TomlTable) -> Coordinate | None:
-    """The coordinate; where its unit is wrong, which has been told, one of its name."""
+    """Return the coordinate; with a wrong unit, which is reported already, one with its name."""
     if "coordinate" not in root.values:
         return None
     table = root.table("coordinate")
@@ -377,7 +379,7 @@ def _coordinate(root: TomlTable) -> Coordinate | None:
 
 
 def _constants(table: TomlTable, unknown: Symbols, recorded: Symbols, moving: Symbols) -> Symbols:
-    """Known numbers with a unit; `G` and `pi` too, of which `G` may be another gravity."""
+    """Return known numbers with a unit; `G` and `pi` too, of which `G` may be redefined."""
     symbols = {constant.name: constant.symbol for constant in (G, Constant(math.pi, "1", "pi"))}
     others = {**dict.fromkeys(unknown, "parameter"), **dict.fromkeys(recorded, "signal")}
     others |= dict.fromkeys(moving, "symbol of the motion")
@@ -396,7 +398,7 @@ _OF_FORCES = ("inertia", "resistance", "generalised_force")
 
 
 def _dynamics(root: TomlTable, symbols: Symbols, elements: Elements) -> Callable[..., Axis] | None:
-    """`newton` or `lagrange` with what its table says; without symbols none can be read."""
+    """Call `newton` or `lagrange` with the keys of its table; None without symbols."""
     given = [key for key in _EQUATIONS if key in root.values]
     if len(given) != 1:
         root.say("", f"the file has {len(given)} of the tables newton and lagrange. Give one.")
@@ -409,7 +411,7 @@ def _dynamics(root: TomlTable, symbols: Symbols, elements: Elements) -> Callable
         lambda **said: partial(declare, **said),
         symbols,
         arguments={key: known[key] for key in keys},
-        elements=dict.fromkeys(_OF_FORCES, elements),  # none is an energy
+        elements=dict.fromkeys(_OF_FORCES, elements),  # no energy is given
     )
 
 
@@ -426,7 +428,7 @@ def _experiment(root: TomlTable, unknown: Symbols, recorded: Symbols) -> Experim
 
 
 def _moves(table: TomlTable) -> tuple[Move, ...]:
-    """Moves one by one, or back and forth; one that stands in where there are none, a mistake."""
+    """Return moves one by one, or back and forth; without any, a substitute and a mistake."""
     stand_in = Move(1.0, 1.0, 1.0)
     given = [key for key in ("moves", "back_and_forth") if key in table.values]
     if len(given) != 1:

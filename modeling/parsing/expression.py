@@ -1,8 +1,8 @@
-"""Expressions that a user writes as text, read without running anything.
+"""Expressions that a user writes as text, read without running them.
 
 Text passes a whitelist of characters, Python's parser, and a whitelist of syntax, node by node;
-what it names must be declared. Length, nesting, powers and what expanding it would give are
-bounded, so that no text takes long. Every refusal says where.
+every name must be declared. Length, nesting, powers and the size after expansion are bounded, so
+that no text takes long. Every refusal names the place.
 """
 
 import ast
@@ -63,9 +63,9 @@ class ExpressionReader:
     ----------
     text : str
     start : int
-        Where in it the syntax begins.
+        Offset at which the syntax begins.
     symbols, elements : mapping
-        What it may name and call.
+        Symbols that it may name, and elements that it may call.
     """
 
     text: str
@@ -75,13 +75,13 @@ class ExpressionReader:
     _constants: ConstantValues = field(init=False, default_factory=ConstantValues)
 
     def read(self, tree: ast.expr) -> sympy.Expr:
-        """The expression of a whole text, of a size that can be derived."""
+        """Return the expression of a whole text, of a size that can be derived."""
         result = self._evaluated(tree, DEEPEST, _DEEPEST_CALLS)
         self._check_size(result)
         return result
 
     def _evaluated(self, node: ast.expr, depth: int, calls: int) -> sympy.Expr:
-        """Expression of a node that may be nested so deep, in so many functions."""
+        """Return the expression of a node, at a permitted depth of nesting and of functions."""
         if not depth:
             raise nested(*self._at(node))
         if isinstance(node, ast.Call) and not calls:
@@ -99,7 +99,7 @@ class ExpressionReader:
                 return _OPERATORS[type(op)](self._evaluated(operand, depth - 1, calls))
             case ast.BinOp(op=op) if type(op) in _OPERATORS:
                 return self._chain(node, depth, calls)
-            # Friction or a load, and no product of what is declared.
+            # Friction or a load, and not a product of declared symbols.
             case ast.Call(func=ast.Name(id=name)) if (
                 name in self.elements and name not in self.symbols
             ):
@@ -110,7 +110,7 @@ class ExpressionReader:
                 raise not_allowed(_shortened(ast.unparse(node)), *self._at(node))
 
     def _check_size(self, result: sympy.Expr) -> None:
-        """Refuse what would not stay small and real when it is derived."""
+        """Refuse an expression that would become too large or not real when derived."""
         in_exponents: set[sympy.Expr] = set()
         for count, node in enumerate(sympy.preorder_traversal(result)):
             if count > MOST_NODES:
@@ -155,7 +155,7 @@ class ExpressionReader:
         )
 
     def _chain(self, node: ast.BinOp, depth: int, calls: int) -> sympy.Expr:
-        """A sum or product of any length is one level deep, a power is one too."""
+        """Evaluate a sum or product of any length as one level, a power as one too."""
         kinds = next((kinds for kinds in _CHAINED if isinstance(node.op, kinds)), ())
         links: list[ast.BinOp] = [node]
         while isinstance(inner := links[-1].left, ast.BinOp) and isinstance(inner.op, kinds):
@@ -214,7 +214,7 @@ class ExpressionReader:
         return self._real(node, function.symbolic, *inner)
 
     def _element(self, node: ast.Call, name: str, depth: int, calls: int) -> sympy.Expr:
-        """Friction or a load by its name, its arguments like any expression."""
+        """Return friction or a load by its name, with expressions as arguments."""
         arguments = [self._evaluated(each, depth - 1, calls - 1) for each in node.args]
         if any(each.arg is None for each in node.keywords):
             raise not_allowed("**", *self._at(node))
@@ -231,7 +231,7 @@ class ExpressionReader:
         return made
 
     def _check_logarithm(self, node: ast.AST, exponent: sympy.Expr) -> None:
-        """SymPy makes x**n of exp(n log(x)), and would work out the n-th power of a number."""
+        """Refuse a large factor of a log in an exponent: SymPy turns exp(n log(x)) into x**n."""
         numbers = with_numbers(exponent).atoms(sympy.Number)
         if exponent.has(sympy.log) and any(abs(float(n)) > _LARGEST_POWER for n in numbers):
             raise TextError(
@@ -240,7 +240,7 @@ class ExpressionReader:
             )
 
     def _check_exponent(self, node: ast.expr, base: sympy.Expr, power: sympy.Expr) -> None:
-        """A power of constants is one number, and is looked at as such."""
+        """Refuse a large power of constants, which is one number and is checked as such."""
         value = self._constants.value(power)
         one_number = not power.is_Number and self._constants.value(base) is not None
         if value is not None and not one_number and not abs(value) <= _LARGEST_POWER:
@@ -253,7 +253,7 @@ class ExpressionReader:
     def _check_constants(
         self, node: ast.AST, operation: Callable[..., Any], *parts: sympy.Expr
     ) -> None:
-        """Refuse what is made of numbers and constants alone and is no number of a sane size."""
+        """Refuse an expression of numbers and constants alone without a value of permitted size."""
         values = [self._constants.value(part) for part in parts]
         if not all(value is not None for value in values):
             return
@@ -265,10 +265,10 @@ class ExpressionReader:
             )
 
     def _folded(self, node: ast.AST, operation: Callable[..., Any], *numbers: Any) -> sympy.Expr:
-        """Arithmetic of numbers in floating point: exact, it could take for ever.
+        """Evaluate numbers in floating point, because exact arithmetic could take very long.
 
-        A quotient of whole numbers that floating point holds stays one: ``1/2`` is the half of an
-        energy, and ``x**(1/2)`` a root.
+        A quotient of whole numbers that are exact in floating point is kept: ``1/2`` is the half of
+        an energy, and ``x**(1/2)`` a root.
         """
         value = self._number(node, operation, *map(float, numbers))
         if value == int(value) and abs(value) < _EXACT:
@@ -280,14 +280,14 @@ class ExpressionReader:
         return sympy.Float(value)
 
     def _number(self, node: ast.AST, operation: Callable[..., Any], *numbers: Any) -> float:
-        """What an operation of floats gives, or a refusal if that is no finite real number."""
+        """Return the result of an operation on floats; refuse one that is not finite and real."""
         value = self._tried(node, operation, *numbers)
         if isinstance(value, complex) or not math.isfinite(value):
             raise TextError(f"this number is {value}, not a finite real one.", *self._at(node))
         return float(value)
 
     def _real(self, node: ast.AST, make: Callable[..., Any], *parts: Any) -> sympy.Expr:
-        """What is made of expressions, or a refusal if that has no finite real value."""
+        """Return the result of an operation on expressions; refuse one without a real value."""
         result = self._tried(node, make, *parts)
         if any(part in _NOT_FINITE for part in (result, *result.args)):
             raise TextError("this has no finite real value.", *self._at(node))
@@ -297,12 +297,12 @@ class ExpressionReader:
         try:
             return make(*parts)
         except CANNOT as error:
-            # An overflow has a number before its words; a refusal is a sentence.
+            # An overflow has a number before its message; a refusal is a sentence.
             said = "".join(map(str, error.args[-1:])).rstrip(".")
             raise TextError(f"this has no value: {said}.", *self._at(node)) from error
 
     def _at(self, node: ast.AST) -> tuple[str, int]:
-        """The text, and where in it the node begins."""
+        """Return the text, and the offset in it at which the node begins."""
         return self.text, self.start + getattr(node, "col_offset", 0)
 
 
@@ -310,7 +310,7 @@ def _shortened(text: str) -> str:
     return text if len(text) < _SHOWN else f"{text[:_SHOWN]}..."
 
 
-# Of any text a number that runs into a name, such as ``2x``; and what no expression has.
+# A number followed directly by a name, such as ``2x``; and characters that no expression has.
 _RUN_ON = re.compile(r"(?<![\w.])((?:\d++\.?+\d*+|\.\d++)(?:[eE][+-]?\d++)?+)([\w.])", re.ASCII)
 _FOREIGN = re.compile(r"[^\w\s.+\-*/(),=]", re.ASCII)
 
@@ -320,20 +320,20 @@ def read_expression(
     symbols: Mapping[str, sympy.Symbol],
     elements: Elements = MappingProxyType({}),
 ) -> sympy.Expr:
-    """Return the expression that a text says.
+    """Return the expression that a text contains.
 
     Parameters
     ----------
     text : str
     symbols : mapping of str to sympy.Symbol
-        What it may name, beside ``pi``.
+        Symbols that it may name, in addition to ``pi``.
     elements : mapping of str to callable, optional
         Friction and loads that it may call; none by default.
 
     Raises
     ------
     TextError
-        It says something else, or too much.
+        It contains something else, or is too large.
     """
     if len(text) > _LONGEST:
         raise TextError(

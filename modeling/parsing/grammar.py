@@ -1,11 +1,11 @@
-"""Permitted expressions in a text, mistakes with their place, and the size of numbers.
+"""Grammar of expressions in a text, mistakes with their place, and the size of numbers.
 
 Its elements of friction and load, such as ``stribeck(Fs, x, velocity=0.01)``, are those of Python
-with the same arguments. A plain number takes the unit of its place there, which a number of an
-expression does not have.
+with the same arguments. A plain number as their argument takes the expected unit, whereas a number
+in an expression has no unit.
 
-SymPy works out what numbers and constants alone say once a constant's number is put in, to any size
-and in no bounded time; a float overflows instead.
+Once a constant's number is substituted, SymPy evaluates parts made of numbers and constants alone,
+to any size and without a bound on time; a float overflows instead.
 """
 
 import difflib
@@ -34,13 +34,13 @@ class TextError(UsageError):
     Parameters
     ----------
     reason : str
-        A sentence.
+        The reason, a sentence.
     text : str
-        All of it.
+        The whole text.
     offset : int
-        Of the offending character.
+        Offset of the offending character.
     code : str
-        Of the mistake.
+        Code of the mistake.
 
     Attributes
     ----------
@@ -67,12 +67,12 @@ class TextError(UsageError):
 
 
 def nearest(name: str, names: Collection[str]) -> str:
-    """The name that is most like another one, as a question; empty if none is."""
+    """Return the name most similar to another one, as a question; empty if there is none."""
     close = difflib.get_close_matches(name[:50], list(names), 1)
     return f" Did you mean {close[0]!r}?" if close else ""
 
 
-#: Levels that a text may be nested.
+#: Largest number of levels of nesting in a text.
 DEEPEST = 15
 
 
@@ -83,11 +83,11 @@ class Function:
     Attributes
     ----------
     symbolic : callable
-        Of SymPy expressions.
+        The function for SymPy expressions.
     number : callable
-        The same of floats.
+        The function for floats.
     arguments : int
-        How many.
+        Number of arguments.
     """
 
     symbolic: Callable[..., Any]
@@ -95,7 +95,7 @@ class Function:
     arguments: int = 1
 
 
-#: What text may call; code is generated for each of them.
+#: Functions that text may call; code is generated for each of them.
 FUNCTIONS = {
     "sin": Function(sympy.sin, math.sin),
     "cos": Function(sympy.cos, math.cos),
@@ -116,7 +116,7 @@ FUNCTIONS = {
     "max": Function(Max, max, 2),
 }
 
-#: SymPy classes of what text may say.
+#: SymPy classes of the nodes that text may produce.
 NODES = frozenset({sympy.Add, sympy.Mul, sympy.Pow, *(f.symbolic for f in FUNCTIONS.values())})
 
 
@@ -139,7 +139,7 @@ def nested(text: str, offset: int) -> TextError:
     )
 
 
-#: Magnitude that a part with constants in it may have.
+#: Largest magnitude of a part that contains constants.
 LARGEST = 1e100
 
 _FLOATS: dict[Any, Callable[..., float]] = {
@@ -152,14 +152,14 @@ _FLOATS: dict[Any, Callable[..., float]] = {
 
 
 class ConstantValues:
-    """Floats of expressions, each worked out once."""
+    """Floats of expressions, each evaluated once."""
 
     def __init__(self, known: Mapping[sympy.Expr, float] = MappingProxyType({})) -> None:
         """Take the values of symbols."""
         self._found: dict[sympy.Expr, float | None] = dict(known)
 
     def value(self, expression: sympy.Expr) -> float | None:
-        """None where something unknown is in it, NaN where it is no finite real number."""
+        """Return the value; None with an unknown symbol in it, NaN if it is not finite and real."""
         if expression not in self._found:
             try:
                 self._found[expression] = self._worked_out(expression)
@@ -168,7 +168,7 @@ class ConstantValues:
         return self._found[expression]
 
     def number(self, expression: sympy.Expr) -> float:
-        """NaN where it has no value."""
+        """Return the value as a number; NaN if it has none."""
         value = self.value(expression)
         return math.nan if value is None else value
 
@@ -211,19 +211,19 @@ Elements: TypeAlias = Mapping[str, Callable[..., sympy.Expr]]
 
 
 def elements_along(coordinate: Coordinate) -> Elements:
-    """The elements of an axis, made of what text gives them; text names the coordinate."""
+    """Return the elements of an axis for use in text, which names the coordinate."""
     return {name: partial(_made, name, coordinate) for name in ELEMENTS}
 
 
 def _made(
     element: str, along: Coordinate, /, *arguments: sympy.Expr, **named: sympy.Expr
 ) -> sympy.Expr:
-    """The element of a name.
+    """Return the element of a name.
 
     Raises
     ------
     ModelError
-        It takes other arguments, or other values.
+        The element takes other arguments, or other values.
     """
     signature = inspect.signature(ELEMENTS[element])
     try:

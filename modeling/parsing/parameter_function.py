@@ -1,6 +1,6 @@
 """Functions of the parameters that a user writes: ``M/Fv``, checked in their units.
 
-Text is read by a parser of its own, for arithmetic and a few functions; nothing in it is run.
+Text is read by a separate parser, for arithmetic and a few functions; nothing in it is run.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,7 +23,7 @@ from axisid.support.errors import UsageError
 from .expression import read_expression
 from .grammar import FUNCTIONS, NODES, ConstantValues
 
-#: What may be given as a function of parameters.
+#: Types that a function of parameters may be given as.
 FunctionLike: TypeAlias = str | sympy.Expr | Symbolic | float
 
 
@@ -36,7 +36,7 @@ class ParameterFunction:
     expression : sympy.Expr
     unit : Unit
     parameters : tuple of sympy.Symbol
-        Length p; those it may depend on.
+        Length p; parameters on which it may depend.
     """
 
     expression: sympy.Expr
@@ -44,7 +44,7 @@ class ParameterFunction:
     parameters: tuple[sympy.Symbol, ...]
 
     def at(self, values: Sequence[float]) -> tuple[float, list[float], list[list[float]]]:
-        """Value, gradient (p,) and Hessian (p, p); NaN where one is no finite real number."""
+        """Return value, gradient (p,) and Hessian (p, p); NaN if not finite and real."""
         number = self._floats(values).number
         slopes = [plain_slope(self.expression, p) for p in self.parameters]
         return (
@@ -54,7 +54,7 @@ class ParameterFunction:
         )
 
     def value(self, values: Sequence[float]) -> float:
-        """Value for parameters (p,); NaN where it is no finite real number."""
+        """Return the value for parameters (p,); NaN if it is not finite and real."""
         return self._floats(values).number(self.expression)
 
     def _floats(self, values: Sequence[float]) -> ConstantValues:
@@ -67,9 +67,10 @@ def parameter_function(what: FunctionLike, units: Mapping[str, str]) -> Paramete
     Parameters
     ----------
     what : str or SymPy expression
-        Of the names in `units`. Text may use ``+ - * / **``, pi and `FUNCTIONS`, sqrt and the like.
+        The function, of the names in `units`. Text may use ``+ - * / **``, pi and `FUNCTIONS`, sqrt
+        and the like.
     units : mapping of str to str
-        Of the parameters.
+        Units of the parameters.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""TOML files that a user wrote: their tables, read as the arguments of what they declare.
+"""TOML files written by a user: their tables, read as the arguments of declared objects.
 
-Which keys there are, which are needed and what each may be follows from the signature of what is
-made of the table. Mistakes are collected, not raised.
+The possible and the required keys, and the type of each, follow from the signature of the function
+that the table calls. Mistakes are collected, not raised.
 """
 
 import inspect
@@ -33,14 +33,14 @@ _NONE: Mapping[str, Any] = MappingProxyType({})
 
 @dataclass(slots=True)
 class TomlTable:
-    """A table and what is wrong with it.
+    """A table and its mistakes.
 
     Attributes
     ----------
     path : str
         Keys that lead to it; empty for the document.
     values : mapping
-        As TOML has it.
+        Values as TOML has them.
     mistakes : list of str
         Shared by all tables of a document; every method adds to it.
     """
@@ -58,7 +58,7 @@ class TomlTable:
         self.mistakes.append(f"{where}{problem}{lines}")
 
     def at(self, key: str) -> str:
-        """The path of a key."""
+        """Return the path of a key."""
         bare = key if re.fullmatch(r"[\w-]*(\[\d+\])?", key, re.ASCII) else repr(key[:60])
         return f"{self.path}.{bare}" if self.path and bare else self.path or bare
 
@@ -76,7 +76,7 @@ class TomlTable:
                 self.say(key, "it is missing. Add it.")
 
     def table(self, key: str) -> "TomlTable":
-        """The table under a key; empty if it is absent or none."""
+        """Return the table under a key; empty if it is absent or not a table."""
         value = self.values.get(key, {})
         if not isinstance(value, Mapping):
             self.say(key, f"it is {value!r}. Give a table, as in [{self.at(key)}].")
@@ -112,15 +112,15 @@ class TomlTable:
     def read(
         self, key: str, kind: Any, symbols: Symbols = _NONE, elements: Elements = _NONE
     ) -> Any:
-        """The value of a key; None and a mistake if it is none of its kind.
+        """Return the value of a key; None and a mistake if it is not of its kind.
 
         Parameters
         ----------
         key : str
         kind : type
-            As a signature has it. What is no text, number, switch or list is an expression.
+            Type in a signature. A type other than text, number, switch or list is an expression.
         symbols : mapping of str to sympy.Symbol
-            What an expression may name.
+            Symbols that an expression may name.
         elements : mapping of str to callable, optional
             Friction and loads that an expression may call.
         """
@@ -134,7 +134,7 @@ class TomlTable:
         return self.attempt(key, lambda: _expression(value, symbols, elements))
 
     def read_all(self, keys: Iterable[str], kind: Any, symbols: Symbols = _NONE) -> dict[str, Any]:
-        """The values of these keys, those that are of their kind; others are refused."""
+        """Return the values of these keys that are of their kind; other keys are refused."""
         self.only(*keys)
         found = {key: self.read(key, kind, symbols) for key in keys if key in self.values}
         return {key: value for key, value in found.items() if value is not None}
@@ -157,17 +157,17 @@ class TomlTable:
         ----------
         make : callable
         symbols : mapping of str to sympy.Symbol
-            What expressions may name.
+            Symbols that expressions may name.
         arguments : mapping of str to inspect.Parameter
-            Those of `make`, where its signature does not say it.
+            Arguments of `make`, if its signature does not state them.
         name : str
-            The argument ``name``, where it is the key of the table.
+            The argument ``name``, if it is the key of the table.
         given : mapping
-            Arguments that are no keys.
+            Arguments that are not keys.
         beside : collection of str
-            Keys that are no arguments.
+            Keys that are not arguments.
         own : mapping of str to mapping
-            What the expressions of single keys may name.
+            Symbols that the expressions of single keys may name.
         elements : mapping of str to mapping
             Friction and loads that the expressions of single keys may call.
         """
@@ -186,7 +186,7 @@ class TomlTable:
             if key in keys
         }
         stand_ins = {key: _neutral(argument) for key, argument in known.items()}
-        # What could not be read has been told, and something stands for it.
+        # A value that could not be read is reported already, and a substitute replaces it.
         fields = {key: stand_ins[key] if value is None else value for key, value in found.items()}
         fields |= {"name": name} if name else {}
         neutral = {**{key: stand_ins[key] for key in needed}, **given}
@@ -213,7 +213,7 @@ def _without_guilty(
     stand_ins: Mapping[str, Any],
     error: ModelError,
 ) -> tuple[str, dict[str, Any]]:
-    """The field without which all are taken; else one that is refused so beside neutral ones."""
+    """Return the field that causes the refusal, found by omission or among neutral values."""
     for key in fields:
         without = {name: value for name, value in fields.items() if name != key}
         for others in (without, {**without, key: stand_ins[key]}):
@@ -233,7 +233,7 @@ def _tried(make: Callable[..., T], fields: Mapping[str, Any]) -> T | ModelError:
 
 
 def _neutral(argument: inspect.Parameter) -> Any:
-    """A value that is taken for an argument whatever the others are."""
+    """Return a value that is accepted for an argument whatever the others are."""
     kind = argument.annotation
     if str in (kind, *get_args(kind)):
         return "1" if argument.name == "unit" else "x"
@@ -241,7 +241,7 @@ def _neutral(argument: inspect.Parameter) -> Any:
 
 
 def _plain(kind: type, value: object) -> Any:
-    """A text, a whole number or a switch."""
+    """Return a text, a whole number or a switch."""
     if type(value) is kind and (not isinstance(value, str) or value.isprintable()):
         return value
     raise ModelError(f"it is {value!r}. Give {_GIVE[kind]}.", code="toml")
@@ -250,12 +250,12 @@ def _plain(kind: type, value: object) -> Any:
 _GIVE = {str: "one line of text in quotes", int: "a whole number", bool: "true or false"}
 
 
-# What is made of it says whether it may be infinite.
+# The object made from it decides whether it may be infinite.
 _number = partial(number, what="it", finite=False)
 
 
 def _expression(value: Any, symbols: Symbols, elements: Elements) -> Any:
-    """An expression as text, or a number as it is."""
+    """Return an expression given as text, or a plain number."""
     if isinstance(value, str):
         return read_expression(value, symbols, elements)
     if isinstance(value, (list, Mapping)):
@@ -266,7 +266,7 @@ def _expression(value: Any, symbols: Symbols, elements: Elements) -> Any:
     return value
 
 
-#: What reads a value, by the kind of its argument.
+#: Functions that read a value, by the kind of its argument.
 _KINDS: Mapping[Any, Callable[[Any], Any]] = {
     **{kind: partial(_plain, kind) for kind in _GIVE},
     float: _number,
@@ -286,13 +286,13 @@ def read_toml(file: Path, read: Callable[[TomlTable], T | None], error: type[Fil
     ----------
     file : Path
     read : callable
-        Makes it, or says what is wrong as mistakes of the table.
+        Function that makes the object, or adds mistakes to the table.
     error : type of FileError
 
     Raises
     ------
     FileError
-        Of that type: the file cannot be read, or with all that is wrong in it.
+        Error of that type: the file cannot be read, or has mistakes, all of which are named.
     """
     mistakes: list[str] = []
     made = read(TomlTable("", toml_document(file, error), mistakes))
@@ -303,7 +303,7 @@ def read_toml(file: Path, read: Callable[[TomlTable], T | None], error: type[Fil
 
 
 def read_columns(table: TomlTable, roles: Iterable[str]) -> dict[str, str]:
-    """Columns by role, each a text or a table of what it means."""
+    """Return columns by role, each given as a text or as a table of its properties."""
     keys = dict.fromkeys(roles)
     table.only(*keys)
     found = {
@@ -316,10 +316,10 @@ def read_columns(table: TomlTable, roles: Iterable[str]) -> dict[str, str]:
     return {key: str(column) for key, column in found.items() if column is not None}
 
 
-_DEEPEST_KEY = 32  # parts; keys that have a meaning have 4 at most
+_DEEPEST_KEY = 32  # parts; valid keys have 4 at most
 # Memory and time of the parser grow with the square of the parts of a key.
 _LONG_KEY = re.compile(rf"(?<![\w-])(?:[\w-]+[ \t]*\.[ \t]*){{{_DEEPEST_KEY}}}")
-# Strings may have any number of dots. One without an end goes as far as it can, as comments do.
+# Strings may have any number of dots. An unterminated one extends as far as it can, like a comment.
 _STRINGS = re.compile(
     r'"""(?:[^\\]|\\.)*?(?:"""|\Z)'
     r"|'''.*?(?:'''|\Z)"
@@ -331,17 +331,17 @@ _STRINGS = re.compile(
 
 
 def _as_part(found: re.Match[str]) -> str:
-    """What stands for a string, which may be a part of a key; nothing for a comment."""
+    """Return a substitute for a string, which may be a part of a key; nothing for a comment."""
     return "" if found[0].startswith("#") else "q"
 
 
 def toml_document(file: Path, error: type[FileError]) -> dict[str, Any]:
-    """The table of a file, as TOML has it.
+    """Return the table of a TOML file.
 
     Raises
     ------
     FileError
-        Of that type: the file cannot be read, or is not TOML.
+        Error of that type: the file cannot be read, or is not TOML.
     """
     try:
         with opened_regular(file) as stream:
@@ -360,7 +360,7 @@ def toml_document(file: Path, error: type[FileError]) -> dict[str, Any]:
         if _LONG_KEY.search(_STRINGS.sub(_as_part, text)):
             raise RecursionError
         return tomllib.loads(text)
-    except (ValueError, RecursionError) as wrong:  # of text that is no UTF-8 too
+    except (ValueError, RecursionError) as wrong:  # for text that is not UTF-8 too
         if isinstance(wrong, RecursionError):
             raise error(
                 f"{file} is nested too deeply: a key or a value has too many levels. Use keys with "

@@ -1,8 +1,8 @@
-"""Symbols, units, names and constants, how they are written, and what is worked out of them.
+"""Symbols, units, names, constants, their text forms, and calculations with expressions.
 
 In: names, units, expressions. Out: the same, checked and readable; values at points, derivatives
-with kinks, row echelons and zero tests in bounded work, or the reason why that would take too long.
-Knows nothing of axes.
+with kinks, row echelons and zero tests with bounded effort, or the reason why they would take too
+long. Knows nothing of axes.
 """
 
 from .coefficients import (

@@ -1,6 +1,6 @@
 """Coefficients of products of parameters in a force.
 
-Only the parameters are multiplied out; what does not depend on them stays as it was written.
+Only the parameters are multiplied out; factors that do not depend on them stay as written.
 """
 
 import math
@@ -16,29 +16,29 @@ from axisid.support.mappings import grouped
 from .dependences import depends, vanishes
 from .symbols import check_size
 
-#: Products of two terms that may be formed for one expression.
+#: Largest number of products of two terms that may be formed for one expression.
 _MOST_PRODUCTS = 100_000
 
-#: Powers of the parameters, whole ones of either sign.
+#: Powers of the parameters, whole numbers of either sign.
 Exponents = tuple[int, ...]
 _Polynomial = dict[Exponents, sympy.Expr]
 
 
 class Coefficients:
-    """An expression as a polynomial of parameters, with expressions for its weights.
+    """An expression as a polynomial of parameters, with expressions as its coefficients.
 
     Parameters
     ----------
     expression : sympy.Expr
     parameters : sequence of sympy.Symbol
-        Those that it is a polynomial of, once everything that cancels is left out.
+        Parameters in which it is a polynomial after cancellation.
     motion : set of sympy.Symbol
-        Those of them that count as motion, and have no powers.
+        Parameters that count as motion, and have no powers.
 
     Attributes
     ----------
     terms : dict
-        The weights by the products of powers; what no parameter multiplies too.
+        The coefficients by products of powers, including the one without parameters.
 
     Raises
     ------
@@ -64,7 +64,7 @@ class Coefficients:
 
     @property
     def nonlinear(self) -> set[sympy.Symbol]:
-        """The parameters that the expression is no polynomial of."""
+        """Return the parameters in which the expression is not a polynomial."""
         divisors = {
             p
             for exponents, weight in self.terms.items()
@@ -93,14 +93,14 @@ class Coefficients:
         return {self._one: self._opaque(node).xreplace(self._zero)}
 
     def _opaque(self, node: sympy.Basic) -> sympy.Basic:
-        """A node that is taken as a whole; some of the parameters in it may cancel."""
+        """Expand a node that is treated as a whole; some of the parameters in it may cancel."""
         shown = node if isinstance(node, sympy.Expr) else sympy.Piecewise((1, node), (0, True))
         inside = node.free_symbols & self._places.keys() - self._hidden
         self._hidden |= {p for p in inside if depends(shown, {p})}
         return node
 
     def _chosen(self, node: sympy.Piecewise) -> _Polynomial:
-        """The weights of what is chosen by conditions, chosen by the same."""
+        """Return the coefficients of a Piecewise, each a Piecewise with the same conditions."""
         values = [self._of(value) for value, _ in node.args]
         conditions = [self._opaque(c).xreplace(self._zero) for _, c in node.args]
         return {
@@ -109,14 +109,14 @@ class Coefficients:
                     (value.get(exponents, sympy.S.Zero), condition)
                     for value, condition in zip(values, conditions, strict=True)
                 ),
-                evaluate=False,  # its evaluation compares all conditions with all
+                evaluate=False,  # its evaluation compares all pairs of conditions
             )
             for exponents in dict.fromkeys(e for value in values for e in value)
             if any(value.get(exponents, 0) != 0 for value in values)
         }
 
     def _power(self, base: _Polynomial, whole: int) -> _Polynomial:
-        """By the multinomial theorem: a product after another nests sums in sums."""
+        """Expand a power by the multinomial theorem: successive products nest sums in sums."""
         self._take(math.comb(whole + len(base) - 1, whole))
         shares = multinomial_coefficients(len(base), whole)
         return _sum(

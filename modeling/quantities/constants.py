@@ -1,9 +1,9 @@
-"""Known numbers with a unit, and signals that a record has beside the motion.
+"""Known numbers with a unit, and signals that a record contains in addition to the motion.
 
-The unit check sees a constant's unit, the generated code its number. Expressions are made again
-with such numbers without asking SymPy which argument of `Max` or `Min` is the larger: it asks that
-of every pair, and of all that is nested in them, each time such an expression is made again. What
-was declared is in its final form already.
+The unit check sees a constant's unit, the generated code its number. Expressions are rebuilt with
+such numbers without letting SymPy decide which argument of `Max` or `Min` is the larger: it would
+compare every pair, and everything nested in them, each time such an expression is rebuilt. Declared
+expressions are in their final form already.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,7 +14,9 @@ from typing import Any
 import sympy
 from sympy.functions.elementary.miscellaneous import Max, Min
 
-from axisid.support.errors import ModelError, is_among, quoted
+from axisid.support.checks import is_among
+from axisid.support.errors import ModelError
+from axisid.support.wording import quoted
 
 from .names import check_name, check_symbol, number, settle
 from .symbols import Amount, Symbolic, expression
@@ -22,7 +24,7 @@ from .units import Unit, parse_unit
 
 
 def extreme(kind: Any, arguments: Sequence[sympy.Expr]) -> sympy.Expr:
-    """The largest or smallest of expressions; of the numbers among them, at once."""
+    """Return the largest or smallest of expressions; numbers among them are compared at once."""
     numbers = [argument for argument in arguments if argument.is_Number]
     others = [argument for argument in arguments if not argument.is_Number]
     if numbers:
@@ -31,21 +33,21 @@ def extreme(kind: Any, arguments: Sequence[sympy.Expr]) -> sympy.Expr:
 
 
 def within(value: sympy.Expr, limit: sympy.Expr) -> sympy.Expr:
-    """A value clipped at plus and minus a limit."""
+    """Return a value clipped at plus and minus a limit."""
     return extreme(Max, [extreme(Min, [value, limit]), -limit])
 
 
 def replaced(
     value: sympy.Basic, new: Mapping[sympy.Basic, sympy.Basic], *, evaluate: bool = True
 ) -> sympy.Basic:
-    """The same as ``value.xreplace(new)``, but that ``Max`` and ``Min`` stay as they are.
+    """Replace like ``value.xreplace(new)``, but leave ``Max`` and ``Min`` unevaluated.
 
     Parameters
     ----------
     value : sympy.Basic
     new : mapping
     evaluate : bool
-        Whether other functions of what is new are worked out.
+        Whether other functions of the new values are evaluated.
     """
     known = dict(new)
 
@@ -66,7 +68,7 @@ def replaced(
 
 
 class ConstantSymbol(sympy.Symbol):  # type: ignore[misc]
-    """The symbol of a `Constant`: it carries its value and unit, and is equal by all three."""
+    """The symbol of a `Constant`, which carries its value and unit; all three decide equality."""
 
     __slots__ = ("unit", "value")
     value: float
@@ -80,7 +82,7 @@ class ConstantSymbol(sympy.Symbol):  # type: ignore[misc]
         return symbol
 
     def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]:
-        """For copies and pickles."""
+        """Return the arguments for copies and pickles."""
         return (self.name, self.value, self.unit.text), {}
 
     def _hashable_content(self) -> tuple[Any, ...]:
@@ -89,7 +91,7 @@ class ConstantSymbol(sympy.Symbol):  # type: ignore[misc]
 
 @dataclass(frozen=True, slots=True)
 class Constant(Symbolic):
-    """A known number in an equation of motion: a pitch, a gear ratio, an inertia by data sheet.
+    """A known number in an equation of motion: a pitch, a gear ratio, an inertia from a data sheet.
 
     A plain number does as well, but has no unit that could be checked.
 
@@ -123,19 +125,19 @@ G = Constant(9.80665, "m/s^2", "G")
 
 
 def with_unit(value: Amount, unit: str, what: str) -> sympy.Expr:
-    """Return an amount with its unit; a plain number takes the unit of its place."""
+    """Return an amount with its unit; a plain number takes the expected unit."""
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return Constant(number(value, what), unit).symbol
     return expression(value, what)
 
 
 def positive(value: Amount, unit: str, what: str) -> sympy.Expr:
-    """The same where a number must be positive.
+    """Return an amount as `with_unit` does, where a number must be positive.
 
     Raises
     ------
     ModelError
-        It is a number, and is not.
+        It is a number that is not positive.
     """
     symbol = with_unit(value, unit, what)
     if isinstance(symbol, ConstantSymbol) and not symbol.value > 0:
@@ -145,34 +147,35 @@ def positive(value: Amount, unit: str, what: str) -> sympy.Expr:
 
 @lru_cache(maxsize=128)
 def with_numbers(value: sympy.Expr) -> sympy.Expr:
-    """The expression with each constant's number in its place."""
+    """Return the expression with each constant replaced by its number."""
     return replaced(value, {c: sympy.Float(c.value) for c in value.atoms(ConstantSymbol)})
 
 
-#: How a signal or a reference may run between the samples of a log.
+#: Ways in which a signal or a reference may run between the samples of a log.
 BETWEEN = ("linear", "held")
 
 
 class SignalSymbol(sympy.Symbol):  # type: ignore[misc]
-    """The real symbol of a `Signal`, by which laws and drives know that it is recorded."""
+    """The real symbol of a `Signal`, by which laws and drives recognise that it is recorded."""
 
     __slots__ = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Signal(Symbolic):
-    """A recorded signal that stands in the equation of motion, the drive or the control law.
+    """A recorded signal in the equation of motion, the drive or the control law.
 
-    It is given, as the reference is: a column of the record with the signal's name. It varies by
-    itself, so that a parameter times a signal is told apart from a constant.
+    It is an input, like the reference: a column of the record with the signal's name. It varies
+    independently, so that a parameter times a signal can be distinguished from a constant.
 
     Attributes
     ----------
     name, unit : str
         Symbol and coherent SI unit, e.g. ``"pressure", "Pa"``.
     between : str
-        How it runs between the samples of a record: ``linear``, or ``held`` for what a controller
-        gives once a sample. A sampled law and a drive read it at the law's samples.
+        Course between the samples of a record: ``linear``, or ``held`` for an output of a
+        controller that changes once a sample. A sampled law and a drive read it at the law's
+        samples.
     description : str
         A few words for tables.
     """
@@ -209,5 +212,5 @@ class Signal(Symbolic):
 
 
 def signals_in(*values: sympy.Basic) -> frozenset[SignalSymbol]:
-    """The recorded signals that expressions have in them."""
+    """Return the recorded signals in expressions."""
     return frozenset().union(*(value.atoms(SignalSymbol) for value in values))

@@ -3,7 +3,7 @@
 Two functions that agree at a few points may differ elsewhere: ``tanh(dq/vs)`` is a constant to all
 digits that there are unless the velocity is near ``vs``. So for each kink and each smooth function
 places are found at which it shows, by solving for a symbol. A kink or a transition for which no
-such point was found leaves a doubt.
+such point was found remains a doubt.
 """
 
 import contextlib
@@ -18,15 +18,15 @@ from .features import Feature, apart, crossings, features_of
 from .point_value import CANNOT, DrawnPoint, Points, Value, drawn, exactly, is_nothing, numbers
 from .symbols import DIRECTION
 
-#: Decades of the numbers in place of symbols, and how the points walk through them.
+#: Decades of the numbers that replace symbols, and the walk of the points through them.
 _LOWEST, _DECADES = -9, 14
 _STRIDES = (1, 3, 5, 9, 11, 13)
 _GRID = tuple(numbers.mpf(x) for x in (1e-6, 1e-3, 0.03, 0.3, 1, 3, 30, 1e3, 1e5))
 _FEW_PLACES = tuple(numbers.mpf(x) for x in (1e-4, 0.03, 10, 1e4))
-_MOST_SOLVED = 12  # features of several symbols that one cycle solves, of those shown already
-_SOLVED_BITS = 160  # digits in which places are found
-_TRANSITION = (0.1, 3.0)  # sizes of an argument between which a smooth function shows
-_MODERATE = 40  # up to which it still does, in many digits
+_MOST_SOLVED = 12  # features of several symbols solved in one cycle, out of those shown already
+_SOLVED_BITS = 160  # digits with which places are found
+_TRANSITION = (0.1, 3.0)  # sizes of an argument within a smooth function's transition
+_MODERATE = 40  # up to which the transition is still visible in many digits
 _MOST_PLACES = 3  # of one transition, at one time
 _SCALE = 10**6  # points of one cycle, at most
 
@@ -37,17 +37,18 @@ class CoveringPoints:
     Parameters
     ----------
     points : Points
-        Of the functions.
+        Points of the functions.
     functions : sequence of sympy.Expr
     moderate : set of sympy.Symbol
-        Symbols whose numbers need no decades: what they multiply is to be seen beside the rest.
+        Symbols whose numbers need no decades, so that their factors remain visible next to other
+        terms.
 
     Attributes
     ----------
     features : tuple of Feature
-        Of all functions.
+        Features of all functions.
     symbols : list of sympy.Symbol
-        What the functions are of, without those that are given.
+        Symbols of the functions, without those with given numbers.
     """
 
     def __init__(
@@ -76,7 +77,7 @@ class CoveringPoints:
 
     @property
     def velocity(self) -> sympy.Symbol | None:
-        """The symbol whose sign is the friction direction."""
+        """Return the symbol whose sign is the friction direction."""
         return self._points.velocity
 
     @property
@@ -97,7 +98,7 @@ class CoveringPoints:
         return self._ordered(self._without_direction(feature.symbols))
 
     def cycle(self, number: int, *, decimals: bool = False) -> Iterator[DrawnPoint]:
-        """Points over the decades, and some at each feature; other ones in each cycle."""
+        """Return points over the decades, and some at each feature; other ones in each cycle."""
         first = turn = number * _SCALE
         for turn in range(first, first + _DECADES):
             yield self._drawn(turn, {}, decimals=decimals)
@@ -113,14 +114,14 @@ class CoveringPoints:
                     yield self._drawn(turn, placed, decimals=decimals)
 
     def _of_several_symbols(self, number: int) -> list[Feature]:
-        """Features to be solved for one of several symbols: those not shown yet, and some more."""
+        """Return features to be solved for one of several symbols: first those not shown."""
         several = [feature for feature, symbols in self._symbols.items() if len(symbols) > 1]
         start = number * _MOST_SOLVED % max(len(several), 1)
         shown = [*several[start:], *several[:start]][:_MOST_SOLVED]
         return [*shown, *(f for f in several if f not in shown and not self._is_shown(f))]
 
     def observe(self, point: DrawnPoint) -> None:
-        """Keep which features a point shows."""
+        """Record the features that a point shows."""
         for feature, seen in self._seen.items():
             if not self._is_shown(feature):
                 with contextlib.suppress(*CANNOT):
@@ -132,23 +133,23 @@ class CoveringPoints:
                         seen.add(numbers.one)
 
     def unresolved(self, columns: Iterable[int]) -> list[Feature]:
-        """Features of some of the functions which no point has shown so far."""
-        # A value that may be 0 in several places, or along a line, was perhaps not looked at there.
+        """Return the features of some functions that no point has shown so far."""
+        # A value that may be 0 in several places, or along a line, was perhaps not evaluated there.
         needed = self.needed(columns)
         open_ = [f for f in needed if not (f.has_known_places and self._is_shown(f))]
         return [f for f in open_ if not (f.sharp and f.is_one_sided)]
 
     def needed(self, columns: Iterable[int]) -> list[Feature]:
-        """Features of some of the functions beyond which these may be other ones."""
+        """Return the features of some functions beyond which the functions may differ."""
         own = dict.fromkeys(feature for j in columns for feature in self._of[j])
         return [feature for feature in own if feature.needed and self._symbols[feature]]
 
     def _is_shown(self, feature: Feature) -> bool:
-        """Return whether points on both sides, or in a transition, were looked at."""
+        """Return whether points on both sides, or in a transition, were evaluated."""
         return len(self._seen[feature]) == (2 if feature.sharp else 1)
 
     def _drawn(self, turn: int, placed: dict[sympy.Symbol, Any], *, decimals: bool) -> DrawnPoint:
-        """A point at which some symbols have a place; the others may have one too."""
+        """Return a point at which some symbols have a place; the others may have one too."""
         values = {symbol: exactly(place) for symbol, place in placed.items()}
         for symbol in self.symbols:
             if symbol not in values:
@@ -156,7 +157,7 @@ class CoveringPoints:
         return DrawnPoint(self._points, turn, values, decimals=decimals)
 
     def _anywhere(self, symbol: sympy.Symbol, turn: int) -> Any:
-        """A number of a symbol: at a place of its own, of moderate size, or of any decade."""
+        """Return a number of a symbol: at one of its places, of moderate size, or of any decade."""
         if symbol in self.moderate:
             return self._points.generic(symbol, turn)
         about = str(self._points.places.get(symbol, -1))
@@ -175,7 +176,7 @@ class CoveringPoints:
         return -size if turned else size
 
     def _places(self, symbol: sympy.Symbol, number: int) -> list[Any]:
-        """Places of the features that a symbol alone decides, other ones in each cycle."""
+        """Return places of the features that one symbol alone decides, other ones in each cycle."""
         key = (symbol, number)
         if key not in self._lines:
             own = [f for f, symbols in self._symbols.items() if symbols == [symbol]]
@@ -199,7 +200,7 @@ class CoveringPoints:
         return found
 
     def _found_kinks(self, symbol: sympy.Symbol, own: Sequence[Feature]) -> list[Any]:
-        """Where the features that a symbol alone decides are 0, inner ones first."""
+        """Return where the features that one symbol alone decides are 0, inner ones first."""
         kinks: list[Any] = []
         spots = self._spots(symbol, _grid(()))
         for feature in own:
@@ -220,7 +221,7 @@ class CoveringPoints:
         placed: Mapping[sympy.Basic, Value] | None = None,
         turn: int = 0,
     ) -> "_Spots":
-        """Points at which a symbol has the numbers of a grid; all features share them."""
+        """Return points at which a symbol has the numbers of a grid, shared by all features."""
         known = before.points if before else {}
         fixed = placed or {}
         spots = _Spots(symbol, fixed, turn, {})
@@ -234,7 +235,7 @@ class CoveringPoints:
         return DrawnPoint(self._points, spots.turn, placed, decimals=False)
 
     def _solved(self, feature: Feature, spots: "_Spots", target: Any = 0) -> list[Any]:
-        """Places of a symbol at which a feature has a value."""
+        """Return places of a symbol at which a feature has a value."""
 
         def value(place: Any) -> Any:
             there = spots.points.get(place) or self._spot(spots, place)
@@ -249,7 +250,7 @@ class CoveringPoints:
         return []
 
     def _placed(self, feature: Feature, side: int, turn: int) -> dict[sympy.Symbol, Any]:
-        """A point beside a kink or in a transition that several symbols decide."""
+        """Return a point next to a kink or in a transition that several symbols decide."""
         symbols = self._symbols[feature]
         values = {s: self._anywhere(s, turn) for s in self.symbols}
         order = sorted(symbols, key=lambda s: drawn(turn, "solved", str(self._points.places[s])))
@@ -280,7 +281,7 @@ class _Spots:
 
 
 def _value(point: DrawnPoint, feature: Feature) -> Value:
-    """The value of a feature, and off by rounding."""
+    """Return the value of a feature, and the value with rounding."""
     if len(feature.parts) == 1:
         return point(feature.parts[0])
     (one, one_off), (other, other_off) = map(point, feature.parts)
@@ -288,19 +289,19 @@ def _value(point: DrawnPoint, feature: Feature) -> Value:
 
 
 def _grid(kinks: Iterable[Any]) -> list[Any]:
-    """Places over the decades, of both signs, and kinks and the middles between them."""
+    """Return places over the decades, of both signs, and kinks and the middles between them."""
     between = [(low + high) / 2 for low, high in pairwise(kinks)]
     return sorted({numbers.zero, *_GRID, *(-x for x in _GRID), *kinks, *between})
 
 
 def _target(turn: int, sign: int) -> Any:
-    """A value of the argument at which a smooth function shows."""
+    """Return a value of the argument at which a smooth function shows its transition."""
     low, high = (numbers.log(size) for size in _TRANSITION)
     return sign * numbers.exp(low + (high - low) * (drawn(turn, "target", str(sign)) - 0.5))
 
 
 def _inside(low: Any, high: Any, share: Any, *, middle: bool) -> list[Any]:
-    """Places between two neighbouring kinks, or beyond the last one.
+    """Return places between two neighbouring kinks, or beyond the last one.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
 """Linear dependences between functions: found at points, and used only with evidence.
 
-Functions that agree at a few points are not the same for that. A dependence holds by algebra, if it
-holds with independent numbers in place of all functions; else it has to hold at points that cover
-the functions and did not help to find it. Where that cannot be shown, the functions stay, and the
-doubt is told.
+Functions that agree at a few points need not be equal. A dependence holds by algebra, if it holds
+with independent numbers in place of all functions; otherwise it must hold at points that cover the
+functions and were not used to find it. If that cannot be shown, the functions are kept, and the
+doubt is reported.
 """
 
 import contextlib
@@ -36,24 +36,24 @@ from .point_value import (
 )
 from .symbols import DIRECTION
 
-#: Exact, or all digits that there are.
+#: An exact number, or one with all available digits.
 Row: TypeAlias = list[Fraction]
 _Row: TypeAlias = list[Value]
 #: Rows by the column in which they have a 1 and all others a 0.
 _Echelon: TypeAlias = dict[int, _Row]
 
-_MOST_STEPS = 2_000_000  # numbers that are worked out
+_MOST_STEPS = 2_000_000  # numbers that are computed
 _SPARE_ROWS = 3  # beyond one for each column
-_FAILURES = 40  # points in a row at which a function may have no value
+_FAILURES = 40  # consecutive points at which a function may have no value
 _MOST_CYCLES = 12
 _FEW = 3
 _OPAQUE_TURNS = 10**9  # of points with numbers in place of functions
 _NOTHING_LEFT = 30  # times the change by rounding
 _SIMPLE, _SAME = 10**15, 40  # the largest divisor of a simple fraction, and its digits
 _SHORT = 10**35  # the largest product of its numbers, of a fraction that is no coincidence
-_LARGEST = 1000  # binary digits of a number, beyond which all are alike
+_LARGEST = 1000  # binary digits of a number, beyond which all are equal
 _EXACT = 1e-30  # share of the terms of a sum, up to which they cancel
-_ROUNDED = 1e-12  # the same where decimals may be products that the user rounded,
+_ROUNDED = 1e-12  # likewise if decimals may be products that the user rounded,
 _MOST_CANCELLED = 100  # of terms that are not larger than the function by more than this
 
 
@@ -73,11 +73,11 @@ class Reduced(NamedTuple):
     pivots : list of int
         The column that each row begins with.
     doubts : list of tuple of int
-        Columns between which no dependence was found at any point, or is 0 at all points if it is
-        one, but where points that would show a difference were not found. The last of each has a
-        row of its own.
+        Columns between which a dependence holds at all evaluated points (a single column: which is
+        0 at all of them), but for which no points were found that would show a difference. The last
+        of each has its own row.
     rounded : bool
-        Whether a dependence holds only but for products of decimals that the user rounded.
+        Whether a dependence holds only up to products of decimals that the user rounded.
     """
 
     rows: list[Row]
@@ -87,15 +87,15 @@ class Reduced(NamedTuple):
 
 
 def reduced_rows(rows: Sequence[Row]) -> tuple[list[Row], list[int]]:
-    """Reduced row echelon form without its zero rows, and its pivot columns.
+    """Return the reduced row echelon form without its zero rows, and its pivot columns.
 
-    What is left where weights cancel is nothing if it is no more than rounding leaves: a product
-    of decimals computed in floating point is not the product of these decimals.
+    Where weights cancel, a remainder no larger than rounding counts as zero: a product of decimals
+    computed in floating point is not the product of these decimals.
 
     Raises
     ------
     ModelError
-        There are too many weights to be worked out.
+        There are too many weights to be computed.
     """
     columns = max(map(len, rows), default=0)
     _check_size(len(rows), columns)
@@ -110,13 +110,13 @@ def reduced_functions(
     given: Mapping[sympy.Symbol, sympy.Rational] | None = None,
     differing: Sequence[Mapping[sympy.Symbol, Any]] = (),
 ) -> Reduced:
-    """The same of functions: which combinations of them are 0 anywhere.
+    """Return the reduced row echelon form of functions: the combinations that are 0 everywhere.
 
     Parameters
     ----------
     functions : sequence of sympy.Expr
     velocity : sympy.Symbol
-        The friction direction is its sign.
+        Velocity; the friction direction is its sign.
     given : mapping of sympy.Symbol to sympy.Rational, optional
         Symbols that have the same numbers at all points.
     differing : sequence of mapping of sympy.Symbol to number
@@ -141,7 +141,7 @@ def reduced_functions(
 
 
 def _of_multiples(distinct: Reduced, shares: Sequence[Fraction], places: Sequence[int]) -> Reduced:
-    """The same of multiples of functions: each a share of the one in its place."""
+    """Return the reduced form of multiples, each a share of the function in its place."""
     first: dict[int, int] = {}
     for j, (share, place) in enumerate(zip(shares, places, strict=True)):
         if share:
@@ -158,7 +158,7 @@ def _of_multiples(distinct: Reduced, shares: Sequence[Fraction], places: Sequenc
 
 
 def unmerged(reduced: Reduced, size: int) -> Reduced:
-    """The same functions with a row for each; what was a sum of others is a doubt."""
+    """Return the functions with a row for each; a former sum of others becomes a doubt."""
     doubts = list(reduced.doubts)
     for j in range(size):
         if j not in reduced.pivots:
@@ -182,7 +182,7 @@ def vanishes(expression: sympy.Expr) -> bool:
 
 
 def depends(expression: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> bool:
-    """Return whether an expression changes with symbols; what has no finite value does."""
+    """Return whether an expression changes with symbols; True without a finite value."""
     others = {s: sympy.Symbol(f"other {s.name}", **s.assumptions0) for s in symbols}
     return not vanishes(expression - replaced(expression, others))
 
@@ -213,11 +213,11 @@ class _Reduction:
 
     @cached_property
     def covering(self) -> CoveringPoints:
-        """Points that cover the functions."""
+        """Return points that cover the functions."""
         return CoveringPoints(self.points, self.functions)
 
     def is_nothing_everywhere(self) -> bool:
-        """Return whether the first function is 0, which is so at a few points."""
+        """Return whether the first function is 0 everywhere, given that it is 0 at a few points."""
         nothing: _Weights = {0: {}}
         if self._holds_with(_outer_functions(self.functions), nothing, 0, decimals=True):
             return True
@@ -230,10 +230,10 @@ class _Reduction:
         return not doubtful or self._holds_with(doubtful, nothing, 0, decimals=True)
 
     def result(self) -> Reduced:
-        """The dependences for which there is evidence.
+        """Return the dependences for which there is evidence.
 
-        Decimals are exact first. What is independent then may still be the same but for products
-        of decimals that the user rounded.
+        Decimals are taken as exact first. Functions that are then independent may still be equal up
+        to products of decimals that the user rounded.
         """
         size = len(self.columns)
         points = [*self._first_points(size), *self._differing_points()]
@@ -255,18 +255,18 @@ class _Reduction:
         return _reduced(table, doubts, rounded=len(table) < exact)
 
     def _all_apart(self) -> Reduced:
-        """Each function by itself."""
+        """Return each function as independent."""
         return _reduced({j: _unit(j, len(self.columns)) for j in self.columns})
 
     def _echelon_at(
         self, points: Iterable[DrawnPoint], columns: Sequence[int] | None = None
     ) -> _Echelon:
-        """Reduced row echelon form of the values at points, of some of the columns."""
+        """Return the reduced row echelon form of the values at points, for some of the columns."""
         rows = [row for point in points for row in self._rows(point)]
         return _echelon(rows, self.columns if columns is None else columns)
 
     def _first_points(self, wanted: int) -> list[DrawnPoint]:
-        """So many points of moderate size.
+        """Return the given number of points of moderate size.
 
         Raises
         ------
@@ -294,14 +294,14 @@ class _Reduction:
         return found
 
     def _differing_points(self) -> list[DrawnPoint]:
-        """The points that are given as evidence."""
+        """Return the points that are given as evidence."""
         return [
             DrawnPoint(self.points, turn, {symbol: exactly(x) for symbol, x in place.items()})
             for turn, place in enumerate(self._differing)
         ]
 
     def _values(self, point: DrawnPoint) -> _Row:
-        """Values of the functions; none if one has no finite value."""
+        """Return the values of the functions; none if one has no finite value."""
         try:
             row = [point(function) for function in self.functions]
         except CANNOT:
@@ -310,7 +310,7 @@ class _Reduction:
         return row if finite else []
 
     def _rows(self, point: DrawnPoint) -> list[_Row]:
-        """The same; real and imaginary parts apart, if the functions are hardly ever real."""
+        """Return the values as rows; real and imaginary parts separately, if hardly ever real."""
         row = self._values(point)
         if not row or (self._only_real and not point.is_real):
             return []
@@ -320,7 +320,7 @@ class _Reduction:
         return rows
 
     def _opaque_rows(self) -> list[_Row]:
-        """Values with independent numbers in place of all functions."""
+        """Return values with independent numbers in place of all functions."""
         nodes = _outer_functions(self.functions)
         turns = range(len(self.columns) + _SPARE_ROWS)
         return [row for turn in turns for row in self._opaque(nodes, turn, decimals=False)]
@@ -337,15 +337,15 @@ class _Reduction:
     ) -> bool:
         """Return whether a dependence holds with independent numbers in place of some functions."""
         rows = [row for k in range(_FEW) for row in self._opaque(nodes, k, decimals=decimals)]
-        return bool(rows) and not any(_left_over(row, j, weights[j]) for row in rows)
+        return bool(rows) and not any(_remainder(row, j, weights[j]) for row in rows)
 
     def _with_evidence(
         self, points: list[DrawnPoint], algebra: _Echelon
     ) -> tuple[_Echelon, dict[int, tuple[int, ...]]]:
-        """Dependences, and those of them that leave a doubt, by their column.
+        """Return dependences, and those of them that remain in doubt, by their column.
 
-        Each cycle of points tries the dependences of those before it; what does not hold at one
-        of them is a row more. What algebra shows needs no points.
+        Each cycle of points tests the dependences found before it; one that fails at a point adds a
+        row. A dependence shown by algebra needs no points.
         """
         size = len(self.columns)
         rows = [row for point in points for row in self._rows(point)]
@@ -359,7 +359,7 @@ class _Reduction:
             for point in self.covering.cycle(number):
                 for row in self._rows(point):
                     self.covering.observe(point)
-                    left = {j: _left_over(row, j, w) for j, w in weights.items()}
+                    left = {j: _remainder(row, j, w) for j, w in weights.items()}
                     failed |= {j for j, share in left.items() if share}
                     if any(left.values()):
                         more.append((max(left.values()), row, point))
@@ -385,12 +385,12 @@ class _Reduction:
             return False
         doubtful = _nodes(self.covering.unresolved((*weights[j], j)))
         if not weights[j] and not self._cancels(self.functions[j]):
-            # Points at which it is nothing may all be outside a window of it.
+            # Points at which it is zero may all be outside a window in which it is not.
             doubtful = _nodes(self.covering.needed([j]))
         return not doubtful or self._holds_with(doubtful, weights, j)
 
     def _cancels(self, function: sympy.Expr) -> bool:
-        """Return whether a function that is nothing has terms that are not."""
+        """Return whether a function that is zero has terms that are not."""
         terms, seen = sympy.Add.make_args(function), 0
         for point in self.covering.cycle(1):
             with contextlib.suppress(*CANNOT):
@@ -400,7 +400,7 @@ class _Reduction:
     def _merge_rounded(
         self, table: dict[int, Row], points: Sequence[DrawnPoint], doubts: Mapping[int, Any]
     ) -> None:
-        """Merge functions that are the same but for decimals that the user rounded."""
+        """Merge functions that are equal except for decimals that the user rounded."""
         columns = [j for j in sorted(table) if j not in doubts]
         with numbers.workprec(numbers.prec // 2):
             again = [point.again(decimals=True) for point in points]
@@ -411,7 +411,7 @@ class _Reduction:
         for point in self.covering.cycle(_MOST_CYCLES + 1):
             for row in self._rows(point):
                 self.covering.observe(point)
-                failed |= {j for j, w in weights.items() if _left_over(row, j, w, rounded=True)}
+                failed |= {j for j, w in weights.items() if _remainder(row, j, w, rounded=True)}
         for j, own in weights.items():
             if j not in failed and not self.covering.unresolved((*own, j)):
                 merged = table.pop(j)
@@ -426,18 +426,18 @@ def _reduced(
     *,
     rounded: bool = False,
 ) -> Reduced:
-    """Rows by their pivots, in ascending order."""
+    """Return rows by their pivots, in ascending order."""
     pivots = sorted(table)
     left = list(doubts.values()) if doubts else []
     return Reduced([table[j] for j in pivots], pivots, left, rounded)
 
 
-#: Numbers by which a column is the sum of others, by that column.
+#: Weights with which a column is the sum of others, by that column.
 _Weights: TypeAlias = dict[int, dict[int, Any]]
 
 
 def _outer_functions(functions: Sequence[sympy.Expr]) -> list[sympy.Basic]:
-    """What is no rational operation, and stands in no other such."""
+    """Return the nodes that are no rational operation, and are not inside another such node."""
     found: dict[sympy.Basic, None] = {}
     for function in functions:
         walk = sympy.preorder_traversal(function)
@@ -473,7 +473,7 @@ def _unit(j: int, size: int) -> Row:
 
 
 def _echelon(rows: Sequence[_Row], columns: Sequence[int]) -> _Echelon:
-    """Reduced row echelon form of the given columns, from the left; each pivot the surest."""
+    """Return the reduced row echelon form of given columns, with the surest pivots."""
     left, off = list(rows), rounding(0)
     found: _Echelon = {}
     for j in columns:
@@ -481,12 +481,12 @@ def _echelon(rows: Sequence[_Row], columns: Sequence[int]) -> _Echelon:
         if sure:
             lead = left.pop(max(sure, key=lambda place: _sureness(left[place][j])))
             number, moved = lead[j]
-            # Off once more: what a row brings into others cancels alike in both numbers.
+            # With rounding included once more: a common error of a row cancels in both numbers.
             found[j] = [(x / number, off(y / moved)) for x, y in lead]
-            left = [_less(row, found[j], j) for row in left]
+            left = [_minus_multiple(row, found[j], j) for row in left]
     for j in sorted(found, reverse=True):
         for i in (i for i in found if i > j and len(found) < len(columns)):
-            found[j] = _less(found[j], found[i], i)
+            found[j] = _minus_multiple(found[j], found[i], i)
         found[j] = [
             NOTHING if i != j and (i in found or is_nothing(x)) else x
             for i, x in enumerate(found[j])
@@ -495,15 +495,15 @@ def _echelon(rows: Sequence[_Row], columns: Sequence[int]) -> _Echelon:
 
 
 def _sureness(value: Value) -> tuple[int, Any]:
-    """Binary digits of a number that rounding leaves, and its size."""
+    """Return the binary digits of a number that are not rounding, and its size."""
     number, moved = value
     change = number - moved
     digits = numbers.mag(number) - numbers.mag(change) if change else numbers.prec
     return int(digits), abs(number)
 
 
-def _less(row: _Row, lead: _Row, j: int) -> _Row:
-    """A row less what it has in column j of another, whose number there is 1."""
+def _minus_multiple(row: _Row, lead: _Row, j: int) -> _Row:
+    """Subtract from a row the multiple of another row with a 1 in column j."""
     share, moved = row[j]
     if not share and not moved:
         return row
@@ -514,7 +514,7 @@ def _less(row: _Row, lead: _Row, j: int) -> _Row:
 
 
 def _weights(found: _Echelon, columns: Iterable[int]) -> _Weights:
-    """How the columns without a pivot are sums of those with one."""
+    """Return the weights of the columns without a pivot in those with one."""
     return {
         j: {p: _simplified(row[j][0]) for p, row in sorted(found.items()) if row[j][0]}
         for j in columns
@@ -522,8 +522,8 @@ def _weights(found: _Echelon, columns: Iterable[int]) -> _Weights:
     }
 
 
-def _left_over(row: _Row, j: int, weights: Mapping[int, Any], *, rounded: bool = False) -> Any:
-    """The share of a column that others leave over, 0 where rounding may have left it."""
+def _remainder(row: _Row, j: int, weights: Mapping[int, Any], *, rounded: bool = False) -> Any:
+    """Return the share of a column outside the span of others, 0 if it may be rounding."""
     value, moved = row[j]
     terms = [weight * row[p][0] for p, weight in weights.items()]
     noise = sum((abs(w * (row[p][0] - row[p][1])) for p, w in weights.items()), abs(value - moved))
@@ -539,7 +539,7 @@ def _fractions(row: _Row, without: Collection[int]) -> Row:
 
 
 def _simplified(number: Any) -> Any:
-    """A number, as a simple fraction if it is one but for the last digits."""
+    """Return a number, as a simple fraction if it is one except for the last digits."""
     fraction = _fraction(number)
     return numbers.mpf(fraction.numerator) / fraction.denominator
 
@@ -550,7 +550,7 @@ def _is_simple(number: Any) -> bool:
 
 
 def _fraction(number: Any) -> Fraction:
-    """A number as a fraction, a simple one if it is one but for the last digits."""
+    """Return a number as a fraction, a simple one if it is one except for the last digits."""
     size = numbers.mag(number)
     if abs(size) > _LARGEST:
         number = numbers.ldexp(numbers.sign(number), max(-_LARGEST, min(size, _LARGEST)))

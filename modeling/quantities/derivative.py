@@ -5,8 +5,8 @@ an impulse (``DiracDelta``). A step is 1/2 (a sign 0) at the kink, so that the s
 mean of the slopes on both sides.
 
 Steps and choices may still join continuously: ``(dq - v) Heaviside(dq - v)``, or a friction law in
-pieces. The values beside each edge are compared in many digits, for numbers in place of all other
-symbols that have nothing to do with each other: what is equal there is equal everywhere, but for a
+pieces. The values on both sides of each edge are compared in many digits, with independent numbers
+in place of all other symbols: values that are equal there are equal everywhere, except by
 coincidence.
 """
 
@@ -27,23 +27,24 @@ from .point_value import CANNOT, deciding, drawn, float_at, numbers, value_at, z
 from .symbols import DIRECTION
 
 _POINTS = 6
-_STARTS = (-1.5, 0.5)  # velocities from which an edge is looked for, also one of either sign
+_STARTS = (-1.5, 0.5)  # velocities from which an edge is searched, also one of either sign
 _BESIDE = numbers.mpf("1e-30")
-_ROUNDING = 1e-12  # what decimals leave, as a share of the force
+_ROUNDING = 1e-12  # remainder due to decimals, as a share of the force
 _AT_REST = numbers.mpf(3) / 7  # the direction on both sides of rest
 
 _Point = Mapping[sympy.Symbol, Any]  # numbers of many digits
 
 
 def jumping_node(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr | None:
-    """The first step or choice at which the force jumps with the velocity; None if there is none.
+    """Return the first step or choice at which the force jumps with the velocity; None without one.
 
-    An edge that cannot be found is taken for a jump.
+    An edge that cannot be found is treated as a jump.
 
     Parameters
     ----------
     force : sympy.Expr
-        By the friction direction: at rest it is continuous if it is with the same direction.
+        Force by the friction direction: at rest it is continuous if it is so for the same
+        direction.
     velocity : sympy.Symbol
     """
     kinds = (sympy.sign, sympy.Heaviside, sympy.Piecewise)
@@ -57,7 +58,7 @@ def jumping_node(force: sympy.Expr, velocity: sympy.Symbol) -> sympy.Expr | None
 
 
 def _edges(node: sympy.Expr, velocity: sympy.Symbol) -> Iterator[sympy.Expr]:
-    """Functions whose zeros are where a step or a choice may jump with the velocity."""
+    """Return functions whose zeros are where a step or a choice may jump with the velocity."""
     kinks = node.atoms(Relational) if isinstance(node, sympy.Piecewise) else [node]
     yield from (x for kink in kinks for x in deciding(kink) if velocity in x.free_symbols)
 
@@ -74,13 +75,13 @@ def _is_continuous(force: sympy.Expr, velocity: sympy.Symbol, edge: sympy.Expr) 
 
 
 def _number(symbol: sympy.Symbol, turn: int) -> Any:
-    """In place of a symbol, first positive, then of either sign."""
+    """Return a number for a symbol, first positive, then of either sign."""
     turned = turn > 1 and drawn(turn, "turned", symbol.name) < 1
     return -drawn(turn, symbol.name) if turned else drawn(turn, symbol.name)
 
 
 def _places(edge: sympy.Expr, velocity: sympy.Symbol, point: _Point) -> list[Any]:
-    """Velocities at which a function changes its sign, as far as they are found."""
+    """Return velocities at which a function changes its sign, as far as they are found."""
     found: list[Any] = []
 
     def value(place: Any) -> Any:
@@ -101,7 +102,7 @@ def _beside(place: Any) -> Any:
 
 
 def _jump(force: sympy.Expr, velocity: sympy.Symbol, point: _Point, place: Any) -> float:
-    """Jump of a force there, over the force's size; NaN where it has no value."""
+    """Return the jump of a force there, over the force's size; NaN where it has no value."""
     beside, apart = _beside(place), 1 + abs(place)
     direction = numbers.sign(place) if abs(place) > beside else _AT_REST
     above, below, *others = (
@@ -113,14 +114,14 @@ def _jump(force: sympy.Expr, velocity: sympy.Symbol, point: _Point, place: Any) 
 
 
 def slope(value: sympy.Expr, variable: sympy.Symbol, what: str) -> sympy.Expr:
-    """Derivative of a continuous expression.
+    """Return the derivative of a continuous expression.
 
     Parameters
     ----------
     value : sympy.Expr
     variable : sympy.Symbol
     what : str
-        What the expression is, for messages.
+        Description of the expression, for messages.
 
     Raises
     ------
@@ -144,7 +145,7 @@ def slope(value: sympy.Expr, variable: sympy.Symbol, what: str) -> sympy.Expr:
 
 
 def plain_slope(value: sympy.Expr, variable: sympy.Symbol) -> sympy.Expr:
-    """The same away from where an expression jumps."""
+    """Return the derivative away from the places where an expression jumps."""
     derivative = _derivative(value, variable, {})
     return derivative.xreplace(dict.fromkeys(derivative.atoms(sympy.DiracDelta), sympy.S.Zero))
 
@@ -152,10 +153,10 @@ def plain_slope(value: sympy.Expr, variable: sympy.Symbol) -> sympy.Expr:
 def _derivative(
     value: sympy.Expr, variable: sympy.Symbol, known: dict[sympy.Expr, sympy.Expr]
 ) -> sympy.Expr:
-    """A derivative by the chain rule, each node's once.
+    """Return a derivative by the chain rule, with that of each node computed once.
 
-    What has a kink stands for itself in SymPy's derivative: SymPy would ask which side is the
-    larger, and whether the arguments are real.
+    A node with a kink is replaced by a symbol in SymPy's derivative, because SymPy would try to
+    decide which side is the larger, and whether the arguments are real.
     """
     if variable not in value.free_symbols:
         return sympy.S.Zero
@@ -177,7 +178,7 @@ def _derivative(
 
 
 def _partial(value: sympy.Expr, argument: sympy.Expr) -> sympy.Expr:
-    """Derivative of a product, a power or a kink by one of its arguments."""
+    """Return the derivative of a product, a power or a kink by one of its arguments."""
     others = [other for other in value.args if other != argument]
     if value.is_Mul:
         return sympy.Mul(*others)
@@ -199,7 +200,7 @@ _KINKS = (Max, Min, *_RATES)
 
 
 def _outermost_kinks(value: sympy.Expr) -> Iterator[sympy.Expr]:
-    """The nodes with kinks that are not within others."""
+    """Return the nodes with kinks that are not within others."""
     walk = sympy.preorder_traversal(value)
     for node in walk:
         if isinstance(node, _KINKS):
@@ -208,7 +209,7 @@ def _outermost_kinks(value: sympy.Expr) -> Iterator[sympy.Expr]:
 
 
 def _without_needless_steps(product: sympy.Mul) -> sympy.Expr:
-    """``Heaviside(x) Max(0, x)`` is ``Max(0, x)``, and likewise ``Heaviside(-x) Min(0, x)``."""
+    """Replace ``Heaviside(x) Max(0, x)`` by ``Max(0, x)``; likewise for ``Min(0, x)``."""
     powers = [factor.as_base_exp() for factor in product.args]
     hinges = [base for base, exponent in powers if exponent.is_positive]
     needless = {

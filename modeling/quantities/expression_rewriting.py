@@ -1,8 +1,8 @@
-"""Other forms of an expression: a number in an exponent, a sum of products, without a symbol.
+"""Rewrite an expression: a number into an exponent, as a sum of products, without a symbol.
 
-What is multiplied out is no longer fit for floating point: ``(x - 2)**12`` loses all its digits
-near 2. So whether an expression depends on a symbol is looked at, at a few points, and what does
-not is taken where the symbol is 0.
+A multiplied-out form is not suitable for floating point: ``(x - 2)**12`` loses all its digits near
+2. So the dependence of an expression on a symbol is tested at a few points, and an independent
+expression is evaluated where the symbol is 0.
 """
 
 import math
@@ -17,7 +17,7 @@ _LARGEST = sympy.Float(2.0**64)
 
 
 def joined_exponential(product: sympy.Mul) -> tuple[sympy.Expr, sympy.Expr] | None:
-    """An exponential with the number that stands before it in its exponent.
+    """Move the number before an exponential into its exponent.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ _MOST_TERMS = 500
 
 
 def multiplied_out(value: sympy.Expr, *, powers: bool = True) -> sympy.Expr:
-    """An expression as a sum of products, or as it is where it may have too many of them.
+    """Return an expression as a sum of products, or unchanged if it may have too many of them.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def multiplied_out(value: sympy.Expr, *, powers: bool = True) -> sympy.Expr:
 
 
 def _terms(value: sympy.Expr) -> int:
-    """Bound on the terms of an expression, or of one in it; it stops at one more than allowed."""
+    """Return a bound on the terms of an expression; it stops at one more than allowed."""
     most, parts = _MOST_TERMS + 1, [_terms(argument) for argument in value.args]
     if value.is_Add:
         return min(sum(parts), most)
@@ -71,12 +71,12 @@ def _terms(value: sympy.Expr) -> int:
 
 
 _INFINITE = (sympy.nan, sympy.zoo, sympy.oo, -sympy.oo)
-#: Of symbols that an expression does not depend on, though it may not be finite for some of them.
+#: Values of symbols on which an expression does not depend, though some may make it infinite.
 _ANYWHERE = (sympy.S.Zero, sympy.S.One, sympy.Integer(2), sympy.Integer(-3))
 
 
 def without(value: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> sympy.Expr | None:
-    """An expression in a form that has none of the symbols in it; None if it depends on one."""
+    """Return an expression in a form without the symbols; None if it depends on one."""
     inside = value.free_symbols & symbols
     if not inside:
         return value
@@ -87,7 +87,7 @@ def without(value: sympy.Expr, symbols: AbstractSet[sympy.Symbol]) -> sympy.Expr
 
 
 def intercept(value: sympy.Expr, slopes: Mapping[sympy.Symbol, sympy.Expr]) -> sympy.Expr | None:
-    """What an expression, affine in symbols with these slopes, is where they are 0.
+    """Return the value of an expression, affine in symbols with these slopes, where they are 0.
 
     As (p**2 + p x)/p where p is 0, which is x + p: where that is not finite as it is written, it
     follows from another place. None if it is finite at none that was tried.
@@ -102,6 +102,6 @@ def intercept(value: sympy.Expr, slopes: Mapping[sympy.Symbol, sympy.Expr]) -> s
 def where(
     value: sympy.Expr, symbols: AbstractSet[sympy.Symbol], place: sympy.Integer = sympy.S.Zero
 ) -> sympy.Expr | None:
-    """An expression where all the symbols have a number; None if it is not finite there."""
+    """Return an expression where all the symbols have a number; None if it is not finite there."""
     there = value.xreplace(dict.fromkeys(symbols, place))
     return None if there.has(*_INFINITE) else there

@@ -2,9 +2,9 @@
 
 A plain number has no unit of its own. In a function of parameters it is a pure number. In an
 equation of motion it may stand for something with a unit (``9.81 * m``, an arm of 0.25): there a
-mismatch that a number could mend is *excused* and noted, never passed in silence. The numbers
-that energies and their derivatives bring (1, 2, 1/2 and their negatives, however written) excuse
-nothing in a term that has parameters or constants, whose units they would hide.
+mismatch that a number could explain is *excused* and noted, never passed silently. The numbers that
+come from energies and their derivatives (1, 2, 1/2 and their negatives, however written) excuse
+nothing in a term with parameters or constants, whose wrong units they would hide.
 """
 
 import math
@@ -42,7 +42,7 @@ _OF_NUMBERS = (
 
 
 class UnitsError(ValueError):
-    """Units that do not fit; callers say it in the words of what they were asked."""
+    """Units that do not fit; callers add the name of the expression to the message."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,13 +62,13 @@ class UnitReader:
     loose_numbers : bool
         Whether a plain number may carry a unit.
     of_numbers : bool
-        Whether only plain numbers can carry the unit, as there are no parameters and constants: it
-        then is no matter which numbers they are.
+        Whether only plain numbers can carry the unit, because there are no parameters and
+        constants: their values then do not matter.
 
     Attributes
     ----------
     excused : list of Unit
-        What plain numbers would have to carry where the units did not fit without.
+        Units that plain numbers would have to carry where the units do not fit otherwise.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class UnitReader:
         self.excused: list[Unit] = []
 
     def unit(self, expression: sympy.Expr) -> Unit:
-        """Unit of an expression; what has none is a number.
+        """Return the unit of an expression; without units it is that of a number.
 
         Raises
         ------
@@ -101,7 +101,7 @@ class UnitReader:
         UnitsError
             Units do not fit within it.
         """
-        alone = expression.is_number  # it may have any unit, whatever number it is
+        alone = expression.is_number  # it may have any unit, whatever its value
         read = _ExpressionUnit(NUMBER, self._loose_numbers) if alone else self._read(expression)
         return self._is(read, wanted)
 
@@ -128,20 +128,20 @@ class UnitReader:
         return self._applied(node)
 
     def _product(self, parts: list[_ExpressionUnit]) -> _ExpressionUnit:
-        """The one unit there is as it was written; of several, the canonical product."""
+        """Return the single unit as it was written; for several, the canonical product."""
         units = [p.unit for p in parts if not p.unit.same_dimension(NUMBER)]
         return _ExpressionUnit(reduce(mul, units or [NUMBER]), any(p.loose for p in parts))
 
     def _common(
         self, node: sympy.Basic, parts: Iterable[sympy.Basic], does: str
     ) -> _ExpressionUnit:
-        """The unit that all parts have; a number among them, as a rest length, may have any."""
+        """Return the unit of all parts; a number, such as a rest length, may have any."""
         reads = [
             _ExpressionUnit(NUMBER, self._loose_numbers) if part.is_Number else self._read(part)
             for part in parts
             if part != 0
         ]
-        # What has a unit says which; failing that, what is no plain number.
+        # A part with a unit decides; otherwise one that is not a plain number.
         first = min(reads, key=lambda read: (read.loose, read.unit.same_dimension(NUMBER)))
         for read in reads:
             if not self._is(read, first.unit):
@@ -179,9 +179,7 @@ class UnitReader:
                 self._common(relation, relation.args, "compares")
             return self._common(node, [pair.args[0] for pair in node.args], "chooses from")
         if self._loose_numbers and not isinstance(node, _OF_NUMBERS):
-            return _ExpressionUnit(
-                NUMBER, loose=True
-            )  # a function of the user's, refused elsewhere
+            return _ExpressionUnit(NUMBER, loose=True)  # a user's function, refused elsewhere
         argument = self._read(node.args[0])
         if not self._is(argument, NUMBER):
             raise UnitsError(f"{node} takes a number, not {argument.unit}.")
@@ -189,15 +187,15 @@ class UnitReader:
 
 
 def _is_sign(number: sympy.Expr) -> bool:
-    """Return whether a number is what SymPy has of a sign: nobody wrote it as an amount."""
+    """Return whether a number is a sign that SymPy made, which nobody wrote as an amount."""
     return number in (sympy.S.One, sympy.S.NegativeOne) and number.is_Integer
 
 
 def _is_pure(number: sympy.Expr) -> bool:
-    """Whether a number has no room for a unit: it comes of an energy, or is a constant as pi is.
+    """Return whether a number is dimensionless: a factor of an energy, or a constant such as pi.
 
-    A half is written as ``1/2`` and as ``0.5``, of which deriving leaves ``1.0``; SymPy has both
-    as numbers of different kinds.
+    A half is written as ``1/2`` or as ``0.5``, which becomes ``1.0`` when a square is
+    differentiated; SymPy has the two as numbers of different kinds.
     """
     if number.is_Number:
         return abs(float(number)) in _PURE

@@ -1,8 +1,8 @@
 """Places where functions change: kinks, edges of roots, transitions of smooth functions.
 
-A *feature* is a value that decides: the argument of ``Abs``, the difference of two arguments of
-``Max``, the argument of ``tanh``. At a kink, what decides is 0; a smooth function such as ``tanh``
-is all but constant unless its argument is of moderate size.
+A *feature* is a deciding value: the argument of ``Abs``, the difference of two arguments of
+``Max``, the argument of ``tanh``. At a kink, this value is 0; a smooth function such as ``tanh`` is
+almost constant unless its argument is of moderate size.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -15,19 +15,19 @@ from sympy.core.relational import Relational
 from sympy.functions.elementary.miscellaneous import Max, Min
 
 _SIGNED = (sympy.Abs, sympy.sign, sympy.Heaviside)
-#: Functions that are all but constant, or larger than all else, away from small arguments.
+#: Functions that are almost constant, or larger than all else, away from small arguments.
 _FLAT = (sympy.tanh, sympy.sinh, sympy.cosh)
 _OTHER = (sympy.sin, sympy.cos, sympy.tan, sympy.atan, sympy.asin, sympy.acos, sympy.log)
 _STEPS = 100  # in which a crossing is found
-_CLOSE = 1e-24  # share by which a crossing is known
-_TOUCH = 1e-18  # share of the values around, below which a function touches 0
-_SAME = 1e-15  # share by which two places are apart
+_CLOSE = 1e-24  # share within which a crossing is known
+_TOUCH = 1e-18  # share of the values around it, below which a function touches 0
+_SAME = 1e-15  # share by which two places differ
 _PARABOLAS = 12  # steps by a parabola
 
 
 @dataclass(frozen=True, slots=True)
 class Feature:
-    """A value that decides what a function does.
+    """A value that decides the branch or the transition of a function.
 
     Attributes
     ----------
@@ -39,8 +39,8 @@ class Feature:
         Whether the function may have a kink, a jump or an edge where the value is 0; else it is
         smooth, and has its transition where the value is of moderate size.
     needed : bool
-        Whether the function may be another one where it was not looked at: on the other side of a
-        kink, or in its transition.
+        Whether the function may differ where it was not evaluated: on the other side of a kink, or
+        in its transition.
     """
 
     node: sympy.Basic
@@ -50,12 +50,12 @@ class Feature:
 
     @property
     def symbols(self) -> set[sympy.Symbol]:
-        """The symbols of the value."""
+        """Return the symbols of the value."""
         return set().union(*(part.free_symbols for part in self.parts))
 
     @property
     def has_known_places(self) -> bool:
-        """Return whether all places are found at which the value is 0 and its function has a kink.
+        """Return whether all places are known at which the value is 0 and its function has a kink.
 
         A smooth function has none. A part of one symbol that is piecewise linear or quadratic is 0
         between kinks that are known, and one that is linear in each of its symbols along one line.
@@ -67,7 +67,7 @@ class Feature:
 
     @property
     def is_piecewise_linear(self) -> bool:
-        """Return whether the value is linear between kinks, so that it touches 0 at kinks alone."""
+        """Return whether the value is linear between kinks, so that it touches 0 only at kinks."""
         return all(map(_is_piecewise_linear, self.parts))
 
     @property
@@ -103,13 +103,13 @@ def _is_piecewise_linear(node: sympy.Basic) -> bool:
 
 
 def features_of(expression: sympy.Basic) -> Iterator[Feature]:
-    """The features of an expression, those of inner functions first; some may repeat."""
+    """Return the features of an expression, those of inner functions first; some may repeat."""
     for node in _once(expression):
         yield from (feature for feature in _features(node) if feature.symbols)
 
 
 def _once(expression: sympy.Basic) -> Iterator[sympy.Basic]:
-    """The nodes of an expression, each once, inner ones first."""
+    """Return the nodes of an expression, each once, inner ones first."""
     seen: set[sympy.Basic] = set()
     stack = [(expression, False)]
     while stack:
@@ -123,7 +123,7 @@ def _once(expression: sympy.Basic) -> Iterator[sympy.Basic]:
 
 
 def _features(node: sympy.Basic) -> Iterator[Feature]:
-    """The features of one function."""
+    """Return the features of one function."""
     if isinstance(node, _SIGNED):
         yield from _edges(node, needed=True)
     elif isinstance(node, (Max, Min)):
@@ -144,7 +144,7 @@ def _features(node: sympy.Basic) -> Iterator[Feature]:
 
 
 def _of_function(node: sympy.Function) -> Iterator[Feature]:
-    """The features of a smooth function, of which some have edges."""
+    """Return the features of a smooth function, of which some have edges."""
     if isinstance(node, sympy.atan2):
         for argument in node.args:
             yield Feature(node, (argument,), sharp=True, needed=argument == node.args[0])
@@ -159,13 +159,13 @@ def _of_function(node: sympy.Function) -> Iterator[Feature]:
 
 
 def _edges(node: sympy.Expr, *, needed: bool) -> Iterator[Feature]:
-    """One feature for each factor of a function's argument."""
+    """Return one feature for each factor of a function's argument."""
     for factor in _factors(node.args[0]):
         yield Feature(node, (factor,), sharp=True, needed=needed)
 
 
 def _scaled_exponentials(product: sympy.Mul) -> Iterator[Feature]:
-    """Exponentials by a number, as which SymPy writes ``exp(x - 3000.0)``."""
+    """Return exponentials with a factor, as SymPy writes ``exp(x - 3000.0)``."""
     number = product.args[0]
     if number.is_Number:
         for factor in product.args:
@@ -175,7 +175,7 @@ def _scaled_exponentials(product: sympy.Mul) -> Iterator[Feature]:
 
 
 def _factors(argument: sympy.Expr) -> Iterator[sympy.Expr]:
-    """What may change the sign of a product, or make it 0."""
+    """Return the factors that may change the sign of a product, or make it 0."""
     for factor in sympy.Mul.make_args(argument):
         base, exponent = factor.as_base_exp()
         yield base if exponent.is_Number else factor
@@ -184,15 +184,15 @@ def _factors(argument: sympy.Expr) -> Iterator[sympy.Expr]:
 def crossings(
     value: Callable[[Any], Any], grid: Sequence[Any], *, curved: bool = True
 ) -> list[Any]:
-    """Places at which a function changes its sign, or touches 0, in ascending order.
+    """Return places at which a function changes its sign, or touches 0, in ascending order.
 
     Parameters
     ----------
     value : callable
         NaN where it has none.
     grid : sequence of number
-        Ascending, where it is looked at first; what happens twice between two of them is found
-        only if a parabola leads there.
+        Ascending, where it is looked at first; two crossings between neighbours are found only if a
+        parabola leads there.
     curved : bool
         Whether it may touch 0 between two places of the grid.
     """
@@ -209,7 +209,7 @@ def crossings(
 
 
 def _between(value: Callable[[Any], Any], low: tuple[Any, Any], high: tuple[Any, Any]) -> Any:
-    """A change of sign between two places, by secants that are halved, or by the middle."""
+    """Return a change of sign between two places, by halved secants, or by bisection."""
     (a, at_a), (b, at_b) = low, high
     side = 0
     for step in range(_STEPS):
@@ -233,7 +233,7 @@ def _between(value: Callable[[Any], Any], low: tuple[Any, Any], high: tuple[Any,
 def _by_parabola(
     value: Callable[[Any], Any], places: Sequence[Any], sizes: Sequence[Any]
 ) -> list[Any]:
-    """Where a parabola through three values, drawn again and again, leads to 0."""
+    """Return the place to which parabolas through three values, repeated, lead: a touch of 0."""
     (x0, x1, x2), (y0, y1, y2) = places, sizes
     largest = max(abs(y0), abs(y1), abs(y2))
     first = (y1 - y0) / (x1 - x0)
@@ -256,7 +256,7 @@ def _by_parabola(
 
 
 def _polished(value: Callable[[Any], Any], place: Any, width: Any) -> Any:
-    """A place nearer to where a function is 0, by parabolas through its neighbourhood."""
+    """Return a place nearer to a zero of a function, by parabolas through its neighbourhood."""
     step = abs(width) * 1e-3
     for _ in range(_PARABOLAS):
         below, here, above = value(place - step), value(place), value(place + step)
@@ -264,7 +264,7 @@ def _polished(value: Callable[[Any], Any], place: Any, width: Any) -> Any:
             break
         slope, bend = (above - below) / (2 * step), (above - 2 * here + below) / step**2
         if bend and (slope**2 <= 2 * abs(bend * here) * (1 + 1e-9)):
-            move = -slope / bend  # to where it is lowest, as it touches 0 there if anywhere
+            move = -slope / bend  # towards its minimum, the only place at which it may touch 0
         elif slope:
             move = -here / slope
         else:
@@ -281,7 +281,7 @@ def _is_zero(value: Callable[[Any], Any], place: Any, largest: Any) -> bool:
 
 
 def apart(places: Iterable[Any]) -> list[Any]:
-    """Places in ascending order, each once."""
+    """Return places in ascending order, each once."""
     found: list[Any] = []
     for place in sorted(places):
         if not found or place - found[-1] > _SAME * max(abs(place), abs(found[-1])):

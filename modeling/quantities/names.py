@@ -1,6 +1,6 @@
-"""Checks of the names in a declaration, and of its numbers: plain finite floats.
+"""Checks of the names and numbers in a declaration; numbers are plain finite floats.
 
-Names travel into generated Python and C text, so they are checked once, at declaration.
+Names are used in generated Python and C text, so they are checked once, at declaration.
 """
 
 import contextlib
@@ -12,7 +12,9 @@ from typing import Any
 
 import sympy
 
-from axisid.support.errors import ModelError, quoted, refuse
+from axisid.support.checks import refuse
+from axisid.support.errors import ModelError
+from axisid.support.wording import quoted
 
 _PATTERN = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
 
@@ -40,17 +42,17 @@ _TAKEN = {
     "a mathematical function": _FUNCTIONS,
     "reserved for the generated functions": RESERVED,
 }
-# Symbols that the program makes itself: the direct model's parameters, a law's delay line, and
+# Symbols made by the program: the direct model's parameters, a law's delay line, and
 # the sides of kinks.
 _MADE = re.compile(r"(theta|delayed|side)\d+")
 
 
-# What these names mean in every expression, whatever is declared.
+# Meaning of these names in every expression, whatever is declared.
 _CONSTANTS = {"pi": "the number pi", "G": "the standard acceleration of gravity"}
 
 
 def check_name(name: str, what: str) -> str:
-    """A name, which generated text can carry.
+    """Return a name that generated text can contain.
 
     Raises
     ------
@@ -74,13 +76,13 @@ def check_name(name: str, what: str) -> str:
 
 
 def check_symbol(name: str, what: str, *, control: bool = False) -> None:
-    """Refuse a name for a symbol that means something in every expression already.
+    """Refuse a symbol's name that already has a meaning in every expression.
 
     Parameters
     ----------
     name, what : str
     control : bool
-        Whether it is a symbol of a control law, which knows no gravity.
+        Whether it is a symbol of a control law, in which gravity has no meaning.
 
     Raises
     ------
@@ -97,14 +99,14 @@ def check_symbol(name: str, what: str, *, control: bool = False) -> None:
 
 
 def fresh_name(name: str, taken: set[str]) -> str:
-    """A name that may be used and is not taken, even but for case; it is then taken.
+    """Return a name that is permitted and not taken, even except for case; it is then taken.
 
     Parameters
     ----------
     name : str
-        What it is like.
+        The name to start from.
     taken : set of str
-        In lower case.
+        Names in lower case.
     """
     stem, i = name[:28], 1
     while True:
@@ -123,7 +125,7 @@ def check_distinct(names: Iterable[tuple[str, str]]) -> None:
     Parameters
     ----------
     names : iterable of (name, what)
-        `what` says what carries the name, for the message.
+        Each name with a description of its owner, for the message.
     """
     seen: dict[str, tuple[str, str]] = {}
     for name, what in names:
@@ -141,18 +143,18 @@ _SIMPLE, _DIGITS = 1000, 6
 
 
 def settle(record: object, **values: Any) -> None:
-    """Put checked values in the places of what a frozen dataclass was given."""
+    """Replace the fields of a frozen dataclass by checked values."""
     for name, value in values.items():
         object.__setattr__(record, name, value)
 
 
 def number(value: Any, what: str, *, finite: bool = True) -> float:
-    """Return a float, or say what should have been one.
+    """Return a float, or report which value should have been one.
 
     Raises
     ------
     ModelError
-        It is no number, or not finite where it must be.
+        It is not a number, or not finite where it must be.
     """
     try:
         result = float(value)
@@ -166,7 +168,7 @@ def number(value: Any, what: str, *, finite: bool = True) -> float:
 
 
 def rounded(expression: sympy.Expr) -> sympy.Expr:
-    """An expression with six digits where a number is no simple fraction."""
+    """Return an expression with six digits where a number is not a simple fraction."""
     return expression.xreplace(
         {
             x: sympy.Float(x, _DIGITS)

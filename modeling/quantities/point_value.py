@@ -1,7 +1,8 @@
-"""Values of expressions at points, in many digits, each with how far rounding moves it.
+"""Values of expressions at points, in many digits, each with its change by rounding.
 
-Each number is worked out twice. The second time the decimals that were declared and the terms of
-sums are off by a little, as rounding leaves them: what changes as much as it is large is nothing.
+Each number is computed twice. The second time the declared decimals and the terms of sums are
+changed a little, as rounding would change them: a number that changes by as much as its size counts
+as zero.
 """
 
 import hashlib
@@ -22,21 +23,21 @@ from sympy.functions.elementary.miscellaneous import Max, Min
 from .structural_order import structural_order
 from .symbols import DIRECTION
 
-#: Numbers of many digits; SymPy's own context is left alone.
+#: Numbers with many digits; SymPy's own context is not changed.
 numbers = MPContext()
 numbers.dps = 70
-_DECIMAL = 1e-14  # share by which decimals are off
-_SPARE_BITS = 60  # of each number, in which the terms of sums are off
-_NOTHING = 30  # changes by rounding, up to which a number is nothing
-_SPREAD, _BITS = 6, 40  # factors of two that numbers spread over, by bits that tell no size
+_DECIMAL = 1e-14  # relative change of decimals
+_SPARE_BITS = 60  # of each number, by which the terms of sums change
+_NOTHING = 30  # changes by rounding, up to which a number counts as zero
+_SPREAD, _BITS = 6, 40  # factors of two over which numbers are spread, per bit that gives no size
 _SECANTS = 16  # steps in which an edge is found
-_TOLD = 25  # digits by which what a function is of is told
-_LARGEST = 2000  # binary digits before the point of what a function is evaluated of
-_FIRST_ROUNDED = 2**53  # whole number from which floating point rounds
-#: What a value that does not exist raises.
+_TOLD = 25  # digits to which the argument of a function is known
+_LARGEST = 2000  # binary digits before the point of the argument of a function
+_FIRST_ROUNDED = 2**53  # whole number above which floating point rounds
+#: Errors that a value raises if it does not exist.
 CANNOT = (ArithmeticError, TypeError, ValueError, RecursionError, MemoryError)
 
-#: A number, and the same number off by rounding.
+#: A number, and the number with rounding.
 Value: TypeAlias = tuple[Any, Any]
 
 NOTHING: Value = (numbers.zero, numbers.zero)
@@ -47,7 +48,7 @@ _ANALYTIC: dict[Any, Callable[..., Any]] = {
 }
 
 
-#: What conditions compare.
+#: Comparisons of conditions.
 _RELATIONS: dict[Any, Callable[[Any, Any], bool]] = {
     sympy.Gt: operator.gt,
     sympy.Ge: operator.ge,
@@ -59,7 +60,7 @@ _RELATIONS: dict[Any, Callable[[Any, Any], bool]] = {
 
 
 def is_nothing(value: Value) -> bool:
-    """Return whether a number is what rounding left of nothing.
+    """Return whether a number is zero up to rounding.
 
     Raises
     ------
@@ -73,20 +74,20 @@ def is_nothing(value: Value) -> bool:
 
 
 def rounding(seed: int) -> Callable[[Any], Any]:
-    """What moves numbers as rounding does, each by another share."""
+    """Return a function that changes numbers like rounding, each by another share."""
     source, share = random.Random(seed), numbers.ldexp(1, _SPARE_BITS - numbers.prec)  # noqa: S311
     return lambda number: number + number * share * source.uniform(0.5, 1.5)
 
 
 def off_as_decimal(number: Fraction) -> Value:
-    """A declared number, which is rounded if it is not whole."""
+    """Return a declared number with rounding, unless it is whole."""
     value = numbers.mpf(number.numerator) / number.denominator
     share = _DECIMAL if number.denominator != 1 else numbers.ldexp(1, _SPARE_BITS - numbers.prec)
     return value, value + value * share * drawn(0, "number", str(number))
 
 
 def value_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> Any:
-    """The real value of an expression at a point.
+    """Return the real value of an expression at a point.
 
     Raises
     ------
@@ -98,7 +99,7 @@ def value_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> Any:
 
 
 def float_at(expression: sympy.Expr, point: Mapping[sympy.Symbol, Any]) -> float:
-    """The same as a float; NaN where it has none."""
+    """Return the value of an expression at a point as a float; NaN where it has none."""
     try:
         value = float(value_at(expression, point))
     except CANNOT:
@@ -112,11 +113,11 @@ class _Values:
     Attributes
     ----------
     values : dict
-        By expression.
+        Values by expression.
     is_real : bool
-        Whether all that was evaluated so far is real.
+        Whether all values so far are real.
     off : callable
-        Moves a number as rounding does.
+        Function that changes a number as rounding does.
     """
 
     def __init__(self, given: Mapping[sympy.Symbol, Value], turn: int = 0) -> None:
@@ -205,11 +206,11 @@ class DrawnPoint(_Values):
     ----------
     points : Points
     turn : int
-        Of the point; what is drawn is another number at each.
+        Number of the point; other numbers are drawn at each.
     placed : mapping of sympy.Basic to Value
         Numbers of symbols, or in place of whole expressions.
     decimals : bool
-        Whether decimals are off by rounding.
+        Whether decimals are changed as by rounding.
     """
 
     def __init__(
@@ -224,15 +225,15 @@ class DrawnPoint(_Values):
         self._points, self.turn, self._decimals = points, turn, decimals
 
     def drawn(self, *about: str) -> Any:
-        """A number of its own for what has a name, between 1/2 and 3/2."""
+        """Draw a number for a named node, between 1/2 and 3/2."""
         return drawn(self.turn, *about)
 
     def beside(self, values: Mapping[sympy.Basic, Value]) -> "DrawnPoint":
-        """A point with other symbols, at which unknown functions have the same values."""
+        """Return a point with other symbols, at which unknown functions have the same values."""
         return DrawnPoint(self._points, self.turn, values, decimals=self._decimals)
 
     def again(self, *, decimals: bool) -> "DrawnPoint":
-        """The same point, of which nothing was evaluated."""
+        """Return the same point with nothing evaluated yet."""
         symbols = {node: value for node, value in self.values.items() if node.is_Symbol}
         return DrawnPoint(self._points, self.turn, symbols, decimals=decimals)
 
@@ -245,7 +246,7 @@ class DrawnPoint(_Values):
         return exactly(self._points.generic(symbol, self.turn))
 
     def _real(self, number: Any) -> Any:
-        return numbers.re(number)  # what is not real there may be elsewhere
+        return numbers.re(number)  # a value that is not real there may be real elsewhere
 
     def _side(self, value: Value) -> Any:
         return numbers.zero if is_nothing(value) else numbers.sign(numbers.re(value[0]))
@@ -259,12 +260,12 @@ class DrawnPoint(_Values):
 
 
 class Points:
-    """Points at which expressions are looked at, by number; the names of symbols do not matter.
+    """Points at which expressions are evaluated, by number, independent of the symbols' names.
 
     Parameters
     ----------
     *expressions : sympy.Expr
-        What is evaluated.
+        Expressions to evaluate.
     velocity : sympy.Symbol, optional
         The friction direction is its sign.
     given : mapping of sympy.Symbol to Value, optional
@@ -285,7 +286,7 @@ class Points:
             self.places.setdefault(velocity, len(self.places))
 
     def generic(self, symbol: sympy.Symbol, turn: int) -> Any:
-        """A number of moderate size for a symbol: positive, negative or, every fourth turn, any."""
+        """Draw a number of moderate size: positive, negative or, every fourth turn, of any sign."""
         about = str(self.places.setdefault(symbol, len(self.places)))
         share = drawn(turn, "symbol", about)
         bits = int(numbers.ldexp(share, _BITS))
@@ -294,12 +295,12 @@ class Points:
         return -size if turned and not symbol.is_positive else size
 
     def at(self, turn: int, *, decimals: bool = True) -> DrawnPoint:
-        """Values at one of the points, which have nothing to do with each other."""
+        """Return the values at one of the points, which are independent of each other."""
         return DrawnPoint(self, turn, decimals=decimals)
 
 
 def deciding(kink: sympy.Basic) -> Iterator[sympy.Expr]:
-    """Expressions whose signs decide the side of a kink."""
+    """Return expressions whose signs decide the side of a kink."""
     arguments = list(kink.args[:1])
     if isinstance(kink, (Max, Min)):
         arguments = [a - b for a, b in combinations(kink.args, 2)]
@@ -328,7 +329,7 @@ def is_decimal(number: sympy.Expr) -> bool:
 
 @lru_cache(maxsize=4096)
 def _known_number(node: sympy.Expr, off: bool, _digits: int) -> Value:
-    """The value of a number in the present digits."""
+    """Return the value of a number in the current precision."""
     if node.is_Float:
         number = numbers.mpf(str(node))
         share = _DECIMAL * drawn(0, "decimal", str(node)) if off else numbers.zero
@@ -345,7 +346,7 @@ def _real(number: Any) -> Any:
 
 
 def exactly(number: Any) -> Value:
-    """A number that rounding does not move."""
+    """Return a number without rounding."""
     return number, number
 
 
@@ -354,7 +355,7 @@ def _both(function: Callable[[Any], Any], value: Value) -> Value:
 
 
 def drawn(turn: int, *about: str) -> Any:
-    """A number between 1/2 and 3/2, another one for each turn and name."""
+    """Draw a number between 1/2 and 3/2, another one for each turn and name."""
     digest = hashlib.sha256("\n".join((str(turn), *about)).encode()).digest()
     return numbers.mpf(int.from_bytes(digest, "big")) / 2 ** (8 * len(digest)) + 0.5
 

@@ -1,4 +1,4 @@
-"""Expressions in the order in which they are read: inertia first, then friction, loads, offsets.
+"""Expressions in reading order: inertia first, then friction, loads, offsets.
 
 SymPy sorts by the alphabet, which puts ``Fc sign(dq)`` before ``M ddq`` and ``dq`` before ``fv``.
 """
@@ -24,8 +24,8 @@ from .symbols import (
 )
 
 _DIGITS = 10
-_WHOLE = 1e7  # from which a whole decimal keeps its exponent
-_NUMBER, _PARAMETER, _CONSTANT, _MOTION = "abcd"  # sort so
+_WHOLE = 1e7  # above which a whole decimal keeps its exponent
+_NUMBER, _PARAMETER, _CONSTANT, _MOTION = "abcd"  # in this sorting order
 _DIRECTION_RANK, _LAST_RANK = 5, 7  # of terms, as in `readable`
 
 
@@ -36,12 +36,12 @@ class Readable:
     Attributes
     ----------
     value : sympy.Expr
-        With stand-ins for its symbols, which SymPy sorts as they are read: parameters before
-        constants, those before the motion.
+        The expression with stand-ins for its symbols, which SymPy sorts in reading order:
+        parameters before constants, constants before the motion.
     names : dict of sympy.Symbol to sympy.Expr
-        What each stand-in is.
+        The symbol that each stand-in replaces.
     ranks : dict of sympy.Symbol to int
-        Of the stand-ins that decide where the terms of a sum come.
+        Rank of the stand-ins that decide the order of the terms of a sum.
     velocity : sympy.Symbol or None
         Stand-in of the velocity, if it occurs.
     """
@@ -52,9 +52,9 @@ class Readable:
     velocity: sympy.Symbol | None
 
     def terms(self, total: sympy.Expr) -> list[sympy.Expr]:
-        """Terms of a sum: what drives, acceleration, velocity, its sign, position, the rest.
+        """Return the terms of a sum: drive, acceleration, velocity, its sign, position, the rest.
 
-        A positive term comes first if there is one, also among its like.
+        A positive term comes first if there is one, also among terms of a kind.
         """
         terms = sorted(
             total.as_ordered_terms(),
@@ -78,12 +78,12 @@ class Readable:
 def readable(value: sympy.Expr, coordinate: Coordinate) -> Readable:
     """Prepare an expression of an axis or its control law for a printer.
 
-    Decimals lose what rounding left behind their tenth digit.
+    Decimals are cut after the tenth digit, which removes rounding errors.
     """
     q = coordinate
     motion = (REFERENCE, q.acceleration, q.velocity, DIRECTION, q.symbol)
     order = [FORCE, *motion, MEASURED_POSITION, MEASURED_VELOCITY, PERIOD, CONTROL, BALANCED]
-    # Terms: what drives comes first, then the motion by its derivatives.
+    # Terms: the drive comes first, then the motion by its derivatives.
     ranks = {s: rank for rank, s in enumerate((FORCE, CONTROL, *motion))}
     stand_ins: dict[sympy.Expr, sympy.Symbol] = {}
     for s in sorted(value.free_symbols | value.atoms(sympy.NumberSymbol), key=str):
@@ -113,7 +113,7 @@ def _rounded(decimal: sympy.Float) -> sympy.Expr:
 
 
 class InReadingOrder:
-    """What makes a printer of SymPy sort sums so, and name stand-ins."""
+    """A mixin that makes a printer of SymPy sort sums in this order, and name stand-ins."""
 
     def __init__(self, prepared: Readable, settings: Mapping[str, Any], *house: Any) -> None:
         super().__init__(settings, *house)  # type: ignore[call-arg]
@@ -134,24 +134,24 @@ class _TextPrinter(InReadingOrder, StrPrinter):  # type: ignore[misc]
 
 
 def written(value: sympy.Expr, coordinate: Coordinate) -> str:
-    """An expression as text."""
+    """Return an expression as text."""
     prepared = readable(value, coordinate)
     return str(_TextPrinter(prepared, {"full_prec": False}).doprint(prepared.value))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Formula:
-    """``name = value [unit]: column``; what is empty is left out.
+    """``name = value [unit]: column``; empty parts are omitted.
 
     Attributes
     ----------
     name : sympy.Expr or str
-        What is spoken of.
+        The quantity that is defined.
     value : sympy.Expr or None
-        What it equals.
+        Its value.
     unit : str
     column : sympy.Expr or None
-        What multiplies it in a regressor.
+        Its factor in a regressor.
     """
 
     name: sympy.Expr | str
@@ -160,13 +160,13 @@ class Formula:
     column: sympy.Expr | None = None
 
     def head(self, coordinate: Coordinate) -> str:
-        """``name = value`` as text."""
+        """Return ``name = value`` as text."""
         value = "" if self.value is None else f" = {written(self.value, coordinate)}"
         name = self.name if isinstance(self.name, str) else written(self.name, coordinate)
         return f"{name}{value}"
 
     def text(self, coordinate: Coordinate) -> str:
-        """``name = value [unit]: column``."""
+        """Return ``name = value [unit]: column`` as text."""
         unit = f" [{self.unit}]" if self.unit else ""
         column = "" if self.column is None else f": {written(self.column, coordinate)}"
         return f"{self.head(coordinate)}{unit}{column}"

@@ -1,4 +1,4 @@
-"""An internal state of friction that remembers: presliding, hysteresis."""
+"""An internal state of friction, for presliding and hysteresis."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -14,12 +14,12 @@ from .names import check_symbol, settle
 from .symbols import Amount, Symbolic, expression
 from .units import parse_unit
 
-#: What to give where a part may not be any number.
+#: Permitted values of a part, as messages name them.
 _GIVE = {"positive": "a positive number", "0 or more": "0 or more"}
 
 
 class StateSymbol(sympy.Symbol):  # type: ignore[misc]
-    """The symbol of a `State`: it carries how the state follows the motion."""
+    """The symbol of a `State`, which carries the equation of its change."""
 
     __slots__ = ("state",)
     state: "State"
@@ -31,11 +31,11 @@ class StateSymbol(sympy.Symbol):  # type: ignore[misc]
         return symbol
 
     def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]:
-        """For copies and pickles."""
+        """Return the arguments for copies and pickles."""
         return (self.state,), {}
 
     def _hashable_content(self) -> tuple[Any, ...]:
-        # SymPy also orders by it, so that a state itself cannot be there.
+        # SymPy also sorts by it, so that the state object itself cannot be stored there.
         state, none = self.state, sympy.S.Infinity
         limit = none if state.limit is None else state.limit
         return (*super()._hashable_content(), state.unit, state.following, limit, state.start)
@@ -43,17 +43,17 @@ class StateSymbol(sympy.Symbol):  # type: ignore[misc]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StatePart:
-    """An amount that a ready state was declared by.
+    """An amount by which a ready state was declared.
 
     Attributes
     ----------
     what : str
-        In words: ``the stiffness of LuGre friction``.
+        Description: ``the stiffness of LuGre friction``.
     value : sympy.Expr
     unit : str
-        That it must have.
+        Unit that it must have.
     least : {"positive", "0 or more", ""}
-        What it must be; empty for any number.
+        Permitted range; empty for any number.
     """
 
     what: str
@@ -70,7 +70,7 @@ class StatePart:
 class State(Symbolic):
     """Internal state of friction, with its own differential equation.
 
-    It stands in the equation of motion as it is. No record has it, so that such an axis is
+    It is used directly in the equation of motion. No record contains it, so that such an axis is
     simulated and fitted (`fit`), and has no least squares.
 
     Attributes
@@ -81,18 +81,18 @@ class State(Symbolic):
         Its rate of change, in `unit` per second: of position, velocity, parameters and constants,
         of its own symbol and of other states. To write its own symbol, give a function of it:
         ``lambda z: v - s0 * Abs(v) * z / Fc``. It must vanish with the velocity: a state that
-        changes at rest is none of friction's.
+        changes at rest is not one of friction.
     limit : expression, optional
-        Where the state stays while the velocity drives it on, on either side, as a slider does that
-        slips; of parameters and constants. `following` is then the velocity.
+        Value, on either side, at which the state stays while the velocity drives it further, as for
+        a slipping slider; a function of parameters and constants. `following` is then the velocity.
     start : expression
-        Where it is at the first sample of a simulation; of parameters and constants. One beyond the
-        limit begins at the limit.
+        Value at the first sample of a simulation; a function of parameters and constants. A value
+        beyond the limit is set to the limit.
     description : str
         A few words for tables.
     parts : tuple of StatePart
-        What a ready element is declared by, so that what is wrong is said of that and not of the
-        state's equation.
+        Amounts by which a ready element is declared, so that mistakes are reported for them and not
+        for the state's equation.
 
     References
     ----------
@@ -131,16 +131,16 @@ class State(Symbolic):
 
     @property
     def own(self) -> sympy.Symbol:
-        """Its symbol in its own equation, and in all that is derived."""
+        """Return its symbol in its own equation, and in all derived expressions."""
         return sympy.Symbol(self.name, real=True)
 
     @property
     def symbol(self) -> sympy.Symbol:
-        """The SymPy symbol, by which an axis knows of it."""
+        """Return the SymPy symbol by which an axis recognises the state."""
         return StateSymbol(self)
 
     def with_replaced(self, new: Mapping[sympy.Symbol, sympy.Expr]) -> "State":
-        """The same with others in place of symbols, such as numbers of parameters."""
+        """Return the state with replaced symbols, such as numbers for parameters."""
         rate, *limit, start = (replaced_in(value, new) for value in self.values)
         return State(
             self.name,
@@ -161,24 +161,24 @@ class State(Symbolic):
 
     @property
     def laws(self) -> tuple[sympy.Expr, ...]:
-        """The expressions that it changes by, wherever it begins."""
+        """Return the expressions by which it changes, whatever its start."""
         return (self.following, *(() if self.limit is None else (self.limit,)))
 
     @property
     def values(self) -> tuple[sympy.Expr, ...]:
-        """The expressions that it is declared by."""
+        """Return the expressions by which it is declared."""
         return (*self.laws, self.start)
 
 
-# Of an axis's force it is asked again and again.
+# It is requested repeatedly for an axis's force.
 @lru_cache(maxsize=128)
 def states_in(*values: sympy.Basic) -> tuple[State, ...]:
-    """The states that expressions have in them, and those that these follow, by name.
+    """Return the states in expressions, and the states in their equations, by name.
 
     Raises
     ------
     ModelError
-        Two of different equations have one name.
+        Two states with different equations have the same name.
     """
     found: dict[str, State] = {}
     pending = [symbol.state for value in values for symbol in value.atoms(StateSymbol)]
@@ -195,16 +195,16 @@ def states_in(*values: sympy.Basic) -> tuple[State, ...]:
 
 
 def at_start(value: sympy.Expr) -> sympy.Expr:
-    """An expression where its states start."""
+    """Return an expression with its states at their start."""
     return value.xreplace({s: s.state.first for s in value.atoms(StateSymbol)})
 
 
 def with_own_symbols(value: sympy.Expr) -> sympy.Expr:
-    """An expression with each state's own symbol in it, which carries no equation."""
+    """Return an expression with each state's own symbol in it, which carries no equation."""
     return value.xreplace({s: s.state.own for s in value.atoms(StateSymbol)})
 
 
 def replaced_in(value: sympy.Expr, new: Mapping[sympy.Symbol, sympy.Expr]) -> sympy.Expr:
-    """An expression with others in place of symbols, also in the equations of its states."""
+    """Return an expression with replaced symbols, also in the equations of its states."""
     inside = {s: s.state.with_replaced(new).symbol for s in value.atoms(StateSymbol)}
     return value.xreplace({**new, **inside})

@@ -1,7 +1,7 @@
-"""An order of the symbols of expressions that does not depend on how they are called.
+"""An order of the symbols of expressions that does not depend on their names.
 
-Symbols are told apart by where they stand: colour refinement over the graph of all operations. Two
-symbols of the same colour may exchange their places without changing anything that is looked at.
+Symbols are distinguished by their places: colour refinement over the graph of all operations. Two
+symbols of the same colour may be exchanged without any change in the expressions.
 """
 
 from collections.abc import Iterable, Sequence
@@ -39,7 +39,7 @@ def structural_order(
 
 
 def _children_first(expressions: Sequence[sympy.Basic]) -> list[sympy.Basic]:
-    """Each node once, after all that stands in it."""
+    """Return each node once, after all nodes that it contains."""
     found: dict[sympy.Basic, None] = {}
     stack = [(expression, False) for expression in expressions]
     while stack:
@@ -57,7 +57,7 @@ def _refined(
     expressions: Sequence[sympy.Basic],
     colours: dict[sympy.Symbol, str],
 ) -> dict[sympy.Symbol, str]:
-    """The colours of symbols by their old ones and by all places in which each stands."""
+    """Return the colours of symbols by their old ones and by all places in which each occurs."""
     inside: dict[sympy.Basic, str] = {}
     for node in nodes:
         if node.is_Symbol:

@@ -1,6 +1,6 @@
-"""The quantities a declaration is written in: the coordinate and the parameters.
+"""The quantities of a declaration: the coordinate and the parameters.
 
-Both stand in SymPy expressions as they are: ``M * q.acceleration + Fv * q.velocity``.
+Both are used directly in SymPy expressions: ``M * q.acceleration + Fv * q.velocity``.
 """
 
 import math
@@ -10,23 +10,25 @@ from typing import Any, TypeAlias, TypeVar
 
 import sympy
 
-from axisid.support.errors import ModelError, is_among, listed as several, quoted, refuse
+from axisid.support.checks import is_among, listed as several, refuse
+from axisid.support.errors import ModelError
+from axisid.support.wording import quoted
 
 from .names import check_symbol, number, settle
 from .units import Unit, parse_unit
 
-#: Operations and operands of an expression: different ones, and each as often as it stands there.
+#: Largest number of operations and operands in an expression: distinct ones, and with repetitions.
 MOST_NODES, _MOST_STANDING = 4000, 40_000
 
 T = TypeVar("T")
 
 #: Drive force (or torque) on the load side, in the unit of the coordinate's dual (N or N m).
 FORCE = sympy.Symbol("tau", real=True)
-#: What the drive is given, in its own unit.
+#: Control, the input of the drive, in its own unit.
 CONTROL = sympy.Symbol("control", real=True)
 #: Friction direction: +1 and -1 while sliding, between them while stuck (Filippov).
 DIRECTION = sympy.Symbol("direction", real=True)
-#: Position and velocity in the force of a drive, which knows of no coordinate.
+#: Position and velocity in the force of a drive, which has no coordinate of its own.
 POSITION = sympy.Symbol("axis_position", real=True)
 VELOCITY = sympy.Symbol("axis_velocity", real=True)
 
@@ -39,7 +41,7 @@ class Symbolic(ABC):
     @property
     @abstractmethod
     def symbol(self) -> sympy.Symbol:
-        """The SymPy symbol this object stands for."""
+        """Return the SymPy symbol that this object represents."""
 
     def _sympy_(self) -> sympy.Symbol:
         return self.symbol
@@ -75,13 +77,13 @@ class Symbolic(ABC):
         return -self.symbol
 
 
-#: What a declaration may give in place of a number.
+#: Types that a declaration accepts as a number.
 Amount: TypeAlias = sympy.Expr | Symbolic | float
 
 
 @dataclass(frozen=True, slots=True)
 class Coordinate(Symbolic):
-    """The one degree of freedom.
+    """The single degree of freedom.
 
     Attributes
     ----------
@@ -136,7 +138,7 @@ class Coordinate(Symbolic):
 
 
 def check_coordinate(coordinate: object) -> None:
-    """Refuse what is no coordinate, such as its name."""
+    """Refuse an object that is not a coordinate, such as its name."""
     if not isinstance(coordinate, Coordinate):
         raise ModelError(
             f"the coordinate is {quoted(coordinate)}. Give a Coordinate, such as Coordinate('q').",
@@ -160,7 +162,7 @@ class Parameter(Symbolic):
     description : str
         A few words for tables.
     known : float or None
-        Its value where it is known apart from the record (weighed, from CAD); see `fix`.
+        Its value if it is known independently of the record (weighed, from CAD); see `fix`.
     known_sd : float
         Standard deviation of `known`, in `unit`; 0 if it is exact.
     """
@@ -226,7 +228,7 @@ class Parameter(Symbolic):
 
 
 def check_size(value: sympy.Expr, what: str) -> None:
-    """Refuse an expression that is too large to be walked through again and again.
+    """Refuse an expression that is too large to be traversed repeatedly.
 
     Raises
     ------
@@ -249,7 +251,7 @@ def check_size(value: sympy.Expr, what: str) -> None:
 
 
 def expression(value: Amount, what: str) -> sympy.Expr:
-    """A SymPy expression from what a declaration may give; text is refused (it could run code)."""
+    """Return a SymPy expression of a permitted object; text is refused (it could run code)."""
     if isinstance(value, Symbolic):
         return value.symbol
     if isinstance(value, sympy.Expr):
@@ -258,7 +260,7 @@ def expression(value: Amount, what: str) -> sympy.Expr:
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return sympy.Float(value) if isinstance(value, float) else sympy.Integer(value)
     said, kind = quoted(value), type(value).__name__
-    said = said if said.endswith(f" {kind}") else f"{said} ({kind})"  # a text is no expression
+    said = said if said.endswith(f" {kind}") else f"{said} ({kind})"  # a text is not an expression
     raise ModelError(
         f"{what} is {said}. Give a number or a SymPy expression of "
         "Parameter and Coordinate objects.",
@@ -272,7 +274,7 @@ def listed(values: Any, kind: type[T], what: str) -> tuple[T, ...]:
     Raises
     ------
     ModelError
-        Something else is among them.
+        One of them is of another kind.
     """
     found = several(values)
     for value in found:
@@ -293,11 +295,11 @@ MEASURED_POSITION = sympy.Symbol("measured_position", real=True)
 MEASURED_VELOCITY = sympy.Symbol("measured_velocity", real=True)
 
 
-#: The output of a law within the drive's limit, which a memory may follow: what anti-windup sees.
+#: The output of a law within the drive's limit, which a memory may use, as for anti-windup.
 LIMITED_OUTPUT = sympy.Symbol("limited_output", real=True)
 
 
-#: The output of a law before the drive's limit, which a memory may follow. It is computed once, so
+#: The output of a law before the drive's limit, which a memory may use. It is computed once, so
 #: that it equals `LIMITED_OUTPUT` to the last bit wherever the limit is not reached. The same
 #: expression written again is summed in another order, and differs by rounding.
 UNLIMITED_OUTPUT = sympy.Symbol("unlimited_output", real=True)

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import reduce
 
-from axisid.support.errors import ModelError, quoted
+from axisid.support.errors import ModelError
+from axisid.support.wording import quoted
 
 _BASE = ("kg", "m", "s", "A", "K")
 _Exponents = tuple[Fraction | int, ...]  # of `_BASE`
@@ -45,9 +46,9 @@ class Unit:
     Attributes
     ----------
     text : str
-        As the user wrote it, or canonical for a derived unit: ``N/(m/s)``, ``1/kg``.
+        Unit as written by the user, or canonical for a derived unit: ``N/(m/s)``, ``1/kg``.
     exponents : tuple of int or Fraction
-        Of kilogram, metre, second, ampere, kelvin.
+        Exponents of kilogram, metre, second, ampere, kelvin.
     """
 
     text: str
@@ -88,18 +89,18 @@ def parse_unit(text: str) -> Unit:
 
 
 def product_of_powers(powers: Iterable[tuple[str, int]]) -> Unit:
-    """The product of units to powers, one at least; one alone stays as it is written."""
+    """Return the product of units to powers, at least one; a single unit stays as written."""
     return reduce(operator.mul, (parse_unit(text) ** power for text, power in powers))
 
 
 def angle_power(unit: Unit) -> Fraction | int:
-    """Power of the radian in a unit as it is written, which its exponents count as a number."""
+    """Return the power of the radian in a unit as written; its exponents treat it as a number."""
     turned = {**_SYMBOLS, "rad": _SYMBOLS["K"]}
     return _exponents(unit.text, turned)[-1] - unit.exponents[-1]
 
 
 def _exponents(text: str, symbols: Mapping[str, _Exponents] = _SYMBOLS) -> _Exponents:
-    """Exponents of a product of powers, read by Python's parser; a space multiplies."""
+    """Return the exponents of a product of powers, read by Python's parser; a space multiplies."""
     marked = _JOINED.sub("*", text.strip()).replace("^", "**").replace("·", "*")
 
     def read(node: ast.AST) -> _Exponents:
@@ -123,7 +124,7 @@ def _exponents(text: str, symbols: Mapping[str, _Exponents] = _SYMBOLS) -> _Expo
 
 
 def _power(node: ast.AST) -> Fraction | int:
-    """A whole number of two digits, or a fraction of one-digit ones; else 0, which is no power."""
+    """Return a two-digit whole number or a fraction of one-digit ones; 0 is no power."""
     written = ast.unparse(node)
     if re.fullmatch(r"-?\d{1,2}", written):
         return int(written)

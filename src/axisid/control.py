@@ -1,4 +1,4 @@
-"""Control laws: those that ship, and what a law of one's own is written with.
+"""Control laws: those that ship, and the parts for a user's own law.
 
 In: gains, a period and the signals that a law reads. Out: `ControlLaw`.
 Knows nothing of the axis that it moves.

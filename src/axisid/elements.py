@@ -1,4 +1,4 @@
-"""Friction, loads and drives: what an axis is put together from.
+"""Friction, loads and drives: the parts of an axis.
 
 In: a parameter and its coordinate. Out: an expression in `tau = inertia * ddq + resistances`; a
 `Drive` makes `tau` of a control. Knows nothing of the axis that they become part of.

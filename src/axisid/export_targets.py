@@ -1,6 +1,6 @@
 """Targets of an export, a row for each.
 
-In: what is to be written. Out: text. Knows nothing of what writers import: the command line reads
+In: the result to write. Out: text. Knows nothing of the writers' imports: the command line reads
 the table for its help, and rows name their writers, which are imported when they write.
 """
 
@@ -16,12 +16,12 @@ class ExportTarget:
     Attributes
     ----------
     name : str
-        What it is asked for by, as in ``axisid export --to NAME``.
+        Its name, as in ``axisid export --to NAME``.
     writer : str
-        ``module:function`` of what makes the text: of a `FeedForward` where there is a language;
-        else of a `FittedAxis` and the names of methods.
+        ``module:function`` that makes the text: from a `FeedForward` if there is a language;
+        otherwise from a `FittedAxis` and the names of methods.
     language : str
-        What the language is called in a sentence; empty for a table.
+        Name of the language in a sentence; empty for a table.
     one_method : bool
         Whether a table holds one method only.
     """

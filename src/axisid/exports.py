@@ -1,10 +1,10 @@
 """Results for use elsewhere: feed-forward functions, and tables as JSON, TOML, CSV, LaTeX.
 
-In: an identification or a file of one. Out: text. Knows nothing of records, and of how its text is
+In: an identification or a file of one. Out: text. Knows nothing of records, and not how its text is
 run or shown.
 
-Of tables ``sd_hac`` is consistent with autocorrelated residuals, ``sd_iid`` is for independent
-ones; intervals are of the covariance that was chosen, ``interval_covariance``.
+In tables, ``sd_hac`` is consistent with autocorrelated residuals, ``sd_iid`` is for independent
+ones; intervals use the chosen covariance, ``interval_covariance``.
 """
 
 import math
@@ -19,19 +19,21 @@ from axisid.modeling.declaration import Axis
 from axisid.modeling.quantities import Parameter
 from axisid.presentation.documents import decimals, symbol_latex, unit_latex
 from axisid.presentation.result_files import FittedAxis, SavedIdentification, fitted_axis
-from axisid.support.errors import UsageError, is_among, is_real, quoted, range_text, refuse
+from axisid.support.checks import is_among, is_real, refuse
+from axisid.support.errors import UsageError
 from axisid.support.files import csv_text, json_text, toml_text
+from axisid.support.wording import quoted, range_text
 
 _HEADER = (
     "axis method parameter unit value sd_hac lower_95 upper_95 sd_iid sd_gain filter_bias "
     "interval_covariance"
 ).split()
-_PLAIN = (1e-4, 1e6)  # values outside get a power of ten
+_PLAIN = (1e-4, 1e6)  # values outside are written with a power of ten
 _LEAST_POWER = -300
 
 
 def parameters_json(fitted: FittedAxis, methods: Sequence[str]) -> str:
-    """The parameters by method and name, and where they come from."""
+    """Return the parameters by method and name, and their origin, as JSON."""
     return json_text(
         {
             "schema": "axisid.parameters/1",
@@ -59,7 +61,7 @@ def parameters_json(fitted: FittedAxis, methods: Sequence[str]) -> str:
 
 
 def parameters_csv(fitted: FittedAxis, methods: Sequence[str]) -> str:
-    """One row for each method and parameter."""
+    """Return one row for each method and parameter as CSV."""
     rows: list[Sequence[object]] = [_HEADER]
     for method in methods:
         for name, v in fitted.values(method).items():
@@ -69,21 +71,21 @@ def parameters_csv(fitted: FittedAxis, methods: Sequence[str]) -> str:
 
 
 def parameters_toml(fitted: FittedAxis, methods: Sequence[str]) -> str:
-    """The table ``[parameters]`` of a declaration, and the figures as ``[identified]``."""
+    """Return the table ``[parameters]`` of a declaration, and the figures as ``[identified]``."""
     (method,) = methods
     estimate = fitted.values(method)
     if fitted.model.base.changed:
-        lines = ["# Base parameters: the axis is declared in others, so its table stays as it is."]
+        lines = ["# Base parameters. The axis is declared in others, so its table stays unchanged."]
     else:
         lines = [
-            "# For the axis's declaration, in place of its table: the nominal values are "
-            "identified.",
+            "# Replaces the table [parameters] of the axis's declaration. The nominal values are "
+            "the identified ones.",
             "[parameters]",
         ]
         lines += [_declared(p, estimate[p.name]) for p in fitted.model.axis.parameters]
     lines += [
         "",
-        "# No part of a declaration.",
+        "# Not part of the declaration.",
         "[identified]",
         f"axis = {toml_text(fitted.model.axis.name)}",
         f"method = {toml_text(method)}",
@@ -105,7 +107,7 @@ def parameters_toml(fitted: FittedAxis, methods: Sequence[str]) -> str:
 
 
 def _declared(parameter: Parameter, v: Value) -> str:
-    """A parameter of a declaration; a bound that the estimate breaks would be refused."""
+    """Return a parameter of a declaration, without a bound that the estimate violates."""
     nominal = v.corrected
     fields = {"unit": toml_text(parameter.unit), "nominal": repr(nominal)}
     said = ""
@@ -124,12 +126,12 @@ def _declared(parameter: Parameter, v: Value) -> str:
 
 
 def parameters_latex(fitted: FittedAxis, methods: Sequence[str]) -> str:
-    """A ``tabular`` of value and deviation, which needs no package."""
+    """Return a ``tabular`` of value and standard error, which needs no package."""
     estimates = [fitted.values(method) for method in methods]
     header = ["", "unit", *(method.upper() for method in methods)]
     chosen = dict.fromkeys(COVARIANCES[v.chosen].label for e in estimates for v in e.values())
     lines = [
-        f"% {fitted.model.axis.name}: value and standard deviation ({', '.join(chosen)})",
+        f"% {fitted.model.axis.name}: value and standard error ({', '.join(chosen)})",
         rf"\begin{{tabular}}{{ll{'r' * len(methods)}}}",
         r"\hline",
         " & ".join(header).strip() + r" \\",
@@ -152,9 +154,9 @@ def parameters_latex(fitted: FittedAxis, methods: Sequence[str]) -> str:
 
 
 def scaled(value: Value, *figures: float) -> str:
-    r"""Figures of a value, with two digits of its deviation, as ``95.17 \pm 0.24``.
+    r"""Return figures of a value, with two digits of its standard error, as ``95.17 \pm 0.24``.
 
-    The very large or small have a power of ten.
+    Very large or small values have a power of ten.
     """
     size, power = max(abs(value.value), value.deviation), 0
     if size and not _PLAIN[0] <= size < _PLAIN[1]:
@@ -180,22 +182,22 @@ def export(
     Parameters
     ----------
     result : Identification, SavedIdentification, str or Path
-        Or the file that ``axisid identify --json`` wrote.
+        Result, or the file that ``axisid identify --json`` wrote.
     to : {"c", "st", "python", "json", "toml", "csv", "latex"}
         A row of `TARGETS`. The first three are functions from the motion to force and to control:
         C99 with <math.h> only, IEC 61131-3 Structured Text, plain Python for numbers and arrays.
     axis : Axis, str or Path, optional
-        The axis that was identified, or what `load_axis` takes; needed for a file of an axis that
-        is none of the library.
+        The axis that was identified, or what `load_axis` takes; needed for a file of an axis
+        outside the library.
     method : str, optional
         By default the one that the verdict judges (``idm-iv`` if there is one); JSON, CSV and LaTeX
-        then hold all.
+        then contain all.
     dead_zone : float
-        Speed up to which the functions take the friction direction for 0, in the coordinate's
-        unit per second. At 0 it is 0 at rest only.
+        Speed up to which the functions use the friction direction 0, in the coordinate's unit per
+        second. If it is 0, the direction is 0 at rest only.
     record : int, optional
-        Number of one of several records, from 1: the parameters that it has for itself (`local`, or
-        known of it) with those of all. Needed where there are such.
+        Number of one of several records, from 1: its own parameters (`local`, or known for it) with
+        those of all records. Needed if there are such.
 
     Raises
     ------
@@ -240,9 +242,9 @@ def _feed_forward(fitted: FittedAxis, method: str, dead_zone: float) -> FeedForw
         f"Feed-forward of the axis {axis.name}" + (f": {axis.title}." if axis.title else "."),
         f"Parameters by {method.upper()} from {fitted.source}{origin}.",
         f"Generated code {fitted.signature}.",
-        f"Standard deviations and 95 % intervals: {label}. Values are minus the bias of filter and "
-        "noise, where twins of the record tell it.",
-        "Give it the motion of the reference, whose velocity at rest is 0.",
+        f"Standard errors and 95 % intervals: {label}. Values are minus the bias of filter and "
+        "noise, if it was found with simulated replicas of the record.",
+        "Call it with the motion of the reference, whose velocity at rest is 0.",
     )
     comments = {}
     for p in axis.parameters:

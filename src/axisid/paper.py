@@ -1,12 +1,12 @@
 """The paper's study on its twin: both filters, all four methods, tables 1 to 8, figures 3 and 4.
 
-In: nothing, or its record. Out: its tables beside ours, figures, files. Knows nothing of other
+In: nothing, or its record. Out: its tables next to ours, figures, files. Knows nothing of other
 records, and of the command line.
 
-The published figures stand beside the twin's. The twin has the paper's parameters, gains and
-noise; its motion and its velocity sensor are ours, so the two agree in kind, not digit by digit.
-The published tables have one record and one noise; of many twins under both filters bias, scatter
-and coverage stand with their Monte-Carlo errors.
+The published figures are shown next to the twin's. The twin has the paper's parameters, gains and
+noise; its motion and its velocity sensor are ours, so the two agree qualitatively, not digit by
+digit. The published tables are from one record and one noise; for many twins, bias, scatter and
+coverage under both filters are given with their Monte-Carlo errors.
 """
 
 import tomllib
@@ -44,24 +44,24 @@ METHODS = ("idm-ls", "ddm-ls", "idm-iv", "ddm-iv")
 APPROPRIATE = Prefilter(cutoff=60.0, decimate=10, drop=(50, 50), hold="raw", reversals="keep")
 INAPPROPRIATE = Prefilter(cutoff=180.0, decimate=3, drop=(50, 50), hold="raw", reversals="keep")
 _NOTES = (
-    "The twin's viscous friction comes out low because force and motion are paired as in the "
-    "paper (hold raw): the force acts half a sample late. With hold zoh and the appropriate "
-    "filter it comes within 1 % of the truth.",
-    "paper: Brunot et al., SYSID 2015. The twin's motion is ours, so figures agree in kind, not "
-    "by digit.",
-    "rel. sd: i.i.d., delta method where mapped. error of LS: ||y - X theta||/||y||; error of IV:"
-    " ||y - y_simulated||/||y||, the loop simulated with the estimate (the published IV figures "
-    "can be no other: on the same X no estimate has a smaller equation error than LS). The error "
-    "of DDM-IV is taken against the measured acceleration, whose own noise the inappropriate "
-    "filter lets through.",
+    "The viscous friction of the twin is estimated too low, because force and motion are paired "
+    "as in the paper (hold raw): the force acts half a sample late. With hold zoh and the "
+    "appropriate filter the estimate is within 1 % of the truth.",
+    "paper: Brunot et al., SYSID 2015. The motion of the twin is ours, so the figures agree "
+    "qualitatively, not digit by digit.",
+    "rel. sd: relative standard error, i.i.d., by the delta method for mapped parameters. error "
+    "of LS: ||y - X theta||/||y||. error of IV: ||y - y_simulated||/||y|| with the loop simulated "
+    "with the estimate. The published IV figures must have this meaning, because for the same X "
+    "no estimate has a smaller equation error than LS. The error of DDM-IV is relative to the "
+    "measured acceleration, whose noise passes the inappropriate filter.",
     "Table 7: the published column of DDM-LS cannot come from the rows of table 6. On one set of "
     "rows, M of IDM-LS times theta1 of DDM-LS is r^2, the squared partial correlation of force "
-    "and acceleration; an equation error of 48.7 % leaves r^2 at most 1 - 0.487^2 = 0.763. With M"
-    " = 54.9, theta1 is at most 0.0139, and the M of table 8 at least 72, whatever the noise, "
-    "derivative, filter or delay. The column is twice that of table 2: 0.02, 4.64, 0.46 for 0.01,"
-    " 2.32, 0.23.",
+    "and acceleration. With an equation error of 48.7 %, r^2 is at most 1 - 0.487^2 = 0.763. With "
+    "M = 54.9, theta1 is then at most 0.0139, and the M of table 8 at least 72, for any noise, "
+    "derivative, filter or delay. The column is twice that of table 2: 0.02, 4.64, 0.46 instead of "
+    "0.01, 2.32, 0.23.",
 )
-#: What `write_study` writes, and of which kind it is.
+#: Files that `write_study` writes, with the kind of each.
 STUDY_FILES = {
     "tables.txt": "paper",
     "appropriate.json": "identify",
@@ -69,9 +69,9 @@ STUDY_FILES = {
     "figure3.png": "figure",
     "figure4.png": "figure",
 }
-#: The filters by name, as files are named for them.
+#: The filters by name, as in the names of files.
 FILTERS = {"appropriate": APPROPRIATE, "inappropriate": INAPPROPRIATE}
-#: What `write_distributions` writes, and of which kind it is.
+#: Files that `write_distributions` writes, with the kind of each.
 DISTRIBUTION_FILES = {
     "distributions.txt": "paper-distributions",
     **{f"distributions_{name}.json": "study" for name in FILTERS},
@@ -87,7 +87,7 @@ def run_study(progress: Progress | None = None) -> dict[str, Identification]:
 
 
 def study_document(study: Mapping[str, Identification]) -> Document:
-    """The paper's tables in its order, each with the published figures beside the twin's."""
+    """Return the paper's tables in order, each with the published figures next to the twin's."""
     record = study["appropriate"].record
     made = f"{record.provenance.source}, {len(record)} samples of {1e3 * record.period:g} ms"
     true, axis = record.provenance.truth, study["appropriate"].axis.axis
@@ -100,7 +100,7 @@ def study_document(study: Mapping[str, Identification]) -> Document:
 
 
 def study_table(study: Mapping[str, Identification], number: int) -> TableBlock:
-    """One of the paper's tables, 1 to 8, with the published figures beside the twin's."""
+    """Return one of the paper's tables, 1 to 8, with the published figures next to the twin's."""
     text = (resources.files("axisid") / "published.toml").read_text(encoding="utf-8")
     published = tomllib.loads(text)
     (table,) = (t for each in published.values() for t in each if t["number"] == number)
@@ -136,12 +136,12 @@ def _estimates(study: Mapping[str, Identification], table: dict[str, Any]) -> Ta
     rows: list[tuple[Cell, ...]] = []
     for i, (name, first) in enumerate(values[0]):
         cells = (
-            _beside(column[i][1], *paper[i])
+            _with_published(column[i][1], *paper[i])
             for column, paper in zip(values, published, strict=True)
         )
         rows.append((name, first.unit, *cells))
     if errors := table["errors"]:
-        # What the published ones can mean: simulated for IV, of the equation for LS.
+        # The only possible meaning of the published ones: simulated for IV, of the equation for LS.
         own = (
             each.simulation_error_percent if each.iterates else each.equation_error_percent
             for each in estimates
@@ -163,8 +163,8 @@ def _estimates(study: Mapping[str, Identification], table: dict[str, Any]) -> Ta
     )
 
 
-def _beside(value: Value, paper: float, paper_sd: float | None = None) -> QuantityCell:
-    """A value with its relative deviation, and the published ones."""
+def _with_published(value: Value, paper: float, paper_sd: float | None = None) -> QuantityCell:
+    """Return a value with its relative standard error, and the published ones."""
     published = [f"{paper:g}", *([] if paper_sd is None else [f"{paper_sd:g} %"])]
     return QuantityCell(
         _significant(value.value), f"{value.relative_sd_percent:.1f} %", tuple(published)
@@ -181,7 +181,7 @@ def _iterations(study: Mapping[str, Identification], table: dict[str, Any]) -> T
     lines = [*labels, "error [%]"]
     ours = [[*map(_significant, (*i.theta, i.simulation_error_percent))] for i in estimate.iterates]
     papers = [[f"{figure:g}" for figure in step] for step in published]
-    # Beside one another; where one has ended, nothing.
+    # In parallel columns; empty after the end of one of them.
     steps = [*zip_longest(ours, papers, fillvalue=[""] * len(lines))]
     columns = (
         TableColumn(head, group=str(step))
@@ -196,7 +196,7 @@ def _iterations(study: Mapping[str, Identification], table: dict[str, Any]) -> T
 
 
 def _significant(value: float) -> str:
-    """Four significant digits, never in exponent form for table-sized numbers."""
+    """Return four significant digits, never in exponent form for table-sized numbers."""
     return f"{value:#.4g}".rstrip(".") if value else "0"
 
 
@@ -208,7 +208,7 @@ def run_distributions(
     Parameters
     ----------
     runs : int
-        Twins; under both filters the same ones.
+        Number of twins, which are the same under both filters.
     seed, jobs
         As in `monte_carlo`.
     progress : callable, optional
@@ -235,7 +235,7 @@ def run_distributions(
 
 
 def distributions_document(found: Mapping[str, MonteCarlo]) -> Document:
-    """The estimates of every method and filter, and what stands out."""
+    """Return the estimates of every method and filter, and the findings."""
     studies = {name: written_study(result) for name, result in found.items()}
     return (
         *(

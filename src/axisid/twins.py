@@ -1,7 +1,7 @@
-"""Logs of twins: of one machine, or of many whose true values scatter and drift day by day.
+"""Logs of twins: of one machine, or of many whose true values scatter and drift from day to day.
 
-In: an axis, what its twins are. Out: logs that are read back as they are, a manifest with
-the truth. Knows nothing of how a log is identified, and of the command line.
+In: an axis, a description of its twins. Out: logs that `read_record` reads without options, a
+manifest with the truth. Knows nothing of the identification of a log, and of the command line.
 """
 
 import math
@@ -21,17 +21,19 @@ from axisid.estimation.records import Record
 from axisid.estimation.records.columns import log_content
 from axisid.estimation.simulation import twin_plan
 from axisid.modeling.declaration import Axis
-from axisid.support.errors import UsageError, is_real, is_whole, quoted, refuse
+from axisid.support.checks import is_real, is_whole, refuse
+from axisid.support.errors import UsageError
 from axisid.support.files import axis_file, csv_text, replace_file, write_file
 from axisid.support.progress import Progress, with_progress
+from axisid.support.wording import quoted
 
 _FIRST_DAY = date(2026, 1, 1)
-_MOST = 1_000_000  # machines: the noise of each day is that of runs from here on
+_MOST = 1_000_000  # machines: the noise of each day is that of runs from this number on
 _MOST_DAYS = 10_000
-_VALUES = 100  # of the random numbers of a machine, beside those of its noise
-#: What the file of a twin's log says it is.
+_VALUES = 100  # of the random numbers of a machine, in addition to those of its noise
+#: Kind of the file of a twin's log.
 MARK = "axisid.twin/1"
-#: In the folder of the logs; what `fleet` takes.
+#: Name in the folder of the logs; `fleet` reads it.
 MANIFEST = "manifest.csv"
 
 
@@ -45,22 +47,22 @@ class TwinMachines:
         With an experiment and its true values.
     count, days : int
     scatter : mapping of str to float
-        By parameter, the relative deviation between machines, at most 1; by ``""`` that of all
-        others.
+        By parameter, the relative standard deviation between machines, at most 1; by ``""`` that of
+        all others.
     drift : mapping of str to float
-        By parameter, the share of its value that it changes by a day, at most 1. It keeps its sign
-        to the last day.
+        By parameter, its relative change per day, at most 1. Its sign must not change until the
+        last day.
     noise : Chain or None
-        The experiment's where there is none.
+        Noise; None uses that of the experiment.
     seed : int
-        Of all: machines and days that are added change none that were there.
+        Seed of all: adding machines and days changes no existing ones.
     sample_period : float or None
-        Of the logs, s; the law's by default.
+        Sample period of the logs, s; by default that of the law.
 
     Raises
     ------
     UsageError, ModelError
-        One of these cannot be.
+        A value is impossible.
     """
 
     axis: GeneratedAxis
@@ -121,7 +123,7 @@ class TwinMachines:
         return {p.name: plan.true_values[p.name] for p in self.axis.declared.parameters}
 
     def truth(self, machine: int, day: int) -> dict[str, float]:
-        """True values of a machine on a day, both from 0.
+        """Return the true values of a machine on a day, both from 0.
 
         A value that scatters is log-normal, so that it keeps its sign.
         """
@@ -138,7 +140,7 @@ class TwinMachines:
         }
 
     def record(self, machine: int, day: int) -> Record:
-        """The log of a machine on a day.
+        """Return the log of a machine on a day.
 
         Raises
         ------
@@ -159,17 +161,17 @@ class TwinMachines:
         return (_FIRST_DAY + timedelta(days=day)).isoformat() if self.days > 1 else ""
 
     def serial(self, machine: int) -> str:
-        """Its number, from 1."""
+        """Return its number, from 1."""
         return f"{machine + 1:04}"
 
 
 def twin_content(record: Record, axis: Axis, file: Path) -> str | bytes:
-    """The content of a log with the units of its columns and the truth of its twin.
+    """Return the content of a log with the units of its columns and the truth of its twin.
 
     Raises
     ------
     ModelError, DataError
-        As `log_content`.
+        Errors of `log_content`.
     """
     units = {parameter.name: parameter.unit for parameter in axis.parameters}
     truth = record.provenance.truth
@@ -185,7 +187,7 @@ def write_twin(machines: TwinMachines, file: str | Path) -> Path:
     Parameters
     ----------
     machines : TwinMachines
-        Of which the first is taken.
+        Twins, of which the first is written.
     file : str or Path
         Ends in ``.csv`` or ``.parquet``, which needs pyarrow.
 
@@ -194,7 +196,7 @@ def write_twin(machines: TwinMachines, file: str | Path) -> Path:
     UsageError
         The ending is another one, or the file cannot be written.
     AxisidError
-        The twin cannot be simulated, or its axis's columns not be written.
+        The twin cannot be simulated, or its axis's columns cannot be written.
     """
     path = Path(file)
     return write_file(path, twin_content(machines.record(0, 0), machines.axis.declared, path))
@@ -216,7 +218,7 @@ def write_twins(
     folder : str or Path
         May be new.
     axis : str, optional
-        What the manifest says of which axis they are: a name of the library, or its file.
+        Axis in the manifest: a name of the library, or its file.
     ending : str
         ``.csv`` or ``.parquet``.
     progress : callable, optional
@@ -224,13 +226,13 @@ def write_twins(
     Returns
     -------
     Path
-        Of the manifest: a row for each log with ``log``, ``axis``, ``serial``, of several days the
-        ``date``, and every true value as ``true NAME [UNIT]``.
+        Path of the manifest: a row for each log with ``log``, ``axis``, ``serial``, for several
+        days the ``date``, and every true value as ``true NAME [UNIT]``.
 
     Raises
     ------
     UsageError, AxisidError
-        As `write_twin`; the files of the folder are as they were.
+        As `write_twin`; the files of the folder are unchanged.
     """
     place = Path(folder).resolve()
     try:
@@ -269,7 +271,7 @@ def twin_files(machines: TwinMachines, ending: str) -> dict[str, str]:
 
 
 def _log_names(machines: TwinMachines, ending: str) -> dict[str, tuple[int, int]]:
-    """The name of every log, with its machine and its day."""
+    """Return the name of every log, with its machine and its day."""
     axis = machines.axis.axis.name
     return {
         "-".join(filter(None, (axis, machines.serial(machine), machines.date(day)))) + ending: (

@@ -109,7 +109,7 @@ def test_several_outputs_are_followed_and_read_back(run: Run, log: Path, tmp_pat
 def test_a_fit_is_no_result_of_identify(run: Run, log: Path, tmp_path: Path) -> None:
     file = tmp_path / "fit.json"
     run("fit", "emps2015", log, "--json", file)
-    with refuses("result-file", says="is of a fit of an output"):
+    with refuses("result-file", says="is a fit of an output"):
         compare_results(file, file)
 
 
@@ -121,7 +121,7 @@ def test_ctrl_c_keeps_the_best_values_of_a_fit(
         if done:
             raise KeyboardInterrupt
 
-    module = sys.modules["axisid.commands.fit_sweep_law"]
+    module = sys.modules["axisid.commands.fit"]
     monkeypatch.setattr(module, "progress_line", lambda _: nullcontext(interrupted))
     file = tmp_path / "fit.json"
     code, out, _ = run("fit", "emps2015", log, "--json", file)

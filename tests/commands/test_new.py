@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from axisid import load_axis
-from axisid.commands.axes import scaffold
+from axisid.commands.new import scaffold
 from tests.command_line import Refused, Run
 
 OPTIONS = [[], ["--lagrange"], ["--python"], ["--lagrange", "--python"]]

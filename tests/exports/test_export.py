@@ -21,7 +21,7 @@ from axisid import (
     twin_record,
 )
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
-from axisid.commands.axes import scaffold
+from axisid.commands.new import scaffold
 from axisid.estimation.estimates import COVARIANCES
 from axisid.estimation.estimates.estimated_values import Value
 from axisid.export_targets import TARGETS
@@ -166,7 +166,7 @@ def test_numbers_of_another_axis_are_refused(refused: Refused, file: Path, tmp_p
         "axis = replace(load_axis('emps2015'), drive=Drive(gain=35.0))\n",
     )
     for axis, says in (
-        ("emps", "of the axis 'emps2015', but 'emps' as it is declared now has"),
+        ("emps", "of the axis 'emps2015', but the current declaration of 'emps' has"),
         (edited, "identify again"),
     ):
         refused("export", file, "--axis", axis, "--to", "csv", says=says)

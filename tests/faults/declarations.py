@@ -209,7 +209,7 @@ _NO_NUMBER = (
         name="a root that is nothing at its nominal value",
         make=_newton("identify", "c*sqrt(2 - r)*q", c=1.0, r=2.0),
         code=6,
-        says="no motion tells c and r apart at the nominal values. Declare the combination",
+        says="no motion distinguishes c and r at the nominal values. Declare the combination",
     ),
     Fault(
         name="an imaginary friction",

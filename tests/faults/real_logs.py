@@ -107,7 +107,7 @@ _OF_ZONES = (
 _OF_A_LOG = (
     ("window backwards", ("--window", "3..1"), 2, "does not end after it begins"),
     ("window of no number", ("--window", "nan.."), 2, "Give two times of the log"),
-    ("window of words", ("--window", "a..b"), 2, "give FROM..TO in seconds"),
+    ("window of words", ("--window", "a..b"), 2, "FROM..TO in seconds"),
     ("window beside the log", ("--window", "100..200"), 3, "The time of the log is 0 to 7.8 s"),
     (
         "windows that overlap",
@@ -210,7 +210,7 @@ FAULTS: list[Fault] = [
         name="JSON line of another kind",
         make=_on_text("odd.jsonl", lambda: _lines("[1, 2]")),
         code=3,
-        says="odd.jsonl has no columns of numbers: give",
+        says="odd.jsonl has no columns of numbers",
     ),
     Fault(
         name="bad record among several",
@@ -243,7 +243,7 @@ FAULTS: list[Fault] = [
         name="a figure of a result that is no number",
         make=_result(lambda w: w["estimates"][0].update(simulation_error_percent={})),
         code=3,
-        says="lacks what its schema promises: expected float . null, got object",
+        says="does not match its schema: expected float . null, got object",
     ),
     Fault(
         name="a value of a result that is true",

@@ -95,7 +95,7 @@ FAULTS: tuple[Fault, ...] = (
         make=_compiler(f"head -c 5000 {shlex.quote(sys.executable)} > $target"),
         environment={**_OWN, "CC": "{folder}/cc"},
         code=0,
-        says="IDM-IV.*no native code: the compiled library does not load",
+        says="IDM-IV.*no native code: the compiled library cannot be loaded",
     ),
     Fault(
         name="no library from a compiler that says all is well",

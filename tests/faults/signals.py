@@ -235,7 +235,7 @@ _CLOCK = (
         lambda folder: _log(
             folder, "coarse", "--json", folder / _RESULT, said={"sample_period": 1e-3}
         ),
-        "time stamps that step by 0 to 4 ms replaced by a count",
+        "time stamps with steps of 0 to 4 ms replaced by a count",
     ),
     Fault(
         name="a burst of empty cells",

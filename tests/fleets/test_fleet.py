@@ -210,7 +210,7 @@ def test_hanging_and_killing_logs_are_named_and_the_others_are_done(
     made = fleet(items, AXIS, tmp_path / "out", jobs=2, time_limit=20.0, methods=["idm-ls"])
     assert {row.name: row.code for row in made.failed} == {"hanging": "time", "killing": "killed"}
     assert made["hanging"].reason == "it did not end within the time limit of 20 s."
-    assert made["killing"].reason == "its worker was killed (SIGKILL), 2 times."
+    assert made["killing"].reason == "its process was killed 2 times (SIGKILL)."
     again = fleet(
         items[:1] + items[3:], AXIS, tmp_path / "out", jobs=2, resume=True, methods=["idm-ls"]
     )

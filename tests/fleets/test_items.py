@@ -180,7 +180,7 @@ def test_logs_without_an_axis_are_refused_at_once(tmp_path: Path) -> None:
 def test_a_column_that_no_log_has_is_refused_once_and_nothing_is_written(tmp_path: Path) -> None:
     logs, out = write_logs(tmp_path, 2, cycles=1), tmp_path / "out"
     reading = {"columns": {"position": "nosuch"}}
-    with refuses("columns", "all 2 logs fail alike.*'nosuch'"):
+    with refuses("columns", "all 2 logs fail for the same reason.*'nosuch'"):
         fleet(logs, AXIS, out, jobs=0, reading=reading)
     assert not out.exists()
     named = FleetItem(log=str(logs[1]), columns={"position": "position"})

@@ -13,7 +13,7 @@ from axisid.fleets import Fleet, FleetRow
 from axisid.fleets.result import groups_of
 from axisid.fleets.robust_statistics import robust_scatter
 from axisid.support.arrays import Array
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 from tests.fleets.logs import BETWEEN, CENTRE, WITHIN, row_of, rows_of
 
 

@@ -28,7 +28,7 @@ from axisid.fleets import FleetRow, Trend
 from axisid.fleets.ledger import write_rows
 from axisid.fleets.trend import place_of
 from axisid.modeling.declaration import back_and_forth
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 from tests.refusals import refuses
 from tests.unjudged import identify
 
@@ -116,7 +116,7 @@ def test_a_condition_orders_the_results(folder: Path, made: Trend) -> None:
     few = [folder / "r03.json", folder / "r04.json"]
     assert [point.name for point in trend(few, by="run").series[0].points] == ["r04", "r03"]
     assert np.diff(made.series[0].places).tolist() == [1.0] * 19
-    with pytest.raises(UsageError, match="what its 'age' is; it has date, run"):
+    with pytest.raises(UsageError, match="'age' of r03 is not known; it has date, run"):
         trend(few, by="age")
     for place in (None, 1e308, -1e308, 1e200):  # no number, or their squares are none
         with refuses("trend"):

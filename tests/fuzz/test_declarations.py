@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from axisid import build, derive, load_axis
-from axisid.commands.axes import scaffold
+from axisid.commands.new import scaffold
 from axisid.presentation.documents.axis_page import FORMATS, axis_page
 from benchmarks.random_axes import random_axis
 from tests.fuzz.cases import Fuzz, WrongError, one_of, places, spoilt

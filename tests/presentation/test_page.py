@@ -146,7 +146,7 @@ def test_curves_are_those_of_the_result(page: Page, result: Identification) -> N
     assert values(measured["y"], data["arrays"]) == pytest.approx(estimate.y, rel=1e-6)
     time = values(measured["x"], data["arrays"])
     assert time == pytest.approx(estimate.rows * estimate.period)
-    error = next(s for s in force if s["label"] == "error, DIDIM")
+    error = next(s for s in force if s["label"] == "residual, DIDIM")
     assert values(error["y"], data["arrays"]) == pytest.approx(estimate.residuals, rel=1e-6)
 
 
@@ -203,7 +203,7 @@ def test_what_cannot_be_drawn_is_said_in_its_place(emps2015: GeneratedAxis, twin
     drawn = [p["name"] for p in page.data["plots"]]
     assert drawn == [f for f in FIGURES if f not in ("convergence", "tracking")]
     assert "has no control law" in page.text
-    assert "idm-ls is no iteration" in page.text
+    assert "IDM-LS is not iterative" in page.text
     halves = [a for a in page.tags("figure") if a.get("class") == "half"]
     assert len(halves) == 2  # residuals; friction has the whole width without its neighbour
 

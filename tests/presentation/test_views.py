@@ -105,7 +105,7 @@ def test_every_figure_is_drawn_anew_or_on_axes_that_are_given(
     axes = figure.subplots(panels, 1, squeeze=False)[:, 0]
     assert result.plot(what, ax=axes) is figure
     assert all(each.has_data() for each in axes)
-    with refuses("figure", f"has {panels} panels, and ax {panels + 1} axes"):
+    with refuses("figure", f"has {panels} panels, but ax has {panels + 1} axes"):
         result.plot(what, ax=figure.subplots(panels + 1, 1))
     with refuses("figure"):
         result.plot(what, ax="here")

@@ -53,7 +53,7 @@ def test_an_executor_does_what_it_is_given() -> None:
 def test_a_process_that_dies_or_hangs_takes_its_item_alone() -> None:
     found = outcomes([1, KILLS, HANGS, FAILS, *range(4, 30)], jobs=2, limit=3.0)
     assert kinds(found) == [2, "killed", "time", "error", *range(8, 60, 2)]
-    assert found[1].reason == "its worker was killed (SIGKILL), 2 times"
+    assert found[1].reason == "its process was killed 2 times (SIGKILL)"
 
 
 @pytest.mark.slow

@@ -19,7 +19,7 @@ from axisid.estimation.records.record import Record
 from axisid.support import memory
 from tests.bounded import within
 from tests.command_line import Refused
-from tests.estimation.logs.test_read_formats import bag_of
+from tests.estimation.logs.test_rosbag import bag_of
 from tests.files import csv_file, text_file
 from tests.refusals import refuses
 

@@ -1,7 +1,7 @@
-"""The declared control law compared with what the drive did.
+"""Comparison of the declared control law with the recorded control.
 
-In: an axis and a record. Out: `LawAgreement`, with what would mend it.
-Knows nothing of estimates, and of what the loop makes of the law.
+In: an axis and a record. Out: `LawAgreement`, with the change that would make the law fit.
+Knows nothing of estimates, nor of the simulated loop.
 """
 
 from .control_residuals import (

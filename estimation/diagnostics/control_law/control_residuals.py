@@ -1,9 +1,9 @@
-"""The recorded control beside what the law makes: which samples count, a shift, other readings.
+"""Residual of a recorded control relative to its law: samples that count, shifts, other readings.
 
-The rows of a record whose times are uneven may be what the law read, whose stamps alone jitter; or
-the samples may be off even times, between which the law read. Which it is, the law itself tells:
-the one that it fits. A record that was resampled has the rows of neither, since its control, which
-a drive holds, and its noise are drawn between the samples.
+A record with uneven times has two possible readings. The law read the recorded rows, and only their
+time stamps jitter; or the rows were sampled at uneven times, and the law read other values at even
+times between them. The reading that fits the law is taken. A resampled record has neither of the
+two, because resampling interpolates the noise and the control, which the drive holds constant.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -45,38 +45,40 @@ from axisid.support.caching import cached_while_alive
 
 from .law_findings import Reading
 
-# of a factor of a law that does not fit from a round one; beyond, it is off
+# relative distance of a factor from a usual one, for a law that does not fit; beyond, they differ
 MAX_FACTOR_ERROR = 0.05
-# residual with a shift, by that without, up to which it is told
+# residual with a shift, relative to that without, up to which the shift is reported
 _MAX_EXPLAINED_RESIDUAL = 0.7
-#: Names of what is regressed beside the products of gains.
+#: Names of the regressors next to the products of gains.
 CONSTANT = "constant"
 DRIFT = "drift"
 INJECTED = "injected"
-#: The product that what no gain multiplies has for its factor.
+#: The product of gains that stands for the part of the law that no gain multiplies.
 NO_GAINS = "1"
-#: Samples over which a shift of the control is looked for.
+#: Samples within which a shift of the control is searched.
 MOST_SHIFT = 5
-# periods from even times, from which a law may have read something else; rounding is below
+# distance from even times in periods, from which a law may have read other values; rounding is less
 _MIN_UNEVEN = 1e-6
-# what a law leaves, by what noise between samples with jitter makes, up to which it cannot be
-# judged; 1.0 where that noise is all
+# residual of a law, relative to the effect of noise between samples with jitter, up to which the
+# law cannot be judged; it is 1.0 where that noise is the only difference
 _MAX_OPEN_RATIO = 2.0
 
 
 def compared_with_law(
     axis: GeneratedAxis, law: ControlLaw, record: Record
 ) -> tuple[Array, Array, NDArray[np.bool_], NDArray[np.bool_]]:
-    """The control, what the law and a test signal make of it, and which samples count, (N,) each.
+    """Return the recorded control, the computed control, and two masks of samples, (N,) each.
 
-    Of a law that reads an ideal velocity both are smooth. With the samples whose control is not the
-    law's, at a limit or masked, before that is spread over their neighbours.
+    The computed control is the sum of the output of the law and a test signal. The first mask has
+    the samples that count. The second has the samples whose control is not that of the law, at a
+    limit or masked, before the low-pass spreads them over their neighbours. Both controls are
+    low-passed for a law that reads an ideal velocity.
     """
     control, settle = np.asarray(record.control), settling(law)
-    # A control beyond the limit by more is in a wrong unit, not one of a saturated drive.
+    # A control further beyond the limit is in a wrong unit, and not that of a saturated drive.
     limited = np.isclose(np.abs(control), limit_in_log(axis), rtol=LIMIT_TOLERANCE.value, atol=0.0)
     for start, stop in record.masked:
-        # A position that was cut off stays in the memory.
+        # A masked position stays in the internal state of the law for some samples.
         limited[start : stop + LAW_SETTLING] = True
     limited[:settle] = True
     ticks, memory = noisy_ticks(axis, record)
@@ -86,7 +88,7 @@ def compared_with_law(
         return control, made, ~limited, limited
     if np.all(np.isfinite(made)):
         smooth = comparison_filter(law, record)
-        # What the limit cut off would be spread far over the neighbours.
+        # The filter would spread the saturated part far over the neighbours.
         control, made = smooth(np.where(limited, made, control)), smooth(made)
     spread = limited.copy()
     spread[-settle:] = True
@@ -98,9 +100,10 @@ def compared_with_law(
 
 @cached_while_alive
 def noisy_ticks(axis: GeneratedAxis, record: Record) -> tuple[LawInputs, Array]:
-    """What a law measured along a record, with all its noise, and what it remembers first, (m,).
+    """Return the noisy inputs of a law along a record, and its initial internal state, (m,).
 
-    That is of the low-passed velocity, of which the first controls show it better.
+    The initial state is estimated with the low-passed velocity, which the first controls show
+    better.
     """
     whole = (0, len(record))
     ticks = law_ticks(axis, record, whole, noisy=True)
@@ -109,7 +112,7 @@ def noisy_ticks(axis: GeneratedAxis, record: Record) -> tuple[LawInputs, Array]:
 
 
 def comparison_filter(law: ControlLaw, record: Record) -> Callable[[Array], Array]:
-    """What both sides are filtered by: a low-pass, where the law reads an ideal velocity."""
+    """Return the filter of both controls: a low-pass for a law that reads an ideal velocity."""
     if not law.takes_velocity:
         return lambda signal: signal
     smooth = SampledFilter(Prefilter(cutoff=COMPARISON_CUTOFF.value / record.period), record.period)
@@ -117,18 +120,18 @@ def comparison_filter(law: ControlLaw, record: Record) -> Callable[[Array], Arra
 
 
 def settling(law: ControlLaw) -> int:
-    """Samples at the start that are not compared."""
+    """Return the number of samples at the start that are not compared."""
     return round(1 / COMPARISON_CUTOFF.value) if law.takes_velocity else LAW_SETTLING
 
 
 def law_error_percent(axis: GeneratedAxis, law: ControlLaw, record: Record) -> float:
-    """What a law leaves of the recorded control, percent."""
+    """Return the residual of a law in percent of the recorded control."""
     control, made, used, _ = compared_with_law(axis, law, record)
     return relative_error_percent((control - made)[used], control[used])
 
 
 def at_limit(control: Array, made: Array, limit: float) -> NDArray[np.bool_]:
-    """Where the law asks for more than the limit, and gets it but for a converter's noise, (N,)."""
+    """Return a mask of the samples at the limit, within a converter's noise, by the law, (N,)."""
     there = np.abs(control) >= (1 - MAX_LIMIT_EXCESS.value) * limit
     return np.asarray(there & (made * np.sign(control) > limit))
 
@@ -136,18 +139,18 @@ def at_limit(control: Array, made: Array, limit: float) -> NDArray[np.bool_]:
 def coloured_fit(
     target: Array, columns: Array, names: Sequence[str], neighbours: RowTimes, period: float
 ) -> tuple[Solution, Array]:
-    """Least squares of residuals that are an autoregression, and its covariance.
+    """Return a least-squares fit and its covariance for autoregressive residuals.
 
-    Of few independent samples it is wider, so that what is `MIN_DISTANCE_FROM_NOISE` deviations off
-    is as unlikely as that many of a normal one.
+    The covariance is enlarged for few independent samples, so that a distance of
+    `MIN_DISTANCE_FROM_NOISE` standard errors has the p-value that it has for a normal distribution.
 
     Raises
     ------
     EstimationError
-        The columns cannot be told apart.
+        The columns are linearly dependent.
     """
     fit = least_squares(target, factor(columns, names, neighbours=neighbours))
-    # Colour goes on through samples that are left out.
+    # The autocorrelation continues through samples that are left out.
     at = neighbours.places - neighbours.places[0]
     every, taken = np.zeros((int(at[-1]) + 1, 2 + len(names))), float(len(names))
     every[at] = np.column_stack([np.ones(len(at)), fit.residuals, fit.influence])
@@ -160,7 +163,7 @@ def coloured_fit(
 
 
 def offset_and_drift(left: Array, neighbours: RowTimes, period: float) -> tuple[Array, Array]:
-    """Constant and drift of what is left, and their deviations, (2,) each."""
+    """Return the constant and the drift of a residual, and their standard errors, (2,) each."""
     time = neighbours.places - neighbours.places.mean()
     columns = np.column_stack([np.ones(len(left)), time / np.ptp(time)])
     fit, covariance = coloured_fit(left, columns, (CONSTANT, DRIFT), neighbours, period)
@@ -168,7 +171,7 @@ def offset_and_drift(left: Array, neighbours: RowTimes, period: float) -> tuple[
 
 
 def best_shift(predicted: Array, control: Array, used: NDArray[np.bool_]) -> int:
-    """Shift that explains the control clearly better than none, else 0."""
+    """Return the shift in samples that explains the control clearly better than none, else 0."""
     rows = np.flatnonzero(used)
     rows = rows[(rows >= MOST_SHIFT) & (rows < len(control) - MOST_SHIFT)]
     errors = {
@@ -180,7 +183,7 @@ def best_shift(predicted: Array, control: Array, used: NDArray[np.bool_]) -> int
 
 
 def other_readings(record: Record) -> Iterator[tuple[Reading, Record]]:
-    """Return the other samples that a law may have read of a record whose times are uneven."""
+    """Yield the other samples that a law may have read, for a record with uneven times."""
     raw = (record.sampled or record).longest()
     if record.sampled is not None:
         yield "sampled rows", raw
@@ -194,10 +197,10 @@ def other_readings(record: Record) -> Iterator[tuple[Reading, Record]]:
 def open_for_jitter(
     axis: GeneratedAxis, law: ControlLaw, record: Record, off: float
 ) -> float | None:
-    """How much of the control jitter leaves open, percent, where that may be all that is off.
+    """Return the uncertainty of the control by jitter, percent, where it may explain the residual.
 
-    None where the law's control would move too little for it: by the jitter, or by noise that the
-    law measured at other times than the log.
+    None where it cannot: the control of the law changes too little by the jitter, or by noise that
+    the law measured at other times than the log.
 
     Parameters
     ----------
@@ -205,7 +208,7 @@ def open_for_jitter(
     law : ControlLaw
     record : Record
     off : float
-        Percent of the control that the law leaves, of the reading that fits best.
+        Residual of the law with the reading that fits best, percent of the control.
     """
     raw = (record.sampled or record).longest()
     even, control = _evenly(raw, "position"), np.asarray(raw.control)
@@ -220,14 +223,14 @@ def open_for_jitter(
 
 
 def _even_times(record: Record) -> Array:
-    """The even times that fit those of a record without gaps best, (N,), s."""
+    """Return the even times nearest to the times of a record without gaps, (N,), s."""
     count, first = np.arange(len(record), dtype=float), record.time[0]
     line = np.polyfit(count, record.time - first, 1)
     return np.asarray(np.polyval(line, count) + first, dtype=float)
 
 
 def _evenly(record: Record, *roles: str) -> Record:
-    """A record without gaps with columns at the even times that fit its own best, by splines."""
+    """Return a record without gaps with columns interpolated at even times, by splines."""
     times, columns = _even_times(record), record.channels()
     even = {role: at_times(times, record.time, columns[role], "spline") for role in roles}
     return record.with_channels({**columns, **even})

@@ -1,16 +1,17 @@
-"""The declared control law against what the drive did.
+"""Comparison of the declared control law with the recorded control.
 
-The law is run along the recorded reference and position, and what its terms, and a test signal that
-was added to the control, would have to be times themselves to give the recorded control must be 1,
-for each. A law that fails is run with other gains, and held against a control of another scale,
-which tells the fault: another gain, millimetres for metres, a flipped sign; so are another clock
-and a delay. A law that takes an ideal sensor's velocity is compared after a zero-phase low-pass of
-both sides, since that velocity is not recorded; the identification's own filter plays no part.
+The law is run along the recorded reference and position. Each of its terms, and a test signal that
+was added to the control, gets a factor with which the law gives the recorded control. Every factor
+must be 1. A law that fails is also run with other gains, compared with a control of another scale,
+and run with another clock and another delay. This identifies the fault: a wrong gain, millimetres
+instead of metres, a wrong sign. A law that reads the velocity of an ideal sensor is compared after
+a zero-phase low-pass of both sides, because that velocity is not recorded. The prefilter of the
+identification is not used.
 
-The control follows from reference and position exactly, so that it tells gains far better than a
-fit does, which finds them as unsurely as any parameter. A law some of whose gains a fit has found
-is held against the control with the gains that the control itself asks for; what was found must
-then be those, as surely as both are known.
+The control is an exact function of reference and position. It therefore determines gains far
+better than a fit, whose gains are as uncertain as any parameter. A law with gains that a fit has
+found is compared with the control using the gains that fit the control best. The gains of the fit
+must then agree with these within the uncertainty of both.
 """
 
 import math
@@ -37,7 +38,8 @@ from axisid.estimation.thresholds import (
 from axisid.estimation.verdict_checks import Check, NotUsed, status_of
 from axisid.modeling.declaration import ControlLaw
 from axisid.support.arrays import Array, relative_error_percent
-from axisid.support.errors import Missing, first_case, unless_missing
+from axisid.support.missing import Missing, unless_missing
+from axisid.support.wording import first_case
 
 from .control_residuals import (
     CONSTANT,
@@ -67,38 +69,38 @@ from .law_findings import (
     UnexplainedControl,
 )
 
-# of the declared law's residual, less of which speaks against no explanation
+# part of the declared law's residual; an explanation with a smaller residual is not rejected
 _NEGLIGIBLE_PART = 0.01
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LawAgreement:
-    """The recorded control against the declared law.
+    """Comparison of the recorded control with the declared law.
 
     Attributes
     ----------
     factors : dict of str to float
-        By product of gains, or by gain of a law that is no sum of such products (how many times the
-        declared one it is), ``injected`` for a test signal that was added to the control, and
-        ``drive's limit``; each is 1 if the law is the drive's. None of those that the record does
-        not tell apart.
+        Factors with which the law gives the recorded control, by product of gains; by gain
+        (relative to the declared gain) for a law that is not a sum of such products; ``injected``
+        for a test signal that was added to the control; and ``drive's limit``. Each is 1 if the
+        drive has the declared law. Factors that the record does not distinguish are left out.
     residual_percent : float or None
-        ``100 ||control - law|| / ||control||``, with the law as declared; None for a record of
-        another period than the law's.
-    fitted_residual_percent : float
-        The same with the factors: what no gain explains. None for such a record too.
+        ``100 ||control - law|| / ||control||``, with the law as declared; None for a record with
+        another period than the law.
+    fitted_residual_percent : float or None
+        The same with the factors: the part that no gain explains. None for such a record too.
     delay : int
         Samples by which the recorded control follows the declared law best.
     passed : bool
-        Whether instruments simulated with this law can be believed.
+        Whether instruments that are simulated with this law can be used.
     finding : Finding
         The difference between control and law, and what explains it.
     reading : {"", "sampled rows", "even times"}
-        Samples that the law read, where they are not those of the record.
+        Samples that the law read, where these are not the samples of the record.
     deviations : mapping of str to float
-        Of the factors, beside an autoregression; empty where they are not known.
+        Standard errors of the factors, for autoregressive residuals; empty where they are unknown.
     found_apart : bool
-        Whether the law is the control's, by other gains than a fit has found.
+        Whether the control follows the law with other gains than a fit has found.
     explanations : tuple of Explanation
         Ways to explain the difference between the control and the law, the simple ones first.
     repaired_percent : float
@@ -119,7 +121,7 @@ class LawAgreement:
 
     @property
     def meaning(self) -> str:
-        """Return the sentence for the user: what was found, and what can be done about it."""
+        """Return the sentence for the user: the finding and the remedy."""
         return self.finding.sentence
 
     @property
@@ -129,7 +131,7 @@ class LawAgreement:
 
     @property
     def plausible(self) -> tuple[Explanation, ...]:
-        """Explanations of the control that the record cannot tell apart; empty if none is enough.
+        """Explanations of the control that the record cannot distinguish; empty if none suffices.
 
         Another column or another law may explain the control better than any of them.
         """
@@ -140,18 +142,18 @@ class LawAgreement:
             return ()
         enough = _NEGLIGIBLE_PART * (self.residual_percent or 0.0)
         found = plausible(self.explanations, max(min(least, self.repaired_percent), enough))
-        # A straight line from the declared law tells nothing of one with another sign.
+        # A linearisation about the declared law does not hold for a law with another sign.
         return tuple(each for each in found if not each.turns_a_sign)
 
 
 def first_failing(laws: Sequence[LawAgreement | Missing]) -> LawAgreement | Missing:
-    """The first check that fails its record, those without an explanation first; else the first."""
+    """Return the first failed comparison, one without explanation before others; else the first."""
     failing = [each for each in laws if isinstance(each, LawAgreement) and not each.passed]
     return min(failing, key=lambda each: bool(each.plausible), default=laws[0])
 
 
 def law_agreement(axis: GeneratedAxis, record: Record) -> LawAgreement | Missing:
-    """Check an axis's control law against a record; or say why it cannot be checked."""
+    """Compare the control law of an axis with a record, or return why it cannot be compared."""
     if (law := axis.control) is None:
         return NotUsed(str(lacking_law(axis)))
     if (incomparable := _incomparable(axis, law, record)) is not None:
@@ -174,8 +176,10 @@ def law_agreement(axis: GeneratedAxis, record: Record) -> LawAgreement | Missing
     open_percent = open_for_jitter(axis, law, record, off)
     if open_percent is not None and least >= MAX_LAW_RESIDUAL.value:
         return Missing(
-            "the record's samples are off even times, and what the law read between them, noise "
-            f"above all, leaves {open_percent:.2g} % of its control open ({off:.2g} % off)"
+            "the samples of the record are not evenly spaced in time, and the law may have read "
+            "other values, mainly other noise, between them. This makes "
+            f"{open_percent:.2g} % of the control uncertain (rms), and the residual of the law is "
+            f"{off:.2g} % of the control"
         )
     there = _compared(axis, law, nearest)
     if isinstance(there, Missing) or reading_of_best is None:
@@ -186,7 +190,7 @@ def law_agreement(axis: GeneratedAxis, record: Record) -> LawAgreement | Missing
 def _by_reading(
     found: LawAgreement, reading: Reading, recorded_percent: float | None = None
 ) -> LawAgreement:
-    """Return a comparison that says which samples the law read."""
+    """Return a comparison with the samples that the law read."""
     finding = FoundByReading(
         reading=reading, finding=found.finding, recorded_percent=recorded_percent
     )
@@ -196,35 +200,42 @@ def _by_reading(
 def _compared(
     axis: GeneratedAxis, law: ControlLaw, record: Record, *, advises: bool = True
 ) -> LawAgreement | Missing:
-    """A law against the samples of a record, with what would mend it where that is asked for."""
-    record = record.longest()  # a law's memory does not outlast a gap
-    # Behind a low-pass two samples in a period of its cut-off are as good as independent.
+    """Compare a law with the samples of a record, and look for remedies where `advises` is set."""
+    record = record.longest()  # the internal state of a law is unknown after a gap
+    # After a low-pass, two samples in a period of its cut-off are nearly independent.
     independent_share = 2 * COMPARISON_CUTOFF.value if law.takes_velocity else 1.0
     least = MIN_SAMPLES_PER_FACTOR.value * len(law.terms) / independent_share
     if len(record.position) < 2 * settling(law) + least:
-        return Missing(f"the record is too short for it, {len(record.position)} samples")
+        return Missing(
+            f"the longest part of the record without a gap has {len(record.position)} samples, and "
+            f"the comparison needs {2 * settling(law) + least:.0f}. Record a longer motion"
+        )
     control, made, *counted = compared_with_law(axis, law, record)
     if not np.all(np.isfinite(made)):
-        return Missing("the declared law is not finite on this record")
+        return Missing("the output of the declared law is not finite along this record")
     by_gains = GainRegression.of(axis, law, record, *counted)
     if len(by_gains.control) < least:
         return Missing(
-            f"{len(by_gains.control)} of its samples are too few to compare; the others are at the "
-            "ends, or masked, or the control is at the drive's limit"
+            f"only {len(by_gains.control)} samples can be compared, and {least:.0f} are needed. "
+            "The other samples are at the ends of the record or masked, or the control is at the "
+            "limit of the drive there"
         )
     shift = best_shift(made, control, counted[0])
-    # A shift that explains the control shows through whatever the log leaves open.
+    # A shift that explains the control is visible despite what the log leaves uncertain.
     if by_gains.possible and not shift:
         by_gains = by_gains.unless_rounded()
     left_open = by_gains.open_percent
     if by_gains.is_hidden and not shift:
+        if by_gains.between:
+            return Missing(
+                f"the record is sampled every {record.period:.6g} s, and the control law runs "
+                f"every {law.period:.6g} s. It reads values between the samples that are not in "
+                f"the log, mainly noise, which makes {left_open:.2g} % of the control uncertain "
+                "(rms)"
+            )
         return Missing(
-            f"the record is sampled every {record.period:.6g} s, the control law runs every "
-            f"{law.period:.6g} s, and what it reads between the samples, noise above all, leaves "
-            f"{left_open:.2g} % of its control open"
-            if by_gains.between
-            else "what the log rounds of position and reference leaves "
-            f"{left_open:.2g} % of the declared law's control open"
+            "the log rounds position and reference, which makes "
+            f"{left_open:.2g} % of the control of the declared law uncertain (rms)"
         )
     declared, factors = by_gains.percent, by_gains.factors
     check = LawAgreement(
@@ -256,7 +267,7 @@ def _compared(
 
 
 def _with_gains_of_runs(check: LawAgreement) -> LawAgreement:
-    """The check with the factors of its runs in place of those to first order."""
+    """Return the comparison with factors from runs of the law instead of a linearisation."""
     left = check.fitted_residual_percent
     if left is None or not check.factors:
         others = [each for each in check.explanations if GAINS not in each.kind]
@@ -274,7 +285,11 @@ def _with_gains_of_runs(check: LawAgreement) -> LawAgreement:
 def _fault(
     axis: GeneratedAxis, record: Record, check: LawAgreement, by_gains: GainRegression
 ) -> tuple[float, LawAgreement]:
-    """What a law that fails looks like; what is left where gains explain it, percent of control."""
+    """Return the residual that a repair has to improve on, and the comparison with its fault.
+
+    The residual is in percent of the control: with the gains that explain the control, otherwise
+    with the declared gains.
+    """
     declared = by_gains.percent
     large = declared >= MAX_LAW_RESIDUAL.value
     about_mean = by_gains.residuals - by_gains.residuals.mean()
@@ -285,7 +300,7 @@ def _fault(
         return declared, replace(check, finding=leaning)
     far = [n for n, value in check.factors.items() if n != LIMIT and not is_near(value, 1.0)]
     only_size = (far or by_gains.off) == [INJECTED]
-    # A gain may be a little off beside it.
+    # A gain may be slightly wrong as well.
     is_of_gains = by_gains.gains_off or not only_size
     explained, change = explained_by_gains(by_gains) if is_of_gains else (None, None)
     if only_size and change is None:
@@ -299,11 +314,11 @@ def _fault(
     check = replace(check, finding=explained or unexplained)
     if change is None:
         scaled = by_gains.scale
-        # Far from 1, those by runs are not right to first order.
+        # The linearised factors are wrong far from 1.
         if by_gains.along.law.gains and not by_gains.along.law.is_polynomial:
             check = replace(check, factors={}, deviations={})
         return declared if scaled is None else scaled[1].percent, check
-    # What shows in no slope is right too where the change explains the control.
+    # Gains without a visible effect are correct too where the change explains the control.
     times = {**dict.fromkeys(by_gains.along.law.gains, 1.0), **change.times}
     steps = change.gain_steps[0]
     times |= {name: 1 + steps[name] for name in by_gains.added if name in steps}
@@ -325,7 +340,7 @@ def _fault(
 def law_check(law: LawAgreement) -> Check:
     """Return the check of the declared law against the recorded control.
 
-    It is a note where the record was resampled, and its rows before are what the law read.
+    It is a note where the record was resampled, and the law read the rows before resampling.
     """
     needs_no_resampling = law.passed and law.reading == "sampled rows"
     return Check(
@@ -333,10 +348,11 @@ def law_check(law: LawAgreement) -> Check:
         status="note" if needs_no_resampling else status_of(law.passed),
         figure=law.residual_percent,
         threshold=MAX_LAW_RESIDUAL.value,
-        source="residual in percent of the recorded control, 0.24 on the EMPS record; fails too "
-        "where a factor of the law differs from 1, or a constant or a drift is found next to the "
-        "law, by more than 1 % and three standard errors, for a delay, and for a sampling period "
-        "that differs from the law's by more than 0.05 %",
+        source="residual of the declared law in percent of the recorded control (rms); it is 0.24 "
+        "% on the EMPS record. The check also fails where a factor of the law differs from 1 by "
+        "more than 1 % and three standard errors, where a constant or a drift is more than 1 % of "
+        "the control and three standard errors, where the control is delayed, and where the sample "
+        "period differs from that of the law by more than 0.05 %",
         finding=law.finding,
     )
 
@@ -344,11 +360,11 @@ def law_check(law: LawAgreement) -> Check:
 def _incomparable(
     axis: GeneratedAxis, law: ControlLaw, record: Record
 ) -> LawAgreement | Missing | None:
-    """Why a record is not compared with a law, or is of another one by its period alone."""
-    # The period is the only thing of a law that can be checked without a reference.
+    """Return the reason why a record is not compared with a law, or the failure by its period."""
+    # The period is the only property of a law that can be checked without a reference.
     clock = law_clock(law, record)
     if clock.other is not None:
-        # A law of differences has other gains at another period, and its record another time.
+        # A law with differences has other gains at another period, and the record is not in time.
         return LawAgreement(
             factors={},
             residual_percent=None,
@@ -364,16 +380,17 @@ def _incomparable(
         (record.control is None, f"{clocks}the record has no control"),
         (
             record.added_control is not None and hides_command(axis),
-            "what was added to the control is in the record only as the drive passes on both: "
-            f"its {' and '.join(axis.drive.path.declared)}",
+            "the test signal was added to the control, and the log has their sum only behind the "
+            f"{' and '.join(axis.drive.path.declared)} of the drive, which hides the output of the "
+            "law",
         ),
         (
             record.integrated,
-            "no position was recorded; the velocity's integral drifts away from it",
+            "no position was recorded, and the integral of the velocity drifts away from it",
         ),
         (
             clock.resampled and (clock.ratio is None or bool(clock.confirmed)),
-            f"the record was resampled at {1 / record.period:.6g} Hz, the control law runs at "
+            f"the record was resampled at {1 / record.period:.6g} Hz, and the control law runs at "
             f"{1 / law.period:.6g} Hz",
         ),
         (True, ""),
@@ -383,15 +400,16 @@ def _incomparable(
 
 @dataclass(frozen=True, slots=True)
 class EstimatedGains:
-    """Gains of a law that were found together with parameters.
+    """Gains of a law that were estimated together with the parameters.
 
     Attributes
     ----------
     names : tuple of str
     covariance : (k, k) array
-        Of what was found; infinite variances of what is not known at all.
+        Covariance of the estimated gains; infinite variances of gains that the record does not
+        identify.
     freedom : float
-        Degrees of freedom of that.
+        Degrees of freedom of the covariance.
     """
 
     names: tuple[str, ...]
@@ -402,21 +420,22 @@ class EstimatedGains:
 def found_law_agreement(
     axis: GeneratedAxis, record: Record, found: EstimatedGains
 ) -> LawAgreement | Missing:
-    """Check an axis's control law, some gains of which were found, against a record.
+    """Compare a control law, some gains of which were estimated, with a record.
 
     Parameters
     ----------
     axis : GeneratedAxis
-        Its law has the gains that were found.
+        Its law has the estimated gains.
     record : Record
     found : EstimatedGains
-        None of its gains is taken as exact.
+        None of these gains is treated as exact.
 
     Returns
     -------
     LawAgreement or Missing
-        Of the law with the values of those gains that the recorded control asks for; it fails where
-        they are not the ones that were found. Where that law is not the control's, of the axis's.
+        Comparison of the law with the gains that fit the recorded control best. It fails where
+        these gains differ from the estimated gains. Where the control does not follow the law with
+        these gains, the comparison of the law of the axis.
     """
     law, first, names = axis.control, law_agreement(axis, record), found.names
     if law is None or not names or isinstance(first, Missing) or first.residual_percent is None:
@@ -426,14 +445,14 @@ def found_law_agreement(
     best = by_gains.best(names)
     there = law_agreement(axis.with_gains(best.gains), record)
     if isinstance(there, LawAgreement) and there.passed:
-        return _beside_found(there, best, law, found)
+        return _compared_with_found(there, best, law, found)
     return first
 
 
-def _beside_found(
+def _compared_with_found(
     there: LawAgreement, best: GainRegression, law: ControlLaw, found: EstimatedGains
 ) -> LawAgreement:
-    """Return the check of the law with the gains of the control, compared with those found."""
+    """Return the comparison of the law with the gains of the control and those of a fit."""
     asked, was = (np.array([of[name] for name in found.names]) for of in (best.gains, law.gains))
     covariance = found.covariance + best.covariance(found.names) * np.outer(was, was)
     apart = apart_in_deviations(asked - was, covariance, found.freedom)
@@ -452,9 +471,10 @@ def _beside_found(
 
 
 def apart_in_deviations(off: Array, covariance: Array, freedom: float) -> float:
-    """How far (k,) differences are from 0, as deviations of a normal one that is as unlikely.
+    """Return the joint distance of (k,) differences from 0, in standard errors.
 
-    What has no chance at all is as far as the least one that a number can be, 37.
+    It is the distance at which a normally distributed number has the same p-value. A p-value of 0
+    counts as the smallest positive number, which gives a distance of 37.
     """
     square, directions = wald(off, covariance)
     if not directions:

@@ -1,9 +1,9 @@
-"""Which fault it looks like where a recorded control is not the declared law's; what mends it.
+"""Faults of a recorded control that does not follow the declared law, and their remedies.
 
-A position that is recorded from another zero than the reference is a tracking error to the law that
-does not change: a control of so many volts where the law is of gains alone, a ramp where it
-integrates. The first is what a constant error of the recorded control is too, so that both are
-told.
+If the position is recorded relative to another zero than the reference, the law sees a constant
+tracking error. Its control then has a constant for a law of gains alone, and a ramp for a law that
+integrates. A constant error of the recorded control looks the same as the former, so both are
+reported.
 """
 
 import math
@@ -50,26 +50,26 @@ from .law_findings import (
     UndeclaredLimit,
 )
 
-# of the declared law's residual, below which a change of columns is told
+# residual relative to the declared law's, below which a change of columns is reported
 _MAX_REPAIRED_RESIDUAL = 0.5
-# factor of a control -> unit that stands for another one, and that other one
+# factor of a control -> recorded unit, and the unit that it was taken for
 _UNITS = {
     1e3: ("m", "mm"),
     1e-3: ("mm", "m"),
     math.pi / 180: ("deg", "rad"),
     180 / math.pi: ("rad", "deg"),
 }
-_UNKNOWN = "NAME"  # of a column of arrays
+_UNKNOWN = "NAME"  # for a column without a name in a log
 _STEP = 1e-3  # of the reference's range
-_CLOCK_STEP = 0.01  # samples at the end of a record, by another clock
-_CLOCK_STEPS = 15  # of Gauss and Newton
-_MOST_CLOCK = 0.02  # beyond, a clock is of another unit
+_CLOCK_STEP = 0.01  # of the clock rate, in samples at the end of the record
+_CLOCK_STEPS = 15  # of Gauss-Newton
+_MOST_CLOCK = 0.02  # relative; beyond, the times are in another unit
 
 
 def constant_or_drift(percent: float, lean: Mapping[str, float], unit: str) -> ConstantOrDrift:
-    """Return the finding of a control with a constant or a drift, by its name, in the drive's unit.
+    """Return the finding of a control with a constant or a drift, in the unit of the drive.
 
-    A position from another zero makes as much of a constant, where the law does not integrate.
+    A position relative to another zero leads to such a constant too if the law does not integrate.
     """
     return ConstantOrDrift(
         residual_percent=percent, constant=lean.get(CONSTANT), drift=lean.get(DRIFT), unit=unit
@@ -77,14 +77,14 @@ def constant_or_drift(percent: float, lean: Mapping[str, float], unit: str) -> C
 
 
 def is_near(factor: float, scale: float) -> bool:
-    """Return whether a factor is a usual one, as closely as a law with other errors shows it."""
+    """Return True if a factor equals a usual factor, within the accuracy of a law with errors."""
     return abs(factor / scale - 1) < MAX_FACTOR_ERROR
 
 
 def late_control(percent: float, shift: int, delay: int | None) -> LateControl:
-    """Return the finding of a control that is some samples off the law's, whichever is wrong.
+    """Return the finding of a control that is some samples later or earlier than by the law.
 
-    The law alone does not tell whether law or log is wrong.
+    The law alone does not show whether the law or the log is wrong.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def late_control(percent: float, shift: int, delay: int | None) -> LateControl:
     shift : int
         Samples by which the control comes later.
     delay : int or None
-        Of the law; None for a continuous one.
+        Delay of the law that gives the control, samples; None for a continuous law.
     """
     is_possible = delay is not None and delay + shift >= 0
     return LateControl(
@@ -107,20 +107,19 @@ def late_control(percent: float, shift: int, delay: int | None) -> LateControl:
     )
 
 
-#: What may mend a law: its finding, and axis, law and record of it.
+#: A change that may make a law fit: its finding, and the changed axis, law and record.
 _Change = tuple[LawRepair, GeneratedAxis, ControlLaw, Record]
 
 
 def repair_of(
     axis: GeneratedAxis, law: ControlLaw, record: Record, declared: float, shift: int
 ) -> tuple[float, LawRepair] | None:
-    """Return what makes the law fit: columns changed, or its velocity formed otherwise; or None.
+    """Return the residual and the finding of a change that makes the law fit; None without one.
 
-    With the residual of the law then, in percent of the control.
-
-    It leaves half of what is `declared` at the most: of what the declared law leaves, or gains
-    that explain the control. Where that is only some samples early or late, there is nothing else
-    to mend. What has numbers of its own explains what a moved column does, nearly, and comes last.
+    The residual is in percent of the control. A change has to halve the residual `declared`, which
+    is that of the declared law or of gains that explain the control. With a `shift` of the control,
+    only columns at other times are tried, and none if the shift alone makes the law fit. Changes
+    with a fitted number come last, because they nearly explain a moved column as well.
     """
     good = min(MAX_LAW_RESIDUAL.value, _MAX_REPAIRED_RESIDUAL * declared)
     kinds = [_changed_columns, _scaled_columns, _mistimed_columns]
@@ -174,7 +173,7 @@ def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_
         cut = np.abs(control[made * np.sign(control) > largest])
         if len(cut) < MIN_SAMPLES_PER_FACTOR.value:
             return
-        # The largest has the most of a converter's noise, the median has none.
+        # The largest control has most of a converter's noise. The median has none.
         limit = float(np.median(cut))
         limited = with_limit(axis, limit, native=False)
     except ModelError:  # no dead band and no step is as large as the limit
@@ -184,7 +183,7 @@ def _limited(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_
 
 
 def _mistimed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Change]:
-    """The record with a column some samples earlier or later, or the reference on another clock."""
+    """Yield records with a column at another time, or with the reference on another clock."""
     yield from _moved_columns(axis, law, record)
     rate = reference_clock(axis, law, record)
     if rate is None:
@@ -193,7 +192,7 @@ def _mistimed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> I
 
 
 def _with_clock(record: Record, rate: float) -> Record:
-    """The record with the reference of ``(1 + rate)`` times each time since the first sample."""
+    """Return the record with the reference at ``(1 + rate)`` times the time since its start."""
     times = np.arange(float(len(record)))
     later = np.minimum((1 + rate) * times, times[-1])
     reference = at_times(later, times, np.asarray(record.reference), "spline")
@@ -203,17 +202,18 @@ def _with_clock(record: Record, rate: float) -> Record:
 
 
 def reference_clock(axis: GeneratedAxis, law: ControlLaw, record: Record) -> float | None:
-    """How much faster the reference has to run to give the recorded control; None without end.
+    """Return the relative rate of the reference clock that gives the recorded control.
 
-    By Gauss and Newton, relative to the clock of the position.
+    It is found by Gauss-Newton steps, relative to the clock of the position. None where these do
+    not converge.
 
     Parameters
     ----------
     axis : GeneratedAxis
     law : ControlLaw
-        Of the axis.
+        Law of the axis.
     record : Record
-        Of one piece, with a reference and a control.
+        Record without gaps, with a reference and a control.
     """
     if not np.ptp(np.asarray(record.reference)):
         return None
@@ -238,7 +238,7 @@ def _moved_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iter
 
 
 def _changed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Change]:
-    """The record as it would be without a common mistake in its columns."""
+    """Yield records without common mistakes in the columns."""
     reference, injected = np.asarray(record.reference), record.injected
     moves = bool(np.ptp(reference))
     if moves:
@@ -259,16 +259,16 @@ def _changed_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> It
 
 
 def _scaled_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Iterator[_Change]:
-    """The record with one column times what the law asks for.
+    """Yield records with one column multiplied by the factor that the law needs.
 
-    Position and reference follow each other, so that the law is asked where they are about alike:
-    far away it may be at a limit of its own.
+    Position and reference follow each other, so the factor is estimated where they are about equal:
+    far away the law may be at a limit of its own.
     """
     columns, pair = record.channels(), ("position", "reference")
     covariance = np.cov([columns[role] for role in pair])
     # Without a motion of the reference a test signal alone moves the axis.
-    told = pair if np.ptp(columns["reference"]) else ()
-    near = {r: covariance[0, 1] / covariance[i, i] for i, r in enumerate(told)}
+    scaled_roles = pair if np.ptp(columns["reference"]) else ()
+    near = {r: covariance[0, 1] / covariance[i, i] for i, r in enumerate(scaled_roles)}
     for role in (*pair, *sorted(map(str, law.signals))):
 
         def scaled(times: float, role: str = role) -> Record:
@@ -280,7 +280,7 @@ def _scaled_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Ite
         if not np.isfinite(times):
             continue
         (unit,) = expected_units(role, axis.axis)
-        # What the column was scaled by already is not in the record.
+        # The record does not contain a scaling that was already applied to the column.
         repair = ScaledColumn(
             role=role,
             times=float(times),
@@ -293,9 +293,10 @@ def _scaled_columns(axis: GeneratedAxis, law: ControlLaw, record: Record) -> Ite
 def _asked_for(
     axis: GeneratedAxis, law: ControlLaw, record: Record, moved: Record
 ) -> tuple[float, Array]:
-    """How many times a step of the record explains most of what the law leaves; what one changes.
+    """Return the factor of a step of the record that fits the control, and the effect of the step.
 
-    That is of the control, in the samples that count. NaN where the step does nothing.
+    The effect is the change of the control in the samples that count. The factor is NaN for a step
+    without effect.
     """
     control, made, used, _ = compared_with_law(axis, law, record)
     slope = (compared_with_law(axis, law, moved)[1] - made)[used]
@@ -306,18 +307,19 @@ def _asked_for(
 def position_zero(
     axis: GeneratedAxis, law: ControlLaw, record: Record
 ) -> tuple[float, float | None] | None:
-    """How far the recorded position is from where the law read it; None where that does nothing.
+    """Return the offset of the recorded position from the position that the law read, SI.
 
-    By how much it is more than the one beside the reference, SI, which explains most of what the
-    law leaves; and the constant control that does the same, None for a law that integrates.
+    It is the offset that explains most of the residual of the law. The second value is the constant
+    control with the same effect, None for a law that integrates. None where an offset has no effect
+    on the control.
 
     Parameters
     ----------
     axis : GeneratedAxis
     law : ControlLaw
-        Of the axis.
+        Law of the axis.
     record : Record
-        Of one piece, with a reference and a control.
+        Record without gaps, with a reference and a control.
     """
     step = _STEP * float(np.ptp(np.asarray(record.reference))) or _STEP
     steps, slope = _asked_for(axis, law, record, replace(record, position=record.position + step))
@@ -331,10 +333,10 @@ def position_zero(
 def explained_by_gains(
     by_gains: GainRegression,
 ) -> tuple[OtherGains | OtherScale | None, GainRegression | None]:
-    """Return the least change of gains or the scale that explains the control, and the law with it.
+    """Return the least change of gains or the scale that explains the control, and its regression.
 
-    A control that is recorded with another scale is what such a gain may make of it too. The
-    finding is None where nothing explains the control, the law where no gains do.
+    Another gain may have the same effect as another scale of the recorded control. The finding is
+    None where nothing explains the control. The regression is None where no gains do.
     """
     percent, declared = by_gains.percent, by_gains.along.law.gains
     changes = by_gains.least_change() if declared else ()
@@ -361,7 +363,7 @@ def explained_by_gains(
 
 
 def _control_scale(times: float) -> ControlScale:
-    """Return the scale of a control, with the units that such a factor is of."""
+    """Return the scale of a control, with the units that differ by such a factor."""
     for factor, units in _UNITS.items():
         if is_near(times, factor):
             return ControlScale(times=float(times), units=units)

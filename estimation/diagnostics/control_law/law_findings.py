@@ -23,8 +23,8 @@ class LawReproduced(Finding):
     residual_percent : float
         Percent of the recorded control.
     open_percent : float or None
-        Part of the control that depends on what the law reads between the samples of the log,
-        percent; None of a law that reads the samples.
+        Part of the control that depends on values between the samples of the log, percent; None
+        for a law that reads the samples.
     """
 
     residual_percent: float
@@ -33,14 +33,14 @@ class LawReproduced(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FoundByReading(Finding):
-    """A comparison with a law that read other samples than those of the record.
+    """Comparison with a law that read other samples than those of the record.
 
     Attributes
     ----------
     reading : {"sampled rows", "even times"}
         Samples that fit the control best.
     finding : Finding
-        Of the law with these samples.
+        Comparison of the law with these samples.
     recorded_percent : float or None
         Residual with the samples of the record, percent; None where the law fails with either.
     """
@@ -52,27 +52,27 @@ class FoundByReading(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LateControl(Finding):
-    """A recorded control that is the declared law's, some samples later or earlier.
+    """A recorded control that follows the declared law some samples later or earlier.
 
     Attributes
     ----------
     residual_percent : float
-        Percent of the recorded control, without the shift.
+        Residual without the shift, percent of the recorded control.
     samples : int
-        By which the control comes later than the law gives it; negative for earlier.
+        Delay of the recorded control relative to the law; negative for an early control.
     is_at_least : bool
-        Whether that is the largest shift that was tried.
+        Whether this is the largest shift that was tried.
     is_before_law : bool
         Whether the control comes before the law could give it.
     blame : {"law or log", "log", "position or reference", "law"}
-        What is wrong, by the motion; of a law or log the motion was not looked at, or does not
-        tell.
+        Source of the error by the motion; "law or log" where the motion was not examined, or does
+        not show it.
     delay : int or None
         Delay to declare for the law, samples; None where no delay gives the control.
     shift : int
         Samples to move the control by, or the position or the reference; 0 for a wrong law.
     unknown : str
-        Reason why the motion does not tell which is wrong; empty where it was not looked at.
+        Reason why the motion does not show the source; empty where it was not examined.
     """
 
     residual_percent: float
@@ -95,9 +95,9 @@ class ConstantOrDrift(Finding):
         Percent of the recorded control.
     constant : float or None
     drift : float or None
-        Over the record.
+        Change over the record.
     unit : str
-        Of both: the drive's.
+        Unit of both: that of the drive.
     """
 
     residual_percent: float
@@ -114,10 +114,10 @@ class OtherGain:
     ----------
     name : str
     value : float
-        In the recorded control.
+        Value in the recorded control.
     declared : float
     times : float
-        Ratio of both.
+        Value relative to the declared one.
     """
 
     name: str
@@ -135,7 +135,7 @@ class ControlScale:
     times : float
         The factor; negative for the opposite sign.
     units : (str, str) or None
-        Unit that stands for another one and that other one, where such a factor is known.
+        Recorded unit and the unit that it was taken for, where such a factor is known.
     """
 
     times: float
@@ -144,14 +144,14 @@ class ControlScale:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ControlDiffers(Finding):
-    """A recorded control that differs from the declared law's: base of findings that say by what.
+    """Base of findings of a recorded control that differs from the declared law.
 
     Attributes
     ----------
     residual_percent : float
         Percent of the recorded control.
     is_large : bool
-        Whether the residual is beyond its threshold; otherwise a factor of the law is off.
+        Whether the residual is beyond its threshold; otherwise only a factor of the law is wrong.
     """
 
     residual_percent: float
@@ -160,14 +160,14 @@ class ControlDiffers(Finding):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OtherGains(ControlDiffers):
-    """A recorded control that is the declared law's with other gains.
+    """A recorded control that follows the declared law with other gains.
 
     Attributes
     ----------
     alternatives : tuple of tuple of OtherGain
         Sets of gains that explain the control equally well, the best first.
     has_right_gains : bool
-        Whether the law has further gains, which are right.
+        Whether the law has further gains, which are correct.
     scale : ControlScale or None
         By which the recorded control may be too large instead; None for no factor.
     injected_differs : bool
@@ -188,7 +188,7 @@ class OtherScale(ControlDiffers):
     ----------
     scale : ControlScale
     scaled_percent : float
-        Residual with the right scale, percent.
+        Residual with the correct scale, percent.
     """
 
     scale: ControlScale
@@ -215,7 +215,7 @@ class UnexplainedControl(ControlDiffers):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LawRepair(Finding):
-    """A change of the record or of the law with which the law fits: see `RepairedLaw`."""
+    """Base of changes of the record or of the law with which the law fits, see `RepairedLaw`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -230,7 +230,7 @@ class OtherTestSignal(LawRepair):
     Attributes
     ----------
     change : {"added to the control", "added to the reference", "opposite sign", "none"}
-        What fits the control: where it was added, its other sign, or no test signal.
+        Change that fits the control: another place of addition, the other sign, or no test signal.
     """
 
     change: Literal["added to the control", "added to the reference", "opposite sign", "none"]
@@ -243,11 +243,11 @@ class ScaledColumn(LawRepair):
     Attributes
     ----------
     role : str
-        Or the name of a signal.
+        Role of the column, or the name of a signal.
     times : float
         Factor with which the law gives the recorded control.
     column : str
-        Its name in the log; ``NAME`` where that is not known.
+        Name of the column in the log; ``NAME`` where it is unknown.
     unit : str or None
         Usual unit that has this factor; None for no usual unit.
     """
@@ -265,9 +265,9 @@ class MovedColumn(LawRepair):
     Attributes
     ----------
     role : str
-        Or the name of a signal.
+        Role of the column, or the name of a signal.
     samples : int
-        By which it has to move later; negative for earlier.
+        Shift to a later time with which the law fits; negative for an earlier time.
     """
 
     role: str
@@ -276,13 +276,13 @@ class MovedColumn(LawRepair):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReferenceClock(LawRepair):
-    """A reference whose time stamps are of another clock than those of the position.
+    """A reference with time stamps of another clock than that of the position.
 
     Attributes
     ----------
     rate : float
-        Relative to the clock of the position by which the clock of the reference is fast;
-        negative for slow.
+        Relative amount by which the clock of the reference is fast compared with that of the
+        position; negative for slow.
     """
 
     rate: float
@@ -295,16 +295,16 @@ class MovedZero(LawRepair):
     Attributes
     ----------
     position : float
-        By which the recorded position is too large.
+        Amount by which the recorded position is too large.
     unit : str
-        Of the position.
+        Unit of the position.
     column : str
-        Its name in the log; ``NAME`` where that is not known.
+        Name of the position in the log; ``NAME`` where it is unknown.
     control : float or None
-        Constant of the control that has the same effect; None for a law that integrates.
+        Constant of the control with the same effect; None for a law that integrates.
     control_unit : str
     exceeds_limit : bool
-        Whether that constant is more than the drive gives.
+        Whether this constant is beyond the limit of the drive.
     """
 
     position: float
@@ -336,9 +336,9 @@ class UndeclaredLimit(LawRepair):
     ----------
     limit : float
     unit : str
-        Of the limit: the drive's.
+        Unit of the limit: that of the drive.
     samples : int
-        In which the law asks for more.
+        Number of samples in which the law asks for more.
     """
 
     limit: float
@@ -353,9 +353,9 @@ class RepairedLaw(Finding):
     Attributes
     ----------
     residual_percent : float
-        As declared and recorded, percent of the recorded control.
+        Residual without the change, percent of the recorded control.
     repaired_percent : float
-        With the change.
+        Residual with the change, percent of the recorded control.
     repair : LawRepair
     """
 
@@ -371,11 +371,11 @@ class FoundGainsAgree(Finding):
     Attributes
     ----------
     finding : Finding
-        Of the law with the gains that the control has.
+        Comparison of the law with the gains of the control.
     gains : mapping of str to float
-        Of the control, by name.
+        Gains of the control, by name.
     standard_errors : float
-        Joint distance from the gains of the fit.
+        Joint distance from the gains of the fit, in standard errors.
     """
 
     finding: Finding
@@ -390,13 +390,13 @@ class FoundGainsDiffer(Finding):
     Attributes
     ----------
     residual_percent : float or None
-        Of the law with the gains that the control has, percent of the recorded control.
+        Residual of the law with the gains of the control, percent of the recorded control.
     gains : mapping of str to float
-        Of the control, by name.
+        Gains of the control, by name.
     found : mapping of str to float
-        Of the fit, by name.
+        Gains of the fit, by name.
     standard_errors : float
-        Joint distance of both.
+        Joint distance between both, in standard errors.
     """
 
     residual_percent: float | None
@@ -411,11 +411,11 @@ class LawOfSecondRecord(Finding):
 
     Attributes
     ----------
-    lead : str
-        Beginning of the sentence, which names the result that does not hold.
+    result : {"estimates", "fit"}
+        Result that does not hold on the second record.
     finding : Finding
-        Of the second record.
+        Comparison of the control of the second record with the law.
     """
 
-    lead: str
+    result: Literal["estimates", "fit"]
     finding: Finding

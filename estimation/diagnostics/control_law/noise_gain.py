@@ -1,9 +1,10 @@
-"""The noise of the position as it returns in the control: what the declared law makes of it.
+"""Noise of the position in the recorded control, compared with the output of the declared law.
 
-Without a reference the law cannot be replayed, but at high frequencies the axis hardly follows its
-reference, and what the law reads there is the noise and the rounding of the position. Where these
-dominate, the recorded control has them times the law's gain, whatever the reference is. Another
-ratio shows that the position or the control is in another unit, or that the law is another one.
+Without a reference the law cannot be replayed. But at high frequencies the axis hardly follows its
+reference, and the law reads mainly the noise and the rounding of the position. Where these
+dominate, the recorded control contains them times the gain of the law, whatever the reference is.
+Another ratio shows that the position or the control is in another unit, or that the drive has
+another law.
 """
 
 from dataclasses import dataclass
@@ -20,12 +21,12 @@ from axisid.support.arrays import Array
 from .control_residuals import compared_with_law
 
 NOISE_GAIN = "noise gain"
-_ORDER = 4  # of the differences that leave the high frequencies
-# Squared correlation of both from which the noise of the position dominates. Measured without it,
-# steps of the reference give ratios from 0.9 to 20 on correct machines, from 0.95 to 1.01 with it.
+_ORDER = 4  # of the differences that act as a high-pass filter
+# Squared correlation from which the noise of the position dominates. Measured ratios of correct
+# machines with steps in the reference: 0.9 to 20 without this condition, 0.95 to 1.01 with it.
 _LEAST_COHERENCE = 0.9
 _FEWEST_SAMPLES = 100
-_LARGEST_RATIO = 1.25  # either way; units are apart by 6.28 and more, the gains of a law by less
+_LARGEST_RATIO = 1.25  # or its inverse; units differ by 6.28 and more, gains of a law by less
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,7 +36,8 @@ class NoiseGain(Finding):
     Attributes
     ----------
     ratio : float
-        Noise in the recorded control by that which the declared law makes of the position.
+        Noise in the recorded control relative to the noise that the declared law makes of the
+        position.
     agrees : bool
         Whether the ratio is within its limits.
     """
@@ -45,10 +47,10 @@ class NoiseGain(Finding):
 
 
 def noise_gain_check(axis: GeneratedAxis, record: Record) -> Check | None:
-    """Compare the noise of the position in the control with what the law makes of it.
+    """Compare the noise in the recorded control with the noise in the output of the law.
 
-    None with a reference, by which the law itself is compared, and where the noise of the position
-    does not dominate the control at high frequencies.
+    None with a reference, with which the law itself is compared, and where the noise of the
+    position does not dominate the control at high frequencies.
     """
     law, control = axis.control, record.control
     if law is None or control is None or record.reference is not None or record.integrated:
@@ -67,13 +69,15 @@ def noise_gain_check(axis: GeneratedAxis, record: Record) -> Check | None:
         status="pass" if within else "fail",
         figure=found,
         threshold=_LARGEST_RATIO,
-        source="measured: 0.95 to 1.01 on correct machines",
+        source="ratio of the noise in the recorded control to the noise that the declared law "
+        "makes of the position. The check fails above the threshold and below its inverse. "
+        "Measured ratios of correct machines are 0.95 to 1.01",
         finding=NoiseGain(ratio=found, agrees=within),
     )
 
 
 def _ratio(control: Array, made: Array, counted: NDArray[np.bool_]) -> float | None:
-    """The control's high frequencies over the law's; None where the position does not make them."""
+    """Return the ratio of control to law at high frequencies; None where they do not correlate."""
     if not np.all(np.isfinite(made)):
         return None
     used = np.lib.stride_tricks.sliding_window_view(counted, _ORDER + 1).all(axis=1)

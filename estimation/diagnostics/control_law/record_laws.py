@@ -1,4 +1,4 @@
-"""The declared control law compared with each of several records, once for all who ask."""
+"""Comparison of the declared control law with each of several records, made once."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from axisid.estimation.records import Record
 from axisid.estimation.signals import FilteredRecord
 from axisid.estimation.verdict_checks import unless_faulty
 from axisid.support.arrays import Exact, Uncached
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 
 from .law_agreement import LawAgreement, law_agreement
 
@@ -40,5 +40,5 @@ class RecordLaws(Uncached, Exact):
 
     @property
     def hold(self) -> bool:
-        """Whether every recorded control follows the declared law."""
+        """True if every recorded control follows the declared law."""
         return all(isinstance(law, LawAgreement) and law.passed for law in self.agreements)

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from axisid.estimation.raw_tables import is_unit, split_labels
-from axisid.support.errors import DataError, refuse
+from axisid.support.checks import refuse
+from axisid.support.errors import DataError
 
 from .time_stamps import is_stamp
 

@@ -1,7 +1,7 @@
 """Assignment of columns to the roles of a record, in SI.
 
-In: the columns of a `Table`, what a user and an axis say of them. Out: columns by role, in SI.
-Knows nothing of clocks and of what may be wrong with values.
+In: the columns of a `Table`, and their names and units by a user or an axis. Out: columns by role,
+in SI. Knows nothing of clocks and of faulty values.
 """
 
 from .log_writer import log_content as log_content

@@ -1,4 +1,4 @@
-"""Columns by role as a log has them: under the axis's heads, in its units, whole as a file."""
+"""Writing of columns by role as a log, with the names and units of an axis."""
 
 import json
 from collections.abc import Mapping
@@ -17,32 +17,32 @@ from axisid.support.table_bytes import npz_bytes, parquet_bytes
 from .roles import role_columns
 from .units import expected_units, is_scaling
 
-_PROBED = np.array([1.0, 2.0, 6.0])  # what is read of them tells a column's scale and offset
-#: Of the formats that a log is written in.
+_PROBED = np.array([1.0, 2.0, 6.0])  # numbers that are read to find a column's scale and offset
+#: Endings of the files that a log can be written to.
 LOG_ENDINGS = (".csv", ".parquet", ".npz")
 
 
 def log_content(
     channels: Mapping[str, Array], axis: Axis, mark: str, about: str, file: Path
 ) -> str | bytes:
-    """The content of a log that `read_record` reads back as it is.
+    """Return the content of a log that `read_record` reads back unchanged.
 
     Parameters
     ----------
     channels : mapping of str to array, (N,) each
-        By role, SI.
+        Columns by role, SI.
     axis : Axis
     mark, about : str
-        What the file says it is, and of what.
+        Kind of the file, and its source.
     file : Path
-        Its ending tells how it is written, see `LOG_ENDINGS`.
+        Path whose ending determines the format, see `LOG_ENDINGS`.
 
     Raises
     ------
     UsageError
         The ending is another one.
     ModelError
-        The axis names a column in a way that no log with heads can have.
+        The axis names a column in a way that is not possible in a header.
     DataError
         The file is Parquet and pyarrow is not installed.
     """
@@ -57,7 +57,7 @@ def log_content(
     columns = {heads[role]: _as_logged(v, *scales[role]) for role, v in channels.items()}
     if file.suffix == ".csv":
         return _csv(columns, f"{mark} {' '.join(about.split())}", file)
-    # Files that have names and units; a name with its unit as declared.
+    # Files with names and units; a declared column name keeps its unit.
     split = zip(columns, split_labels([*columns]), strict=True)
     declared = {str(column) for column in axis.columns.values()}
     units = {head if head in declared else name: unit for head, (name, unit) in split}
@@ -71,7 +71,7 @@ def log_content(
 
 
 def _head(role: str, axis: Axis) -> str:
-    """Name and unit, such as ``position [m]``."""
+    """Return name and unit of a column, such as ``position [m]``."""
     declared = str(axis.columns.get(role, role))
     name, colon, meaning = (part.strip() for part in declared.rpartition(":"))
     if colon and is_scaling(meaning):
@@ -84,7 +84,7 @@ def _head(role: str, axis: Axis) -> str:
 
 
 def _scales(heads: Mapping[str, str], axis: Axis) -> dict[str, tuple[float, float]]:
-    """Return factor and offset of the numbers of each role, to SI."""
+    """Return factor and offset to SI of the numbers of each role."""
     builder = TableBuilder()
     for (name, unit), head in zip(split_labels([*heads.values()]), heads.values(), strict=True):
         builder.add(name, _PROBED, unit=unit, label=head)
@@ -92,7 +92,7 @@ def _scales(heads: Mapping[str, str], axis: Axis) -> dict[str, tuple[float, floa
         read = role_columns(builder.table("a log"), axis, {}).samples
     except AxisidError:
         read = {}
-    # A number is of a place in a log, and a head that begins as a comment does may be taken as one.
+    # A number is the place of a column, and a header that begins with # may be read as a comment.
     lost = [r for r in axis.columns if r in heads and (r not in read or heads[r][0] == "#")]
     if lost:
         declared = ", ".join(f"{axis.columns[role]!r} of its {role}" for role in lost)
@@ -114,12 +114,12 @@ def _as_logged(values: Array, factor: float, offset: float) -> Array:
         return values
     raw = (values - offset) / factor
     whole = np.rint(raw)
-    # Of a count, arithmetic leaves less than a millionth.
+    # Rounding errors of a count are less than a millionth.
     return whole if np.all(np.abs(raw - whole) < 1e-6) else raw
 
 
 def _csv(columns: Mapping[str, Array], about: str, file: Path) -> str:
-    # Readers take quotes as they stand, and a line of numbers for no heads.
+    # Quotes would be part of a name, and a line of numbers is no header.
     if any(set(head) & set(',"\r\n') for head in columns) or all(
         is_number(name) for name, _ in split_labels([*columns])
     ):

@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from axisid.estimation.raw_tables import PeriodSource, Repair, Samples, Table
 from axisid.modeling.declaration import ROLES, Axis
-from axisid.support.errors import DataError, UsageError, quoted, refuse
+from axisid.support.checks import refuse
+from axisid.support.errors import DataError, UsageError
 from axisid.support.settings import setting
+from axisid.support.wording import quoted
 
 from .units import Scale, assumed_units_text, check_no_counts, to_si
 
@@ -22,31 +24,31 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RoleColumns:
-    """Columns of a log by role, in SI, with what was assumed of them and done to them.
+    """Columns of a log by role, in SI, with assumptions and repairs.
 
     Attributes
     ----------
     source : str
-        The log, for messages.
+        Name of the log, for messages.
     names : mapping of str to str
-        Their names in the log.
+        Names of the columns in the log, by role.
     samples : mapping of str to Samples
     scales : mapping of str to Scale
-        From the numbers of the log to SI, where these differ.
+        Scales from the numbers of the log to SI, if these differ.
     notes : tuple of str
-        What was assumed.
+        Assumptions.
     injected_at : str or None
-        What a test signal was added to.
+        Injection point of a test signal.
     repairs : tuple of Repair
     masks : mapping of str to (N,) array of bool
-        Samples that are no measurements.
+        True for samples that are no measurements.
     segments : tuple of (int, int)
-        Of columns of one time the first sample and the one after the last of each piece without
-        gaps; empty for one piece.
+        First sample and the one after the last of each piece without gaps, for columns with the
+        same times; empty for one piece.
     period : float or None
-        s, of such columns; None takes the mean step.
+        Sampling period of such columns, s; None for the mean step.
     clock : PeriodSource
-        The motion's.
+        Source of the sampling period of the motion.
     """
 
     source: str
@@ -63,15 +65,15 @@ class RoleColumns:
 
     @property
     def motion(self) -> Samples:
-        """Return the samples of the position, or of the velocity of a log without a position."""
+        """Samples of the position, or of the velocity of a log without a position."""
         return self.samples[motion_role(self.samples)]
 
     def repaired(self, samples: Mapping[str, Samples], *repairs: Repair) -> "RoleColumns":
-        """Other samples of some of the columns, and what was done to them."""
+        """Return the columns with other samples of some of them, and further repairs."""
         return replace(self, samples={**self.samples, **samples}, repairs=(*self.repairs, *repairs))
 
 
-#: Name of a column, and the unit that was given for it.
+#: Name of a column, and its given unit.
 _Chosen = tuple[str, str]
 
 
@@ -83,12 +85,12 @@ def role_columns(
     has_period: bool = False,
     injected_at: str | None = None,
 ) -> RoleColumns:
-    """The columns of a table that have a role.
+    """Return the columns of a table that have a role.
 
-    Of the columns that only the axis declares, the time may be missing where the period is given or
-    the file has clocks of its own, the reference, a test signal, velocity and acceleration always,
-    the position where there is a velocity, and the control where there is a force. The signals that
-    the axis declares may not.
+    A column that only the axis names may be missing in these cases: the time, if the period is
+    given or the file has clocks of its own; the reference, a test signal, velocity and acceleration
+    always; the position, if there is a velocity; the control, if there is a force. The signals that
+    the axis declares may not be missing.
     """
     place = injected_at or ("" if axis is None else axis.injected_at) or None
     chosen, without = _choose(table, axis, requested, has_period=has_period)
@@ -122,7 +124,7 @@ def role_columns(
     if "time" in samples and "time" not in requested:
         others = {role: s for role, s in samples.items() if role != "time"}
         moving, time_rows = motion_role(others), len(samples["time"].values)
-        # A time of another group of channels than the others, which have clocks of their own.
+        # The time may belong to another group of channels; the others have clocks of their own.
         if _has_clocks(others.values()) and time_rows != len(others[moving].values):
             notes.append(
                 f"the column {names.pop('time')!r} has {time_rows} rows, the {moving} "
@@ -152,12 +154,12 @@ def _placed(
     requested: Container[str],
     has_place: bool,
 ) -> list[str]:
-    """What is said of where the test signal enters; without a place it is not taken.
+    """Return notes on the injection point of the test signal; without one, leave it out.
 
     Raises
     ------
     UsageError
-        It was named and nothing says where it enters, or the other way round.
+        The column was named without an injection point, or the injection point without a column.
     """
     if "injected" not in chosen:
         if has_place:
@@ -187,7 +189,7 @@ def _has_clocks(columns: Iterable[Samples]) -> bool:
 def _choose(
     table: Table, axis: Axis | None, requested: dict[str, str], *, has_period: bool
 ) -> tuple[dict[str, _Chosen], tuple[str, ...]]:
-    """The columns by role, and what is said of those that are missing."""
+    """Return the columns by role, and notes on missing ones."""
     roles = ROLES if axis is None else axis.roles
     for role, wanted in requested.items():
         refuse(
@@ -218,19 +220,20 @@ def _choose(
             missing[role] = wanted
     # A column that only has the name of a derivative need not be measured.
     unasked = [
-        f"the column {chosen.pop(role)[0]!r} is left out: nobody named it as the measured {role}"
+        f"the column {chosen.pop(role)[0]!r} is left out, because it was not named as the measured "
+        f"{role}"
         for role in ("velocity", "acceleration")
         if role in chosen and role not in asked
     ]
     _check_chosen(table, chosen)
     without = _without(table, missing, chosen, has_period=has_period)
     if any(role in requested or role not in without for role in missing):
-        raise _lacking(table, chosen, missing)
+        raise _missing_columns(table, chosen, missing)
     return chosen, (*without.values(), *unasked)
 
 
 def _check_chosen(table: Table, chosen: Mapping[str, _Chosen]) -> None:
-    """Refuse columns without numbers, and one for two roles."""
+    """Refuse columns without numbers, and a column for two roles."""
     roles: dict[str, str] = {}
     for role, (name, _) in chosen.items():
         holds = table.columns[name].holds
@@ -257,9 +260,9 @@ def _without(
     *,
     has_period: bool,
 ) -> dict[str, str]:
-    """What is said of columns that only the axis names, and that can be done without.
+    """Return notes on missing columns that only the axis names and that are not needed.
 
-    A name that several columns have is not missing, but to be told apart by the user.
+    A name of several columns is not missing: the user has to choose one.
     """
     timed = "time" in missing and _has_clocks(
         table.columns[name].read() for name, _ in chosen.values()
@@ -268,21 +271,23 @@ def _without(
         ("time", has_period, "so it is counted by the sampling period"),
         ("time", timed, _CLOCKS),
         ("control", "force" in chosen, "so the control law is not compared with the record"),
-        ("position", "velocity" in chosen, "so it is the velocity's integral"),
-        ("velocity", True, "so it is the position's derivative"),
-        ("acceleration", True, "so it is the velocity's derivative"),
+        ("position", "velocity" in chosen, "so it is the integral of the velocity"),
+        ("velocity", True, "so it is the derivative of the position"),
+        ("acceleration", True, "so it is the derivative of the velocity"),
         ("reference", True, "so only least squares is available, no instruments"),
         ("injected", True, "so no test signal is considered"),
     )
     return {
-        role: f"no column {missing[role]!r} for the {role}, {what}"
-        for role, is_spared, what in spared
+        role: f"no column {missing[role]!r} for the {role}, {consequence}"
+        for role, is_spared, consequence in spared
         if is_spared and role in missing and not table.alike(missing[role])
     }
 
 
-def _lacking(table: Table, chosen: Mapping[str, object], missing: dict[str, str]) -> DataError:
-    """The error of all columns that are not found, with those that may be meant."""
+def _missing_columns(
+    table: Table, chosen: Mapping[str, object], missing: dict[str, str]
+) -> DataError:
+    """Return the error of all columns that are not found, with similar names."""
     wanted = ", ".join(f"{name!r} for the {role}" for role, name in missing.items())
     several = [candidates for name in missing.values() if len(candidates := table.alike(name)) > 1]
     names = {name.casefold(): name for name in list(table.columns)[:1000]}
@@ -308,5 +313,5 @@ def _to_name(roles: Iterable[str]) -> str:
 
 
 def motion_role(roles: Container[str]) -> str:
-    """The position, or the velocity of a log without one."""
+    """Return the role of the motion: position, or velocity in a log without a position."""
     return "velocity" if "velocity" in roles and "position" not in roles else "position"

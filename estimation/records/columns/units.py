@@ -1,4 +1,4 @@
-"""Units of the roles and signals, and what a column's numbers mean: its values in SI.
+"""Units of roles and signals, and scalings: conversion of a column's numbers to SI.
 
 ::
 
@@ -7,11 +7,11 @@
     offset   = ("+" | "-") quantity
     quantity = number [unit]
 
-A factor may be negative, ``*-1``. The unit is that of the column's numbers, by default the file's;
-what encoders count has none, and what is one count is said by the factors. Within a unit ``*`` and
-``/`` stand before a letter, as in ``mm/s`` or ``mm/rev``; before a number they scale. Numbers are
-fractions and pi is kept apart, so that the product is rounded once. So are powers of an angle,
-which SI counts as a number: ``rpm*5mm`` is no speed, ``rpm*5mm/rev`` is.
+A factor may be negative, ``*-1``. The unit is that of the column's numbers, by default that of the
+file; encoder counts have none, and the factors give the size of one count. Within a unit ``*`` and
+``/`` precede a letter, as in ``mm/s`` or ``mm/rev``; before a number they scale. Numbers are exact
+fractions, with pi to forty digits, so that the product is rounded once. Powers of an angle, which
+are dimensionless in SI, are counted: ``rpm*5mm`` is no speed, ``rpm*5mm/rev`` is.
 """
 
 import re
@@ -30,7 +30,7 @@ from axisid.support.errors import DataError, UsageError
 from axisid.support.settings import setting
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?0*\d{1,2}(?!\d))?")
-#: What scales or moves, before a number; ``**2`` and ``^-2`` are of a unit.
+#: Operator before a number; the powers ``**2`` and ``^-2`` belong to a unit.
 _OPERATOR = re.compile(r"(?<![*^])(?:[*/](?!\*)(?=\s*[+-]?\.?\d)|[+-](?=\s*\.?\d))")
 _FACTOR = re.compile(rf"([*/+-])\s*({_NUMBER.pattern})((?:(?!{_OPERATOR.pattern}).)*)", re.DOTALL)
 _LAST = re.compile(r"[*/+-]\s*\Z")
@@ -39,11 +39,11 @@ _LARGEST = Fraction(10) ** 300
 
 
 class ScalingError(ValueError):
-    """A text that is no scaling."""
+    """The reason why a text is no scaling."""
 
 
 def is_scaling(text: str) -> bool:
-    """Return whether a text says more than a unit."""
+    """Return True if a text is more than a unit."""
     begun = _LAST.search(text) or _NO_NUMBER.search(text)
     return bool(
         begun or (exact_unit(text) is None and (_OPERATOR.search(text) or _NUMBER.match(text)))
@@ -51,18 +51,18 @@ def is_scaling(text: str) -> bool:
 
 
 def read_scaling(text: str, own: str = "") -> tuple[UnitQuantity, UnitQuantity | None]:
-    """Read a scaling: what a 1 of a column is, and what is added to it, coherent.
+    """Return the quantity of a 1 in a column, and the offset that is added, in coherent units.
 
     Parameters
     ----------
     text : str
     own : str
-        Unit of the column as its file writes it, for a text that begins with a factor.
+        Unit of the column in its file, for a text that begins with a factor.
 
     Raises
     ------
     ScalingError
-        It is none: why.
+        The text is no scaling; the message gives the reason.
     """
     _check_numbers(text)
     if _NUMBER.match(text):  # a factor without its sign
@@ -89,7 +89,7 @@ def read_scaling(text: str, own: str = "") -> tuple[UnitQuantity, UnitQuantity |
 
 
 def _check_numbers(text: str) -> None:
-    """Refuse what stands for a number and is none, or a text of absurd size."""
+    """Refuse missing or infinite numbers, and a text that is too long."""
     if wrong := _NO_NUMBER.search(text):
         raise ScalingError(f"{wrong[1]!r} is not a number")
     if wrong := _LAST.search(text):
@@ -109,14 +109,14 @@ def _quantity(value: Fraction, unit: str) -> UnitQuantity:
 
 
 def _known(name: str) -> UnitQuantity | None:
-    """One of a unit, or of one over another, as in ``mm/rev``; None where it is not known."""
+    """Return the quantity of a unit, or of a quotient such as ``mm/rev``; None if unknown."""
     above, over, below = name.rpartition("/")
     parts = (_known(above.strip()), _known(below.strip())) if over else (None, None)
     return exact_unit(name) or (parts[0] / parts[1] if parts[0] and parts[1] else None)
 
 
 def _offset(quantity: UnitQuantity, of: UnitQuantity, base: UnitQuantity) -> UnitQuantity:
-    """An offset in the unit of the result; one of counts, or in the column's unit, is scaled."""
+    """Return an offset in the unit of the result; scale one in counts or in the column's unit."""
     if quantity.is_count and base.is_count:
         return of * replace(quantity, is_count=False)
     if quantity.unit is None:
@@ -128,7 +128,7 @@ def _offset(quantity: UnitQuantity, of: UnitQuantity, base: UnitQuantity) -> Uni
     raise ScalingError(f"an offset in {quantity.unit} does not add to {unit}")
 
 
-#: Of the roles that are no length or angle, where no axis says more.
+#: Coherent units of roles that are no length or angle, without an axis.
 _UNITS: dict[str, tuple[str, ...]] = {
     "time": ("s",),
     "control": (),
@@ -138,7 +138,7 @@ _UNITS: dict[str, tuple[str, ...]] = {
 }
 
 
-#: That a column may be in though nobody said so, the likelier before.
+#: Units that a column may have without a statement, the more likely ones first.
 _LIKELY_UNITS = (
     *("bar", "mbar", "kPa", "MPa", "mV", "kV", "mA", "kN", "mm", "cm", "deg", "min"),
     *("mm/s", "cm/s", "m/min", "mm/min", "rpm", "deg/s", "rev/s"),
@@ -160,9 +160,9 @@ _EXAMPLES = {
 
 
 def expected_units(role: str, axis: Axis | None, injected_at: str | None = None) -> tuple[str, ...]:
-    """Coherent units that a role may have: one if the axis is known.
+    """Return the possible coherent units of a role; a single one if the axis is known.
 
-    A test signal has that of what it is added to.
+    A test signal has the unit of the signal that it is added to.
     """
     role = injected_at or "control" if role == "injected" else role
     if axis is None:
@@ -180,7 +180,7 @@ def expected_units(role: str, axis: Axis | None, injected_at: str | None = None)
 
 
 class Scale(NamedTuple):
-    """``factor * number + offset``: the SI value of a number of a log."""
+    """Scale to SI: the value is ``factor * number + offset`` for a number of a log."""
 
     factor: float = 1.0
     offset: float = 0.0
@@ -197,32 +197,32 @@ def to_si(
     own: str | None = None,
     injected_at: str | None = None,
 ) -> tuple[Array, str]:
-    """Convert a column to SI, and say what was done; empty where nothing was.
+    """Return a column in SI, and a note on the conversion; an empty note without conversion.
 
     Parameters
     ----------
     role : str
     values : (N,) array
     text : str
-        What the numbers are of, as the file or the user writes it: a unit, or a scaling such as
+        Unit of the numbers as in the file or as given by the user, or a scaling such as
         ``counts*360deg/4096``, see `read_scaling`.
     axis : Axis or None
-        Its coordinate and drive say what a role measures.
+        Axis whose coordinate and drive determine the unit of a role.
     requested : bool
-        Whether the user gave the unit, for the error.
+        True if the user gave the unit, for the kind of error.
     source : str
         File name.
     own : str, optional
-        Unit as the file writes it, for a scaling that begins with a factor; of what the file itself
-        writes none, as that is no scaling.
+        Unit in the file, for a scaling by the user that begins with a factor; None for a text from
+        the file, which is no scaling.
     injected_at : str, optional
-        What a test signal is added to.
+        Injection point of a test signal.
 
     Raises
     ------
     UsageError, DataError
-        The unit is unknown, or measures something else than the role does; or it is a scaling that
-        cannot be read, or does not say what one count is.
+        The unit is unknown, or of another dimension than that of the role; or a scaling cannot be
+        read, or lacks the size of one count.
     """
     wanted = expected_units(role, axis, injected_at)
     scaled = own is not None and is_scaling(text)
@@ -234,7 +234,7 @@ def to_si(
         elif (plain := exact_unit(text)) or text.lower() in COUNTS:
             of = plain or UnitQuantity(Fraction(1), is_count=True)
         else:
-            # Nor one over another, as in mm/rev: nothing says what that is a motion of.
+            # A quotient such as mm/rev is refused too: it does not name the unit of the motion.
             raise ScalingError(f"{text!r} is not a known unit")
         if of.unit is None and (of.is_count or not scaled):
             raise ScalingError("the size of one count is missing")
@@ -281,10 +281,10 @@ def to_si(
 
 
 def _check_angle(role: str, text: str, of: UnitQuantity, same: Sequence[str], source: str) -> None:
-    """Refuse a length that is still one times an angle, and an angle that nothing says is one.
+    """Refuse a length that contains an angle, and an angle without a unit of angle.
 
-    SI counts angles as numbers, so that ``rpm*5mm`` is a speed to it: by 2 pi another than that of
-    a screw of 5 mm a turn.
+    Angles are dimensionless in SI, so that ``rpm*5mm`` has the unit of a speed: it differs by 2 pi
+    from that of a screw with a lead of 5 mm per turn.
     """
     motions = {unit: angle_power(parse_unit(unit)) for unit in same if unit in _EXAMPLES}
     if not motions or of.angle in motions.values():
@@ -300,13 +300,13 @@ def _check_angle(role: str, text: str, of: UnitQuantity, same: Sequence[str], so
 
 
 def _has_angle_of(of: UnitQuantity, unit: str) -> bool:
-    """Return whether a quantity has the power of an angle of a unit, where that has one."""
+    """Return True if a quantity has the same power of an angle as a unit, or the unit has none."""
     power = angle_power(parse_unit(unit))
     return not power or of.angle == power
 
 
 def _is_of(name: str, unit: str) -> bool:
-    """Whether a unit as logs write it measures the same as a coherent one, in its angle too."""
+    """Return True if a unit of logs has the dimension of a coherent one, including its angle."""
     named, wanted = exact_unit(name), parse_unit(unit)
     return bool(
         named
@@ -317,19 +317,21 @@ def _is_of(name: str, unit: str) -> bool:
 
 
 def likely_unit(declared: str, times: float, vague: float) -> str | None:
-    """Return the usual unit of a column whose numbers are so many times those in the declared one.
+    """Return the usual unit of a column whose numbers are a multiple of those in the declared unit.
 
     Parameters
     ----------
     declared : str
+        Declared unit.
     times : float
+        Ratio of the column's numbers to those in the declared unit.
     vague : float
-        Part of it, by which it may be another.
+        Relative uncertainty of the ratio.
 
     Returns
     -------
     str or None
-        None for no usual unit.
+        None if no usual unit has this ratio.
     """
     own = exact_unit(declared)
     if own is None or not vague < np.inf:
@@ -344,16 +346,16 @@ def likely_unit(declared: str, times: float, vague: float) -> str | None:
 
 
 def check_no_counts(role: str, name: str, values: Array, axis: Axis | None, *, source: str) -> None:
-    """Refuse whole numbers without a unit as a position: they are what an encoder counts.
+    """Refuse whole numbers without a unit as a position: they are probably encoder counts.
 
     Raises
     ------
     DataError
-        They are.
+        All numbers of a position or reference are whole.
     """
     finite = values[np.isfinite(values)]
     whole = role in ("position", "reference") and np.all(finite == np.round(finite))
-    # Ten metres or radians are whole by chance in no log; fewer are a test of a few rows.
+    # Ten different values are not whole by chance; fewer may be a short test.
     if not whole or len(np.unique(finite)) < 10:
         return
     unit = (axis.coordinate.unit if axis is not None else "") or "rad"
@@ -370,7 +372,7 @@ def check_no_counts(role: str, name: str, values: Array, axis: Axis | None, *, s
 def assumed_units_text(
     roles: Mapping[str, str], axis: Axis | None, *, injected_at: str | None
 ) -> str:
-    """Return a text on columns, by role, without a given unit."""
+    """Return a note on columns without a given unit, by role."""
     named = []
     for role, name in roles.items():
         unit = " or ".join(expected_units(role, axis, injected_at)) or "unit of the drive"

@@ -24,7 +24,8 @@ from axisid.commands.options import (
     takes,
 )
 from axisid.estimation.choices import comparison_methods
-from axisid.support.errors import UsageError, refuse
+from axisid.support.checks import refuse
+from axisid.support.errors import UsageError
 
 
 class _ListedAxes(Command):

@@ -21,12 +21,20 @@ from axisid.support.errors import AxisidError, asks_for_tracebacks
 from axisid.support.one_thread import one_thread, without_arithmetic_warnings
 from axisid.support.version import __version__
 
-from .axes import export, generate, new, show
 from .compare import compare, compare_results
-from .fit_sweep_law import fit, law, sweep
-from .fleet_and_trend import fleet, trend
+from .export import export
+from .fit import fit
+from .fleet import fleet
+from .generate import generate
 from .identify import identify
-from .simulation_commands import paper, study, twin
+from .law import law
+from .new import new
+from .paper import paper
+from .show import show
+from .study import study
+from .sweep import sweep
+from .trend import trend
+from .twin import twin
 
 _USAGE, _DATA, _INTERRUPTED = 2, 3, 130
 

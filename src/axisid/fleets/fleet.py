@@ -1,4 +1,4 @@
-"""Many logs, one by one or side by side; what is wrong with all of them is refused once."""
+"""Many logs, one by one or in parallel; mistakes that concern all of them are refused once."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -16,33 +16,23 @@ from axisid.estimation.identification import identify, requested_methods
 from axisid.estimation.records import log_of, read_record
 from axisid.estimation.signals import Prefilter
 from axisid.modeling.declaration import Axis
-from axisid.support.errors import (
-    AxisidError,
-    DataError,
-    ModelError,
-    UsageError,
-    by_name,
-    first_of,
-    is_real,
-    is_whole,
-    listed,
-    quoted,
-    refuse,
-)
+from axisid.support.checks import by_name, is_real, is_whole, listed, refuse
+from axisid.support.errors import AxisidError, DataError, ModelError, UsageError
 from axisid.support.files import is_unchanged
 from axisid.support.jobs import Failure, run_jobs
 from axisid.support.progress import Progress
+from axisid.support.wording import first_of, quoted
 
 from .items import FleetItem, gather_items
 from .ledger import LEDGER, FleetRow, Ledger, read_ledger, write_rows
 from .one_log import Settings, identify_log, log_digest, result_file, result_of, row_for
 from .result import TABLES, Fleet
 
-#: Arguments of `identify` that are of several records together.
+#: Arguments of `identify` that apply to several records together.
 OF_SEVERAL = ("local", "known", "gain", "skip_bad")
-_LOOKED_AT = 20  # logs that fail alike by what no log changes, before the others are given up
+_LOOKED_AT = 20  # logs that fail alike, before the others are given up
 _OF_COLUMNS = ("columns", "units", "test-signal", "missing-column")
-_UNTOLD = ("", "internal", "time", "killed")  # codes of what may be otherwise another time
+_UNTOLD = ("", "internal", "time", "killed")  # codes of failures that may not recur at another time
 
 
 def fleet(
@@ -64,11 +54,11 @@ def fleet(
     progress: Progress | None = None,
     **identifying: Any,
 ) -> Fleet:
-    """Identify every log by itself, and tell which axes stand out.
+    """Identify every log separately, and find the axes that stand out.
 
     Each result is written as ``NAME.json`` as soon as it is there, the same as ``axisid identify
-    --json`` writes, and each log has a line in ``fleet.jsonl``. A log that fails leaves the result
-    of an earlier run as it is.
+    --json`` writes, and each log has a line in ``fleet.jsonl``. A log that fails does not change
+    the result of an earlier run.
 
     Parameters
     ----------
@@ -76,31 +66,31 @@ def fleet(
         Logs, patterns (``logs/**/*.csv``), folders, manifests (a table with a column ``log``), and
         items.
     axis : Axis, str or Path, optional
-        Of the logs of which nothing else says it.
+        Axis of the logs for which nothing else names one.
     out : str or Path
         Folder of the results.
     jobs : int
         Processes; 0 for this one, in which a log that hangs or ends the process is not shielded.
     executor : Executor, optional
-        In place of processes: any of `concurrent.futures`, or Dask's ``client.get_executor()``.
+        Used instead of processes: any of `concurrent.futures`, or Dask's ``client.get_executor()``.
     time_limit : float, optional
-        Seconds for one log; of a process's first log of an axis, building the axis too. Not of an
-        executor, whose work nobody can end.
+        Seconds for one log; for a process's first log of an axis, this includes building the axis.
+        Not with an executor, whose work cannot be ended.
     resume : bool
-        Leave alone what was done with the same log, axis and options.
+        Skip logs that were identified before with the same axis and options.
     prefilter : Prefilter, optional
-        As of `identify`; what it leaves open follows each log's rate.
+        As in `identify`; open settings follow the rate of each log.
     fixed, left_out, drive_time, native
-        What is known, what is not identified, the drive's time that is estimated, and whether
-        compiled code runs: as of `fix`, `leave_out`, `Drive.estimating` and `build`.
+        Known parameters, parameters that are not identified, the drive's time that is estimated,
+        and whether compiled code runs: as in `fix`, `leave_out`, `Drive.estimating` and `build`.
     draws : int
-        As of `Identification.to_dict`.
+        As in `Identification.to_dict`.
     reading : mapping, optional
         Arguments of `read_record`.
     progress : callable, optional
-        Called with what is done, of how many, and a text.
+        Called with the number done, the total, and a text.
     **identifying
-        Further arguments of `identify` that are of one record: ``methods``, ``covariance``, ...
+        Further arguments of `identify` that apply to one record: ``methods``, ``covariance``, ...
 
     Returns
     -------
@@ -109,10 +99,10 @@ def fleet(
     Raises
     ------
     UsageError
-        There is no log, an option is wrong in itself, or a result would replace its log.
+        There is no log, an option is wrong for every log, or a result would replace its log.
     ModelError, DataError
-        The axis of all logs is wrong, or all logs are without a column; what is wrong with one log
-        is in its row.
+        The axis of all logs is wrong, or all logs lack a column; a failure of one log is in its
+        row.
     """
     several = ", ".join(sorted({*OF_SEVERAL} & identifying.keys()))
     is_time = time_limit is None or (is_real(time_limit) and 0 < time_limit < math.inf)
@@ -165,7 +155,7 @@ def fleet(
             )
     requested_methods(settings.identifying.get("methods"))
     if len({item.axis for item in items}) == 1:
-        settings.built(items[0])  # what is wrong with the axis of all is refused at once
+        settings.built(items[0])  # a mistake in the axis of all logs is refused at once
     ledger = read_ledger(Path(out))
     done = dict(_finished(settings, items, ledger)) if resume else {}
     todo = [item for item in items if item.name not in done]
@@ -230,9 +220,9 @@ def _work(
     trusted: bool,
     **how: Any,
 ) -> Iterator[FleetRow]:
-    """Rows as they are done, each in the ledger before it is given, after those that moved.
+    """Yield rows as they are done, each written to the ledger before, after those with new names.
 
-    The options are `trusted` where a log was done with them before.
+    The options are `trusted` if a log was done with them before.
     """
     made = run_jobs(
         partial(identify_log, settings), todo, total=len(todo), said="identifying logs", **how
@@ -247,7 +237,7 @@ def _work(
         )
         if moved:
             write_rows(folder, moved)
-        for row in rows:  # what is refused has none, and leaves the ledger
+        for row in rows:  # a refused log has none, and is removed from the ledger
             write_rows(folder, [row])
             yield row
 
@@ -266,10 +256,10 @@ def _row_of(item: FleetItem, made: FleetRow | Failure) -> FleetRow:
 def _finished(
     settings: Settings, items: Sequence[FleetItem], ledger: Ledger
 ) -> Iterator[tuple[str, FleetRow]]:
-    """Rows of what was done before with the same log, axis and options, by the items' names.
+    """Return rows that were done before with the same log, axis and options, by the items' names.
 
-    A result counts although a later try failed, as when the log could not be read. What was killed
-    or took too long has no key: another time it may not.
+    A result counts even if a later try failed, for instance because the log could not be read. A
+    log that was killed or took too long has no key: another time it may succeed.
     """
     for item in items:
         try:
@@ -287,7 +277,7 @@ def _finished(
 
 
 def _is_whole(result: Path) -> bool:
-    """Return whether a result is there as it was written, so that it need not be made again."""
+    """Return whether a result exists as it was written, so that it need not be made again."""
     try:
         members = msgspec.json.decode(result.read_bytes())
         return isinstance(members, dict) and is_unchanged(members)
@@ -298,23 +288,23 @@ def _is_whole(result: Path) -> bool:
 def checked(
     rows: Iterator[tuple[FleetItem, FleetRow]], total: int, again: Callable[[FleetItem], object]
 ) -> Iterator[FleetRow]:
-    """Rows as they are made, unless all fail by what was asked of them.
+    """Yield rows as they are made, unless all fail for a reason in the request.
 
-    The first are held back while each fails as the one before; the others of a log or two that are
-    bad are given as they are.
+    The first rows are held back while each fails for the same reason; if one or two bad logs are
+    followed by others, the rows are yielded unchanged.
 
     Parameters
     ----------
     rows : iterator of (FleetItem, FleetRow)
     total : int
-        How many there will be.
+        Total number of rows.
     again : callable
-        Reads and identifies a log, to raise what is wrong.
+        Reads and identifies a log, to raise its error.
 
     Raises
     ------
     UsageError, ModelError, DataError
-        As the first log did.
+        The error of the first log.
     """
     held: list[tuple[FleetItem, FleetRow]] = []
     for item, row in rows:
@@ -338,7 +328,7 @@ def checked(
                 kind = next((k for k in (UsageError, ModelError) if isinstance(error, k)), None)
                 of_columns = isinstance(error, DataError) and error.code in _OF_COLUMNS
                 if of_columns and not every:
-                    continue  # logs that follow may have the column: only all of them tell
+                    continue  # logs that follow may have the column: only all of them show it
                 if kind or of_columns:
                     of = f"all {total} logs" if every else f"the first {len(held)} of {total} logs"
                     told = f"{of} fail for the same reason: {error}" if total > 1 else str(error)

@@ -1,4 +1,4 @@
-"""Logs by name, pattern, folder or manifest, a table that says what is known of each."""
+"""Logs by name, pattern, folder or manifest, a table of properties of each log."""
 
 import csv
 import glob
@@ -15,36 +15,39 @@ from typing import Any
 
 from axisid.estimation.logs import log_endings
 from axisid.estimation.records import log_of
-from axisid.support.errors import DataError, UsageError, listed, quoted, refuse
+from axisid.support.checks import listed, refuse
+from axisid.support.errors import DataError, UsageError
 from axisid.support.files import kinds_of, opened_regular, read_regular
 from axisid.support.libraries import library
+from axisid.support.wording import quoted
 
 Condition = str | float
 _LOG, _OWN = "log", ("log", "axis", "serial", "columns")
 _TEXT, _PARQUET = (".csv", ".tsv", ".txt"), (".parquet", ".pq")
 _LOOKED_AT = 4096  # bytes of a header
-_LOGS = {"twin", "twin-manifest"}  # of what commands write
-_BY_PATH = ""  # where nothing but the path of a log is told
+_LOGS = {"twin", "twin-manifest"}  # of files that commands write
+_BY_PATH = ""  # for a log of which only the path is given
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FleetItem:
-    """A log and what is said of it; never its samples, so that it can be sent anywhere.
+    """A log and its description, without its samples, so that it can be sent anywhere.
 
     Attributes
     ----------
     log : str
         Path of the file.
     axis : str
-        Name in the library, or file that declares it; empty for the fleet's.
+        Name in the library, or file that declares it; empty for the axis of the fleet.
     serial : str
-        Which machine it is of; empty where nothing says so.
+        Serial number of its machine; empty if it is not known.
     columns : mapping of str to str
-        Columns of this log by role, in place of those of all.
+        Columns of this log by role, instead of those of all logs.
     conditions : mapping of str to str or float
-        What else is known of the log: a temperature, a date. It goes on into the table.
+        Further known properties of the log, such as a temperature or a date; they are copied into
+        the table.
     name : str
-        Of its result, which the fleet says: that of the log, with a mark where two have the same.
+        Name of its result, set by the fleet: that of the log, with a mark if two are equal.
     """
 
     log: str
@@ -56,22 +59,22 @@ class FleetItem:
 
     @property
     def columns_text(self) -> str:
-        """The columns in an order of their own, the same where they are the same."""
+        """Return the columns in sorted order, so that equal columns give equal texts."""
         return ",".join(f"{role}={name}" for role, name in sorted(self.columns.items()))
 
 
 def with_names(items: Sequence[FleetItem]) -> list[FleetItem]:
-    """The items with the names of their results.
+    """Return the items with the names of their results.
 
-    The name of a run.toml says nothing, and gives way to its log's. The mark is of a log, its axis
-    and its columns, the same in every run.
+    The name of a run.toml is not specific, so the name of its log is used instead. The mark depends
+    on a log, its axis and its columns, and is the same in every run.
     """
     stems = [Path(item.log).name.partition(".")[0] for item in items]
     names = [
         (log_of(item.log).name.partition(".")[0] if stem == "run" else stem) or _LOG
         for item, stem in zip(items, stems, strict=True)
     ]
-    times = Counter(name.lower() for name in names)  # some file systems know no case
+    times = Counter(name.lower() for name in names)  # some file systems ignore case
     for i, item in enumerate(items):
         if times[names[i].lower()] > 1:
             told = "\0".join(filter(None, (f"{item.log}\0{item.axis}", item.columns_text)))
@@ -80,9 +83,9 @@ def with_names(items: Sequence[FleetItem]) -> list[FleetItem]:
 
 
 def _heads_of(file: Path) -> list[str]:
-    """Column names of a table; empty where there are none."""
+    """Return the column names of a table; empty if there are none."""
     kind = file.suffix.lower()
-    # What cannot be read is told by who reads it; pyarrow's errors are of these.
+    # An unreadable file is reported by its reader; pyarrow's errors are of these types.
     with suppress(OSError, ValueError, NotImplementedError):
         if kind in _PARQUET:
             return [*_parquet(file).schema_arrow.names]
@@ -94,7 +97,7 @@ def _heads_of(file: Path) -> list[str]:
 
 
 def _manifest_items(file: Path) -> Iterator[tuple[FleetItem, str]]:
-    """The items of a manifest, each with who tells of it; paths are as from its folder."""
+    """Return the items of a manifest, each with its origin; paths are relative to its folder."""
     for number, row in enumerate(_rows(file), 1):
         told = {k.strip(): v for k, v in row.items() if k and v not in (None, "")}
         conditions = {k: _condition(v) for k, v in told.items() if k not in _OWN}
@@ -144,7 +147,7 @@ def _parquet(file: Path) -> Any:
 
 
 def _delimiter(line: str) -> str:
-    """The one that the header has most of."""
+    """Return the delimiter that occurs most in the header."""
     return max(",;\t", key=line.count)
 
 
@@ -153,7 +156,7 @@ def _heads(line: str) -> list[str]:
 
 
 def _condition(given: Any) -> Condition | None:
-    """A number where it is one; none where that is not finite, as of an empty cell."""
+    """Return a number if the text is one; None if it is not finite, as for an empty cell."""
     try:
         number = float(str(given))
     except ValueError:
@@ -164,27 +167,27 @@ def _condition(given: Any) -> Condition | None:
 def gather_items(
     logs: str | Path | FleetItem | Iterable[str | Path | FleetItem], out: Path
 ) -> list[FleetItem]:
-    """Items of all that is named, each once, in their order, with names for their results.
+    """Return items of all named logs, each once, in their order, with names for their results.
 
-    A log is there several times where other axes or columns are told of it, as of a file of two
-    machines. Where a manifest or an item tells what it is, its bare path adds nothing.
+    A log occurs several times if several axes or columns are given for it, as for a file of two
+    machines. If a manifest or an item describes it, its bare path adds nothing.
 
     Parameters
     ----------
     logs : path, FleetItem or iterable of them
         Files, patterns, folders (with the folders and manifests in them), manifests; a run.toml
-        among them stands in the place of its log. A manifest is a table with a column ``log``, and
-        where they are wanted ``axis``, ``serial`` and ``columns`` (as ``--columns`` takes them);
-        every other column is a condition.
+        among them replaces its log. A manifest is a table with a column ``log``, and optionally
+        ``axis``, ``serial`` and ``columns`` (as ``--columns`` takes them); every other column is a
+        condition.
     out : Path
-        Folder of the results, whose files are no logs.
+        Folder of the results, whose files are not logs.
 
     Raises
     ------
     UsageError
-        There is none, or something is no path.
+        There is no log, or an item is not a path.
     DataError
-        A manifest cannot be read, or the same columns of a log are told to be of another machine.
+        A manifest cannot be read, or the same columns of a log are assigned to two machines.
     """
     places = listed(logs)
     told = [each for place, one in enumerate(places, 1) for each in _items(one, out, place)]
@@ -203,8 +206,8 @@ def gather_items(
             first, second = getattr(before, what), getattr(item, what)
             if first != second:
                 raise DataError(
-                    f"{by_before} and {by} give different {what} of {item.log}: {_said(first)} and "
-                    f"{_said(second)}. Remove one of the two. If the log contains several "
+                    f"{by_before} and {by} give different {what} of {item.log}: {_as_text(first)} "
+                    f"and {_as_text(second)}. Remove one of the two. If the log contains several "
                     "machines, give each row its own columns.",
                     code="manifest",
                 )
@@ -217,14 +220,14 @@ def gather_items(
     return with_names([item for item, _ in found.values()])
 
 
-def _said(told: str | Mapping[str, Condition]) -> str:
-    """A serial number or conditions, as they are told."""
+def _as_text(told: str | Mapping[str, Condition]) -> str:
+    """Return a serial number or conditions as text."""
     text = told if isinstance(told, str) else ", ".join(f"{k}={v}" for k, v in told.items())
     return quoted(text) if text else "none"
 
 
 def _items(given: object, out: Path, place: int) -> Iterator[tuple[FleetItem, str]]:
-    """Items, each with who tells of it."""
+    """Yield items, each with its origin."""
     if isinstance(given, FleetItem):
         yield given, f"item {place}"
         return
@@ -236,7 +239,7 @@ def _items(given: object, out: Path, place: int) -> Iterator[tuple[FleetItem, st
     path, files = Path(given), [Path(given)]
     if path.is_dir() and not (path / "metadata.yaml").is_file():  # a ROS 2 bag is one log
         files = [file for file in sorted(path.rglob("*")) if _may_be_log(file, out)]
-        # A file of that name says what a log is, though it be wrong.
+        # A file of that name describes a log, even if it is wrong.
         runs = {f for f in files if f.name == "run.toml" or log_of(f) != f}
         files = [f for f in files if f.suffix.lower() in log_endings() or f in runs]
     elif not path.exists() and glob.has_magic(str(path)):
@@ -250,7 +253,7 @@ def _items(given: object, out: Path, place: int) -> Iterator[tuple[FleetItem, st
 
 
 def _may_be_log(file: Path, out: Path) -> bool:
-    """Return whether it is no hidden file, and no result or table; a link to nothing may be."""
+    """Return whether a file is not hidden, no result and no table; a broken link may be a log."""
     own = out.resolve() == file.parent.resolve() and (
         file.suffix == ".json" or file.stem == "fleet"
     )
@@ -258,5 +261,5 @@ def _may_be_log(file: Path, out: Path) -> bool:
         return False
     try:
         return not kinds_of(file) - _LOGS
-    except OSError:  # why it cannot be read is told of the log
+    except OSError:  # the reason is reported for the log
         return True

@@ -15,16 +15,18 @@ from axisid.estimation.estimates import Value
 from axisid.estimation.verdict_checks import Belief, Check, Checked
 from axisid.presentation.result_files import JsonObject, about
 from axisid.support.arrays import MaybeNan, from_json
-from axisid.support.errors import DataError, Missing, UsageError, first_of
+from axisid.support.errors import DataError, UsageError
 from axisid.support.files import read_regular, replace_file
 from axisid.support.mappings import grouped
+from axisid.support.missing import Missing
+from axisid.support.wording import first_of
 
 from .robust_statistics import LARGEST
 
 _IN_RESULT = "see the result of the log"
 
 Status = Literal["ok", "failed", "skipped"]
-#: In the folder of the results.
+#: Name in the folder of the results.
 LEDGER = "fleet.jsonl"
 _LOCK_SECONDS = 60.0  # to wait for other processes, each of which writes a few lines
 
@@ -32,8 +34,8 @@ _LOCK_SECONDS = 60.0  # to wait for other processes, each of which writes a few 
 class FleetValue(JsonObject, frozen=True, kw_only=True):
     """A parameter of one result."""
 
-    value: Annotated[MaybeNan, about("Less the bias of filter and noise, where that is known.")]
-    sd: Annotated[MaybeNan, about("Of the chosen covariance.")]
+    value: Annotated[MaybeNan, about("Minus the bias of filter and noise, if it is known.")]
+    sd: Annotated[MaybeNan, about("Standard error by the chosen covariance.")]
     interval_95: tuple[MaybeNan, MaybeNan]
     unit: str
 
@@ -46,27 +48,28 @@ class FleetRow(
     Attributes
     ----------
     name : str
-        Of its result, without the ending.
+        Name of its result, without the ending.
     log, axis, serial, columns, conditions
-        As of its `FleetItem`.
+        As in its `FleetItem`.
     status : {"ok", "failed", "skipped"}
-        Skipped is what was there already, with its result.
+        A skipped log already had a result.
     reason, code : str
-        Why it failed: a sentence, and what a program can tell it by; ``time`` and ``killed`` are of
-        what an identification cannot tell.
+        Reason of the failure: a sentence, and a code for programs; ``time`` and ``killed`` are
+        failures that an identification cannot report.
     key : str
-        Of the log's bytes, the axis and the options: with the same the result is the same.
+        Hash of the log's bytes, the axis and the options: equal keys give equal results.
     method : str
-        The one that is judged.
+        Method that is judged.
     parameters : mapping of str to FleetValue
     covariance : matrix
-        Of the parameters in their order.
+        Covariance of the parameters in their order.
     failing : tuple of str
-        Checks that fail, the gravest first.
+        Checks that fail, most severe first.
     unchecked : tuple of str
-        Checks that could not be made of what the result rests on.
+        Checks of the result's assumptions that could not be made.
     doubt : str
-        What the gravest of those that fail says; where none fails, why the first was not made.
+        Sentence of the most severe failed check; if none fails, the reason why the first was not
+        made.
     seconds : float
         CPU time.
     """
@@ -99,7 +102,7 @@ class FleetRow(
     def checks(self) -> tuple[Check, ...]:
         """Return the failed checks, most severe first, and the checks not evaluated.
 
-        The first alone says what it found; the result has all.
+        Only the first one has its finding; the result file contains all.
         """
         if not self.has_result:
             return (Check.unless("result", self.reason or "it has no result"),)
@@ -112,7 +115,7 @@ class FleetRow(
 
     @property
     def verdict(self) -> Belief | Literal[""]:
-        """The belief in the values; empty without a result."""
+        """Return the belief in the values; empty without a result."""
         return self.belief if self.has_result else ""
 
     @property
@@ -123,13 +126,13 @@ class FleetRow(
 
 
 def unchecked_of(rows: Iterable[FleetRow], of: str = "") -> tuple[Check, ...]:
-    """Checks that could not be made in some rows, each once, with their names.
+    """Return the checks that could not be made in some rows, each once, with the rows' names.
 
     Parameters
     ----------
     rows : iterable of FleetRow
     of : str
-        What is said before.
+        Beginning of the sentence.
     """
     found = grouped((name, row.name) for row in rows for name in row.unchecked)
     return tuple(
@@ -139,7 +142,7 @@ def unchecked_of(rows: Iterable[FleetRow], of: str = "") -> tuple[Check, ...]:
 
 
 def fleet_value(value: Value) -> FleetValue:
-    """A value less its bias, with the deviation of its chosen covariance."""
+    """Return a value minus its bias, with the standard error of its chosen covariance."""
     low, high = map(float, value.interval)
     return FleetValue(
         value=float(value.corrected),
@@ -158,11 +161,11 @@ class Ledger:
     last : mapping of str to FleetRow
         The last row of each name.
     results : mapping of str to FleetRow
-        The last row with a result of each name: the row of the result file. A later try may have
-        failed; `last` has that try.
+        The last row with a result of each name: the row of the result file. If a later try failed,
+        it is in `last`.
     broken : str
-        How many lines are no JSON, and which; empty if none. A line may have been cut off when its
-        run ended.
+        Number of lines that are not JSON, and their places; empty if none. A line may have been cut
+        off when its run ended.
     """
 
     last: Mapping[str, FleetRow]
@@ -176,7 +179,7 @@ def read_ledger(folder: Path) -> Ledger:
     Raises
     ------
     DataError
-        A line is JSON and no row.
+        A line is JSON but not a row.
     """
     file = folder / LEDGER
     last: dict[str, FleetRow] = {}
@@ -213,14 +216,14 @@ def read_ledger(folder: Path) -> Ledger:
 def write_rows(folder: Path, rows: Iterable[FleetRow]) -> None:
     """Append rows to the ledger of a folder: all of them, or none.
 
-    They are on their way to the disk when this returns, on lines of their own, also after a line
-    that was cut off. Processes that write the same ledger wait for one another.
+    They are handed to the disk when this returns, on separate lines, even after a line that was cut
+    off. Processes that write the same ledger wait for one another.
 
     Raises
     ------
     UsageError
-        The file system refuses, or another process does not give the ledger free; the ledger is as
-        it was.
+        The file system refuses, or another process does not release the ledger; the ledger is
+        unchanged.
     """
     place = folder / LEDGER
     lines = b"".join(msgspec.json.encode(row) + b"\n" for row in rows)

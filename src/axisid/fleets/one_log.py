@@ -29,11 +29,11 @@ class Settings:
     Attributes
     ----------
     folder : str
-        Where results are written to.
+        Folder to which results are written.
     axis : str or Axis
-        Of the logs that name none; empty where all do.
+        Axis of the logs that name none; empty if all name one.
     fixed : mapping of str to value
-        As `fix` takes them.
+        Known values, in the form of `fix`.
     left_out : tuple of str
     drive_time : str
         The drive's time that is estimated, ``lag`` or ``delay``; empty for none.
@@ -81,19 +81,19 @@ class Settings:
         return _digest(repr(told))
 
     def reading_of(self, item: FleetItem) -> dict[str, Any]:
-        """Arguments of `read_record` for the log of an item."""
+        """Return the arguments of `read_record` for the log of an item."""
         return {**self.reading, **({"columns": item.columns} if item.columns else {})}
 
     def built(self, item: FleetItem) -> tuple[GeneratedAxis, str]:
-        """The axis of an item, which a process builds once, and a digest of its declaration.
+        """Return the axis of an item, built once per process, and a digest of its declaration.
 
         Raises
         ------
         ModelError, UsageError
-            There is none, or it cannot be built.
+            There is no axis, or it cannot be built.
         """
         axis = item.axis or self.axis
-        if not axis and not Path(item.log).exists():  # a mistyped name of a manifest, most often
+        if not axis and not Path(item.log).exists():  # most often a mistyped name in a manifest
             raise DataError(
                 f"{item.log} cannot be read: there is no such file. Check the path. Name an axis "
                 "with --axis (axis=).",
@@ -119,7 +119,7 @@ class Settings:
         return _BUILT[key]
 
 
-#: The axes that a process has built, by what they were built of, with digests of declarations.
+#: The axes that a process has built, by their declarations, with digests of these.
 _BUILT: dict[tuple[str, str], tuple[GeneratedAxis, str]] = {}
 _MOST_BUILT = 32
 
@@ -128,15 +128,15 @@ def _mark(name: str) -> str:
     """Return the name of an axis with the bytes of its file, which may change meanwhile."""
     file, _ = axis_file(name)
     if file.suffix not in (".py", ".toml"):
-        return name  # of the library
+        return name  # an axis of the library
     try:
         return f"{name}\0{hashlib.sha256(read_regular(file)).hexdigest()}"
     except (OSError, ValueError):
-        return name  # `load_axis` says what is wrong
+        return name  # `load_axis` reports the mistake
 
 
 def _canonical(axis: Axis) -> str:
-    """All that an axis declares, gains and nominal values too, which no signature has."""
+    """Return all that an axis declares, including gains and nominal values, unlike a signature."""
     return repr([(each.name, getattr(axis, each.name)) for each in fields(axis)])
 
 
@@ -145,12 +145,12 @@ def _digest(text: str) -> str:
 
 
 def log_digest(log: Path) -> str:
-    """Hash of the bytes of a log; of a folder, of all that is in it; of a run.toml, of its log too.
+    """Return the hash of a log's bytes; of all files of a folder; of a run.toml and its log.
 
     Raises
     ------
     OSError
-        It cannot be read.
+        The log cannot be read.
     """
     chain = [log]
     while (named := log_of(chain[-1])) not in chain:
@@ -159,7 +159,7 @@ def log_digest(log: Path) -> str:
 
 
 def row_for(item: FleetItem, **what: Any) -> FleetRow:
-    """A row of an item."""
+    """Return a row of an item."""
     return FleetRow(**{**{name: getattr(item, name) for name in FleetItem.__slots__}, **what})
 
 
@@ -169,9 +169,9 @@ def result_file(folder: str | Path, name: str) -> Path:
 
 
 def identify_log(settings: Settings, item: FleetItem) -> FleetRow:
-    """Identify an axis from one log and write the result; what is wrong with the log is told.
+    """Identify an axis from one log and write the result; errors of the log go into the row.
 
-    What is no fault of the log or the options is raised.
+    An error that is not due to the log or the options is raised.
     """
     begin = process_time()
     key, axis = "", item.axis or str(getattr(settings.axis, "name", settings.axis))
@@ -195,7 +195,7 @@ def identify_log(settings: Settings, item: FleetItem) -> FleetRow:
             status="failed",
             reason=" ".join(str(error).split()),
             code=error.code,
-            key="" if error.code == "file" else key,  # another time there may be room
+            key="" if error.code == "file" else key,  # another time there may be enough memory
             seconds=process_time() - begin,
         )
     estimate = result.preferred
@@ -223,7 +223,7 @@ def result_of(settings: Settings, item: FleetItem) -> Identification:
     Raises
     ------
     AxisidError
-        As `read_record` and `identify`.
+        Errors of `read_record` and `identify`.
     """
     generated, _ = settings.built(item)
     return identify(
@@ -231,5 +231,5 @@ def result_of(settings: Settings, item: FleetItem) -> Identification:
         read_record(item.log, generated, **settings.reading_of(item)),
         settings.prefilter,
         **settings.identifying,
-        judge=False,  # once, when the document is written
+        judge=False,  # evaluated once, when the document is written
     )

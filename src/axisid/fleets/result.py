@@ -1,7 +1,7 @@
-"""A fleet that was identified: what is believed, what is usual, what stands out, what failed.
+"""Result of a fleet: verdicts, usual values, axes that stand out, failures.
 
-Axes stand out whose parameters are not those of the others, beyond what their deviations explain.
-Its table has a row for each log, as Parquet, CSV or NumPy's arrays.
+An axis stands out if its parameters differ from those of the others by more than their standard
+errors explain. The table of a fleet has a row for each log, as Parquet, CSV or NumPy arrays.
 """
 
 import json
@@ -27,35 +27,38 @@ from axisid.presentation.documents import (
 )
 from axisid.presentation.result_files import schema_of
 from axisid.support.arrays import Array
-from axisid.support.errors import Missing, UsageError, first_of, is_among, quoted
+from axisid.support.checks import is_among
+from axisid.support.errors import UsageError
 from axisid.support.files import csv_text, write_by_ending
 from axisid.support.mappings import grouped
+from axisid.support.missing import Missing
 from axisid.support.presentable import Shown
 from axisid.support.table_bytes import npz_bytes, parquet_bytes
+from axisid.support.wording import first_of, quoted
 
 from .ledger import FleetRow, FleetValue, unchecked_of
 from .robust_statistics import RandomEffects, detect_outliers, spread_of
 
-_MIN_LOGS_PER_PARAMETER = 5  # with fewer, half of the logs hardly tell a scatter
+_MIN_LOGS_PER_PARAMETER = 5  # with fewer, half of the logs give hardly any scatter
 _FAR = 1e3  # median deviations
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outlier:
-    """A log whose parameters are not those of the others.
+    """A log with parameters that differ from those of the others.
 
     Attributes
     ----------
     name : str
-        Of the row.
+        Name of the row.
     distance : float
-        Robust distance in deviations, all parameters together.
+        Robust distance of all parameters together, in standard deviations.
     p_value : float
-        Of a distance as large or larger of a log like the others.
+        Probability of an equal or larger distance for a log like the others.
     parameter : str
-        The one that is furthest from the centre by itself.
+        Parameter that alone is furthest from the centre.
     apart : float
-        How far, in deviations.
+        Its distance from the centre, in standard deviations.
     """
 
     name: str
@@ -73,12 +76,13 @@ class AxisGroup:
     ----------
     axis : str
     names, units : tuple of str
-        Of the parameters.
+        Names and units of the parameters.
     rows : tuple of FleetRow
     machines : int
-        That are held against one another: each log its own, unless serial numbers say otherwise.
+        Number of machines that are compared: each log counts as one, unless serial numbers show
+        otherwise.
     untold : int
-        Logs that are not, since no serial number says of which machine they are.
+        Number of logs that are not compared, because no serial number names their machine.
     usual : RandomEffects or Missing
     outliers : tuple of Outlier
         The furthest first.
@@ -95,7 +99,7 @@ class AxisGroup:
 
 
 def groups_of(rows: Iterable[FleetRow]) -> tuple[AxisGroup, ...]:
-    """The rows with a result by axis and parameters, without those that cannot be compared."""
+    """Return the comparable rows with a result, by axis and parameters."""
     found = grouped(
         ((row.axis, tuple(row.parameters)), row)
         for row in rows
@@ -121,11 +125,11 @@ def groups_of(rows: Iterable[FleetRow]) -> tuple[AxisGroup, ...]:
 
 
 def _machines(rows: Sequence[FleetRow]) -> list[list[FleetRow]]:
-    """The logs of each machine, where serial numbers tell several; else each log by itself.
+    """Return the logs of each machine, if serial numbers name several; otherwise each log alone.
 
-    Logs of one machine have its scatter from the others in common: taken as machines of their own
-    they would make the others stand out, so that a log whose machine is not told is left out where
-    others have several. Those of one machine alone are held against one another.
+    Logs of one machine share its deviation from the others: if they counted as separate machines,
+    the others would stand out. So a log without a serial number is excluded if other machines have
+    several logs. If all logs are of one machine, they are compared with one another.
     """
     found = grouped((row.serial, row) for row in rows)
     told = [each for serial, each in found.items() if serial]
@@ -177,13 +181,13 @@ def _is_spread(values: Array) -> bool:
     if not spread.size or not spread.all():
         return False
     scores = (values - np.median(values, axis=0)) / spread
-    near = scores[np.all(np.abs(scores) < _FAR, axis=1)]  # beside the others these are one point
+    near = scores[np.all(np.abs(scores) < _FAR, axis=1)]  # the others form one point
     return bool(len(near) and np.linalg.matrix_rank(near - near.mean(axis=0)) == values.shape[1])
 
 
-#: Names of the table where it is given none.
+#: Names of the table if none is given.
 TABLES = ("fleet.parquet", "fleet.csv")
-#: Of a parameter, by the ending of the column.
+#: Figures of a parameter, by the ending of the column.
 _FIGURES: dict[str, Callable[[FleetValue], float]] = {
     "": lambda v: v.value,
     ".sd": lambda v: v.sd,
@@ -193,12 +197,12 @@ _FIGURES: dict[str, Callable[[FleetValue], float]] = {
 #: The table by column.
 Columns = dict[str, list[str | float | None]]
 _MOST_SHOWN = 20  # rows of a table; all are in the file
-_MOST_REASONS = 5  # logs of a verdict with what is wrong with each
+_MOST_REASONS = 5  # logs of a verdict, each with the reason
 _BELIEFS: tuple[Belief, ...] = ("believed", "with care", "not believed")
 
 
 def _listed(lines: Sequence[str], title: str, most: int) -> Block:
-    """The first of some lines, and how many more there are."""
+    """Return the first of some lines, and the number of further ones."""
     return paragraph(*lines[:most], *_more(len(lines), most), title=title)
 
 
@@ -213,7 +217,7 @@ def _logs(count: int) -> str:
 
 
 def _group_blocks(group: AxisGroup) -> tuple[Block, ...]:
-    """Each parameter over the logs (middle, scatter, deviation of one estimate), and outliers."""
+    """Return each parameter over the logs (middle, scatter, sd of one estimate), and outliers."""
     values = np.array([[v.value for v in row.parameters.values()] for row in group.rows])
     own = np.array([[v.sd for v in row.parameters.values()] for row in group.rows])
     middles, between = np.median(values, axis=0), [""] * len(group.names)
@@ -268,11 +272,11 @@ class Fleet(Checked, Shown):
     Attributes
     ----------
     folder : str
-        Of the results.
+        Folder of the results.
     rows : tuple of FleetRow
         In the order in which the logs were named.
     notes : tuple of str
-        What is said of the folder: lines that cannot be read.
+        Notes on the folder: lines that cannot be read.
     """
 
     folder: str
@@ -286,7 +290,7 @@ class Fleet(Checked, Shown):
         return iter(self.rows)
 
     def __getitem__(self, name: str) -> FleetRow:
-        """A row by the name of its result."""
+        """Return a row by the name of its result."""
         found = {row.name: row for row in self.rows}
         if not is_among(name, found):
             raise UsageError(
@@ -304,17 +308,17 @@ class Fleet(Checked, Shown):
 
     @property
     def failed(self) -> tuple[FleetRow, ...]:
-        """The rows without a result, each with its reason."""
+        """Return the rows without a result, each with its reason."""
         return tuple(row for row in self.rows if not row.has_result)
 
     @cached_property
     def groups(self) -> tuple[AxisGroup, ...]:
-        """The logs with a result by axis, with what is usual among them."""
+        """Return the logs with a result by axis, with the usual values among them."""
         return groups_of(self.rows)
 
     @property
     def outliers(self) -> tuple[Outlier, ...]:
-        """The logs whose parameters are not those of the others, the furthest first."""
+        """Return the logs whose parameters differ from those of the others, furthest first."""
         found = (each for group in self.groups for each in group.outliers)
         return tuple(sorted(found, key=lambda each: each.p_value))
 
@@ -339,7 +343,7 @@ class Fleet(Checked, Shown):
 
     def document(self) -> Document:
         """Return the document: verdicts, usual values and outlying logs, doubts, failures."""
-        # "ok" says nothing yet of what a result is worth.
+        # "ok" does not yet show the quality of a result.
         told = {"ok": "identified", "skipped": "kept from before", "failed": "without a result"}
         spent = [row.seconds for row in self if row.status == "ok"]
         heading = Heading(
@@ -396,7 +400,7 @@ class Fleet(Checked, Shown):
         Returns
         -------
         Path
-            What was written.
+            File written.
 
         Raises
         ------
@@ -406,7 +410,7 @@ class Fleet(Checked, Shown):
         default = Path(self.folder, TABLES[find_spec("pyarrow") is None])
         place = default if file is None else Path(file)
         columns, units = columns_of(self.rows, self.outliers)
-        # The name of a condition may have its unit already.
+        # The name of a condition may contain its unit already.
         heads = [
             f"{name} [{units[name]}]" if name in units and name[-1] not in "])" else name
             for name in columns
@@ -433,9 +437,9 @@ class Fleet(Checked, Shown):
 def columns_of(
     rows: Sequence[FleetRow], outliers: Sequence[Outlier]
 ) -> tuple[Columns, dict[str, str]]:
-    """The table by column, and the units of those that have one.
+    """Return the table by column, and the units of the columns that have one.
 
-    What a log is, how it ended, its parameters, how far it is out.
+    The columns describe a log, its status, its parameters, and its distance from the others.
     """
     out = {each.name: each for each in outliers}
     units = {"outlier_distance": "1", "outlier_p": "1", "seconds": "s"}
@@ -447,7 +451,7 @@ def columns_of(
     columns["unchecked"] = ["; ".join(row.unchecked) for row in rows]
     for name in dict.fromkeys(name for row in rows for name in row.conditions):
         values = [row.conditions.get(name) for row in rows]
-        # Numbers where all are, else texts, since a column has one kind.
+        # Numbers if all values are, otherwise texts, since a column has one type.
         numeric = all(value is None or isinstance(value, float) for value in values)
         columns[f"condition.{name}"] = [v if v is None or numeric else str(v) for v in values]
         if unit := split_labels([name])[0][1]:
@@ -458,7 +462,7 @@ def columns_of(
         for column, figure in zip(names, _FIGURES.values(), strict=True):
             columns[column] = [None if v is None else figure(v) for v in found]
         own = {v.unit for v in found if v is not None}
-        if len(own) > 1:  # of axes that call different things the same
+        if len(own) > 1:  # of axes that give one name to different quantities
             columns[f"{name}.unit"] = [None if v is None else v.unit for v in found]
         elif own != {""}:
             units |= dict.fromkeys(names, own.pop())

@@ -1,8 +1,8 @@
 """Robust statistics: outliers among points, their usual values, steps and drifts of a series.
 
-A series does nothing over time, steps, or drifts. Centre and scatter of points are robust, by the
-minimum covariance determinant: the half of the points that lies closest together [1]_, found by
-concentration steps from random starts, of many points first among some of them [2]_.
+A series is constant over time, steps, or drifts. Centre and scatter of points are robust, by the
+minimum covariance determinant: the half of the points that is most concentrated [1]_, found by
+concentration steps from random starts, and for many points first within subsets [2]_.
 
 .. [1] P. J. Rousseeuw, "Multivariate estimation with high breakdown point", in Mathematical
    Statistics and Applications B, Reidel, 1985.
@@ -22,7 +22,7 @@ from axisid.support.arrays import Array, Exact
 
 _ORDERS = 999  # orders in which the values might have come as well
 _SHORTEST = 3  # values of a level
-_SHORTER = np.sqrt(2.0)  # from a length of stretches to the next
+_SHORTER = np.sqrt(2.0)  # from one length of stretches to the next
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,11 +32,12 @@ class Step:
     Attributes
     ----------
     place : int
-        Of the first value on the new level, from 0.
+        Place of the first value on the new level, from 0.
     difference, deviation : float
-        Of the new level and the one before.
+        Difference of the new level from the one before, and its standard error.
     p_value : float
-        Of a step as large somewhere in the series, if its order told nothing.
+        Probability of an equally large step anywhere in the series, if the order of the values were
+        random.
     """
 
     place: int
@@ -46,9 +47,9 @@ class Step:
 
 
 def _largest_step(values: Array, variances: Array) -> tuple[int, float] | None:
-    """Place and probability of the largest step; too few values have none.
+    """Return place and probability of the largest step; too few values have none.
 
-    It is held against those of the same values in other orders.
+    It is compared with those of the same values in other orders.
     """
     if len(values) < 2 * _SHORTEST:
         return None
@@ -61,7 +62,7 @@ def _largest_step(values: Array, variances: Array) -> tuple[int, float] | None:
 def _places(
     values: Array, variances: Array, level: float, first: int, largest: tuple[int, float]
 ) -> list[tuple[int, float]]:
-    """Return the places where the level changes, searched again beside the largest step, and p."""
+    """Return the places of level changes, searched again on both sides of the largest, and p."""
     place, p_value = largest
     changes = [(first + place, p_value)]
     for begin, side in ((first, slice(None, place)), (first + place, slice(place, None))):
@@ -72,21 +73,21 @@ def _places(
 
 
 def _orders(count: int) -> NDArray[np.intp]:
-    """The order of so many values, and others in which they might have come as well, (k, n)."""
+    """Return the given order of values, and other possible orders, (k, n)."""
     given = np.arange(count)
     rng = np.random.default_rng(_SEED)
     return np.vstack([given, rng.permuted(np.tile(given, (_ORDERS, 1)), axis=1)])
 
 
 def _total_variances(values: Array, variances: Array) -> Array:
-    """Variance of each value about one level: its own and what is between them."""
+    """Return the variance of each value about one level: its own plus the scatter."""
     return variances + max(float(np.var(values, ddof=1) - np.mean(variances)), 0.0)
 
 
 def _largest(values: Array, weights: Array) -> tuple[Array, NDArray[np.intp]]:
-    """Return the largest squared step of each series, (s, n), in deviations, and its place.
+    """Return the largest squared step of each series, (s, n), in standard errors, and its place.
 
-    It is looked for in stretches of many lengths, so that a step back does not hide it [1]_.
+    It is searched in stretches of many lengths, so that a step back does not hide it [1]_.
 
     .. [1] S. Kovacs, P. Buehlmann, H. Li, A. Munk, "Seeded binary segmentation: a general
        methodology for fast and optimal changepoint detection", Biometrika 110 (1), 2023.
@@ -96,7 +97,7 @@ def _largest(values: Array, weights: Array) -> tuple[Array, NDArray[np.intp]]:
     best = np.full(len(values), -np.inf)
     places = np.zeros(len(values), dtype=np.intp)
     count = values.shape[1]
-    # All of it, then ever shorter ones that overlap by half and more.
+    # The whole series, then ever shorter stretches that overlap by at least half.
     stretches, length = [(0, count)], count / _SHORTER
     while length >= 2 * _SHORTEST:
         starts = np.linspace(0, count - length, 2 * int(np.ceil(count / length)) - 1)
@@ -116,7 +117,7 @@ def _largest(values: Array, weights: Array) -> tuple[Array, NDArray[np.intp]]:
 def _step(
     values: Array, variances: Array, first: int, place: int, last: int, p_value: float
 ) -> Step:
-    """The step between two levels."""
+    """Return the step between two levels."""
     parts = (slice(first, place), slice(place, last))
     weights = [1 / _total_variances(values[part], variances[part]) for part in parts]
     before, after = (
@@ -133,14 +134,14 @@ def _step(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Drift(Exact):
-    """A level that goes on changing.
+    """A level that changes continuously.
 
     Attributes
     ----------
     slope, deviation : float
-        In the values' unit for each unit of their places.
+        Slope and its standard error, in the values' unit per unit of their places.
     p_value : float
-        Of a slope as steep, if the order of the values told nothing.
+        Probability of an equally steep slope, if the order of the values were random.
     line : array, (n,)
         The level at each place.
     """
@@ -154,24 +155,24 @@ class Drift(Exact):
 def change_in(
     values: Array, variances: Array, places: Array, level: float
 ) -> tuple[tuple[Step, ...], Drift | None]:
-    """Tell whether a series changes, and whether by steps or by a drift.
+    """Return the change of a series: steps, a drift, or none.
 
-    The largest step and the slope are held against those of the same values in other orders, which
-    needs no distribution. Where one of the two is seldom as large, the information criterion tells
-    which of nothing, a line and steps describes the values best [Schwarz1978]_; what it tells has
-    the probability of both looks where its own is larger.
+    The largest step and the slope are compared with those of the same values in other orders, which
+    needs no distribution. If one of the two is significant, the information criterion chooses a
+    constant, a line or steps, whichever describes the values best [Schwarz1978]_; the reported
+    p-value is that of both tests together if its own is larger.
 
     Parameters
     ----------
     values, variances, places : array, (n,)
-        Estimates in their order, the variance of each, and where each stands.
+        Estimates in their order, the variance of each, and the place of each.
     level : float
-        Probability that a change is told where there is none.
+        Probability that a change is reported although there is none.
 
     Returns
     -------
     steps : tuple of Step
-        In their order.
+        Steps in their order.
     drift : Drift or None
     """
     largest = _largest_step(values, variances)
@@ -202,26 +203,26 @@ def change_in(
 
 
 def _straight(places: Array) -> Array:
-    """Columns of a line, (n, 2)."""
+    """Return the columns of a line, (n, 2)."""
     centred = places - places.mean()
     return np.column_stack([np.ones(len(places)), centred / np.ptp(centred)])
 
 
 def _drift(values: Array, variances: Array, places: Array) -> Drift | None:
-    """The line through the values, its slope held against that of other orders; none of a point."""
+    """Return the line through values, its slope tested against other orders; None for a point."""
     reach = float(np.ptp(places))
     if reach * LARGEST < 1:
         return None
-    # So that no unit of the places decides whether their squares are numbers.
+    # So that the unit of the places does not decide whether their squares overflow.
     places = (places - places.mean()) / reach
     orders = _orders(len(values))
     weights = (1 / _total_variances(values, variances))[orders]
     total = weights.sum(axis=1, keepdims=True)
     away = places - (weights * places).sum(axis=1, keepdims=True) / total
     along = (weights * away * values[orders]).sum(axis=1)
-    squared = along**2 / (weights * away**2).sum(axis=1)  # slopes in deviations
+    squared = along**2 / (weights * away**2).sum(axis=1)  # slopes in standard errors
     columns = _straight(places)
-    # The likeliest scatter about a line is less than that about the true one.
+    # The most likely scatter about a line is smaller than that about the true one.
     dof = len(values) - columns.shape[1]
     total_variances = variances + _between(values, variances, columns) * (len(values) / dof)
     coefficients, covariance = _fitted(values, total_variances, columns)
@@ -234,21 +235,21 @@ def _drift(values: Array, variances: Array, places: Array) -> Drift | None:
 
 
 def _fitted(values: Array, variances: Array, columns: Array) -> tuple[Array, Array]:
-    """Weighted least squares: coefficients and their covariance."""
+    """Return coefficients and their covariance by weighted least squares."""
     weighted = columns / variances[:, None]
     covariance = np.asarray(np.linalg.inv(columns.T @ weighted), dtype=float)
     return covariance @ (weighted.T @ values), covariance
 
 
 def _criterion(values: Array, variances: Array, columns: Array, chosen: int) -> float:
-    """Schwarz's criterion of a level by columns, the scatter between values as likely as can be."""
+    """Return Schwarz's criterion of a level by columns, at the most likely scatter."""
     between = _between(values, variances, columns)
     penalty: float = (columns.shape[1] + chosen + 1) * np.log(len(values))
     return _misfit(between, values, variances, columns) + penalty
 
 
 def _between(values: Array, variances: Array, columns: Array) -> float:
-    """The scatter between true values that is the most likely, as a variance."""
+    """Return the most likely scatter between true values, as a variance."""
     from scipy.optimize import minimize_scalar
 
     most = float(np.var(values)) or 1.0
@@ -261,25 +262,25 @@ def _between(values: Array, variances: Array, columns: Array) -> float:
 
 
 def _misfit(between: float, values: Array, variances: Array, columns: Array) -> float:
-    """Twice the negative logarithm of the likelihood, but for what is the same for all."""
+    """Return twice the negative log-likelihood, without its constant part."""
     each = variances + between
     coefficients, _ = _fitted(values, each, columns)
     return float(np.sum(np.log(each) + (values - columns @ coefficients) ** 2 / each))
 
 
 _STARTS, _KEPT, _STEPS, _FEW = 200, 10, 50, 600
-_SEED = 0  # the same points or series give the same numbers
-_FLAT_TRACE = 1e-12  # of a scatter's trace: what keeps points in a plane solvable
-#: Beyond it nothing is compared: products of a few such numbers are no number any more.
+_SEED = 0  # fixed, so that equal points or series give equal numbers
+_FLAT_TRACE = 1e-12  # of a scatter's trace, added so that points in a plane remain solvable
+#: Values beyond it are not compared: products of a few such numbers overflow.
 LARGEST = 1e100
-#: Quantile of the distances within which no point is looked at, and how many are beyond it of many.
+#: Quantile of the distances within which no point is an outlier, and the number beyond it of many.
 _NEAR, _LOOKED_AT = 0.9, 20
 _FIRST = 0.8  # part of the level for the furthest point; the others share the rest as 1, 1/4, 1/9
-_FLAT = 1e-9  # of the estimates' variances: what keeps equal values solvable
+_FLAT = 1e-9  # of the estimates' variances, added so that equal values remain solvable
 
 
 def squared_distances(points: Array, centre: Array, covariance: Array) -> Array:
-    """Mahalanobis's squared distances, (..., n), of points (..., n, p).
+    """Return squared Mahalanobis distances, (..., n), of points (..., n, p).
 
     Parameters
     ----------
@@ -293,9 +294,9 @@ def squared_distances(points: Array, centre: Array, covariance: Array) -> Array:
 
 
 def robust_scatter(points: Array) -> tuple[Array, Array]:
-    """Centre, (p,), and covariance, (p, p), of the points that are like one another.
+    """Return centre, (p,), and covariance, (p, p), of the majority of similar points.
 
-    The covariance is such that the median of the distances is what it is of normal points.
+    The covariance is scaled so that the median of the distances is that of normal points.
 
     Parameters
     ----------
@@ -333,7 +334,7 @@ def spread_of(points: Array) -> Array:
 
 
 def _concentrated(points: Array, chosen: Array) -> tuple[NDArray[np.intp], Array]:
-    """The halves, (s, h), that are closest to chosen points, (s, m, p), and their determinants."""
+    """Return the halves, (s, h), closest to chosen points, (s, m, p), and their determinants."""
     centre, covariance = _moments(chosen)
     distances = squared_distances(points, centre, covariance)
     half = (sum(points.shape) + 1) // 2
@@ -342,7 +343,7 @@ def _concentrated(points: Array, chosen: Array) -> tuple[NDArray[np.intp], Array
 
 
 def _moments(points: Array) -> tuple[Array, Array]:
-    """Mean, (..., p), and covariance, (..., p, p), of points (..., m, p)."""
+    """Return mean, (..., p), and covariance, (..., p, p), of points (..., m, p)."""
     centre = points.mean(axis=-2)
     residuals = points - centre[..., None, :]
     covariance = np.swapaxes(residuals, -1, -2) @ residuals / points.shape[-2]
@@ -352,15 +353,15 @@ def _moments(points: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RandomEffects(Exact):
-    """Centre and scatter of the true values of several estimates, as of random effects.
+    """Centre and scatter of the true values of several estimates (random effects).
 
     Attributes
     ----------
     centre : array, (p,)
     between : array, (p, p)
-        Scatter of the true values, less what the estimates' deviations explain.
+        Scatter of the true values, without the part explained by the estimates' standard errors.
     count : int
-        Points that it is of.
+        Number of points used.
     """
 
     centre: Array
@@ -368,25 +369,25 @@ class RandomEffects(Exact):
     count: int
 
     def distances(self, values: Array, covariances: Array) -> Array:
-        """Squared distances, (n,), each by the scatter and the point's own covariance."""
+        """Return squared distances, (n,), each by the scatter and the point's own covariance."""
         centres = np.broadcast_to(self.centre, values.shape)
         return squared_distances(values[:, None, :], centres, self.between + covariances)[:, 0]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DetectedOutliers(Exact):
-    """Points that are like one another, and the others.
+    """Similar points, and the outliers.
 
     Attributes
     ----------
     usual : RandomEffects
-        Among the points that are alike.
+        Random effects of the similar points.
     far : tuple of int
-        Places of the others, the furthest first.
+        Places of the outliers, the furthest first.
     distances : array, (n,)
-        Squared, of all points.
+        Squared distances of all points.
     p_values : array, (n,)
-        Of a distance as large, of one point that is like those that are alike.
+        Probability of an equal or larger distance for a point like the similar ones.
     """
 
     usual: RandomEffects
@@ -396,16 +397,16 @@ class DetectedOutliers(Exact):
 
 
 def detect_outliers(values: Array, covariances: Array, level: float) -> DetectedOutliers:
-    """Tell points that are not like the others.
+    """Detect points that differ from the others.
 
     Parameters
     ----------
     values : array, (n, p)
         More than twice as many as parameters, of full rank.
     covariances : array, (n, p, p)
-        Of the values as estimates.
+        Covariances of the values as estimates.
     level : float
-        Probability that one or more are told though all are alike.
+        Probability that one or more outliers are reported although there are none.
     """
     size = values.shape[1]
     centre, scatter = robust_scatter(values)
@@ -429,9 +430,9 @@ def detect_outliers(values: Array, covariances: Array, level: float) -> Detected
 def _outlying(values: Array, covariances: Array, most: int, level: float) -> int:
     """Return the number of outliers among the first points, furthest first, at most `most`.
 
-    Each is held against all that follow it. The last that is too far for the furthest of as many
-    is an outlier with all before it, so that several that lie together do not hide one another
-    [1]_.
+    Each point is compared with all that follow it. The last one that is too far for the furthest of
+    that number is an outlier together with all before it, so that several close outliers do not
+    hide one another [1]_.
 
     .. [1] C. Caroni, P. Prescott, "Sequential application of Wilks's multivariate outlier test",
        Applied Statistics 41 (2), 1992.
@@ -449,14 +450,14 @@ def _outlying(values: Array, covariances: Array, most: int, level: float) -> int
 
 
 def _effects_of(values: Array, covariances: Array) -> RandomEffects:
-    """Random effects of points that are alike."""
+    """Return the random effects of similar points."""
     return _random_effects(values.mean(axis=0), np.atleast_2d(np.cov(values.T)), covariances)
 
 
 def _random_effects(centre: Array, scatter: Array, covariances: Array) -> RandomEffects:
-    """Scatter of the points without that of their estimates; none where that explains it."""
-    within = np.median(covariances, axis=0)  # one that knows little says nothing of the others
-    # Both in units of the scatter, so that no parameter's unit decides what is too small.
+    """Return the scatter of the points minus that of their estimates; 0 if that explains it."""
+    within = np.median(covariances, axis=0)  # median: uncertain points do not count
+    # Both in units of the scatter, so that no parameter's unit decides which value is too small.
     root = np.linalg.cholesky(scatter + _FLAT * np.diag(np.diag(within)))
     excess = np.linalg.solve(root, np.linalg.solve(root, scatter - within).T)
     sizes, axes = np.linalg.eigh((excess + excess.T) / 2)
@@ -469,19 +470,19 @@ def _random_effects(centre: Array, scatter: Array, covariances: Array) -> Random
 
 
 def prediction_p_value(distance: Any, count: int, size: int) -> Any:
-    """Probability of a squared distance as large, from the mean and covariance of other points.
+    """Return the probability of an equal or larger squared distance from other points' statistics.
 
     Parameters
     ----------
     distance : float or array
     count, size : int
-        How many other points there are, and in how many dimensions.
+        Number of other points, and of their dimensions.
     """
     scaled = distance * count * (count - size) / ((count + 1) * (count - 1) * size)
     return fdtrc(size, count - size, scaled)
 
 
 def prediction_limit(probability: float, count: int, size: int) -> float:
-    """The squared distance that has a probability by `prediction_p_value`."""
+    """Return the squared distance that has a probability by `prediction_p_value`."""
     scaled = float(fdtri(size, count - size, 1 - probability))
     return scaled * (count + 1) * (count - 1) * size / (count * (count - size))

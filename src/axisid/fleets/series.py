@@ -1,4 +1,4 @@
-"""Results of one axis and one machine, and each parameter over them: limits, steps, a drift."""
+"""Results of one axis and one machine, with the limits, steps and drift of each parameter."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -9,29 +9,31 @@ from numpy.typing import NDArray
 from axisid.estimation.thresholds import TREND_LEVEL
 from axisid.estimation.verdict_checks import Check, Checked
 from axisid.support.arrays import Array, Exact
-from axisid.support.errors import Missing, first_of
 from axisid.support.mappings import grouped
+from axisid.support.missing import Missing
+from axisid.support.wording import first_of
 
 from .ledger import FleetRow, unchecked_of
 from .robust_statistics import Drift, Step, change_in, detect_outliers, prediction_limit
 
-_MIN_SERIES = 5  # results; with fewer a limit is some ten deviations wide
+_MIN_SERIES = 5  # results; with fewer a limit is about ten standard deviations wide
 
-_ROUNDING = 1e-12  # of the values: what they scatter by arithmetic alone
+_ROUNDING = 1e-12  # of the values: scatter due to arithmetic alone
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Limits(Exact):
-    """Between which a parameter stays that does not change.
+    """Control limits of a parameter that does not change.
 
     Attributes
     ----------
     centre : array, (n,)
-        Of each result; the same for all, unless the parameter drifts.
+        Centre for each result; equal for all, unless the parameter drifts.
     between : float
-        Deviation between the true values of results that are alike.
+        Standard deviation between the true values of comparable results.
     lower, upper : array, (n,)
-        Of each result: its own deviation, the scatter and how well that is known.
+        Limits of each result, from its own standard error, the scatter and the uncertainty of the
+        scatter.
     """
 
     centre: Array
@@ -55,7 +57,7 @@ class Chart(Exact):
         Places of the results beyond their limits, from 0.
     steps : tuple of Step
     drift : Drift or None
-        In place of steps, where a line describes the results better.
+        Drift, instead of steps, if a line describes the results better.
     """
 
     parameter: str
@@ -82,7 +84,7 @@ def chart_of(
     parameters: int,
     set_aside: Sequence[int] = (),
 ) -> Chart:
-    """The chart of a parameter.
+    """Return the chart of a parameter.
 
     Parameters
     ----------
@@ -90,11 +92,11 @@ def chart_of(
     points : sequence of FleetRow
         In their order.
     places : sequence of float
-        Where each stands.
+        Place of each result.
     parameters : int
-        How many the series has, which share its level.
+        Number of parameters of the series, which share its level.
     set_aside : sequence of int
-        Results, from 0, that set no limits and tell no change.
+        Results, from 0, that are excluded from limits and changes.
     """
     estimates = [point.parameters[parameter] for point in points]
     values, deviations = (np.array([getattr(v, n) for v in estimates]) for n in ("value", "sd"))
@@ -103,7 +105,7 @@ def chart_of(
     steps, drift = change_in(
         values[counted], deviations[counted] ** 2, np.array(places)[counted], level
     )
-    # What the results that count do, at the places of all.
+    # Behaviour of the results that count, at the places of all.
     steps = tuple(replace(step, place=int(counted[step.place])) for step in steps)
     line = np.zeros(len(points))
     if drift is not None:
@@ -128,7 +130,7 @@ def chart_of(
 def _limits(
     values: Array, deviations: Array, line: Array, before: NDArray[np.intp], level: float
 ) -> tuple[Limits | Missing, tuple[int, ...]]:
-    """Limits for all about a line, from the results that count before the first step."""
+    """Return limits for all results about a line, from those that count before the first step."""
     if len(before) < _MIN_SERIES:
         few = "1 result is" if len(before) == 1 else f"{len(before)} results are"
         return Missing(f"{few} too few for limits; at least {_MIN_SERIES} are needed"), ()
@@ -161,15 +163,16 @@ class Series(Checked):
     Attributes
     ----------
     axis, serial : str
-        The serial number is empty where nothing says it.
+        Axis and serial number, which is empty if it is not known.
     points : tuple of FleetRow
         In their order.
     places : tuple of float
-        Where each stands: by the condition that orders them (a date as days since 1970), or from 1.
+        Place of each: the condition that orders them (a date as days since 1970), or its number
+        from 1.
     charts : tuple of Chart
         One for each parameter.
     set_aside : tuple of int
-        Results, from 0, that set no limits and tell no change.
+        Results, from 0, that are excluded from limits and changes.
     """
 
     axis: str
@@ -180,13 +183,13 @@ class Series(Checked):
     set_aside: tuple[int, ...] = ()
 
     def origin(self, by: str) -> str:
-        """The first of the dates that order the results; empty where it is no date."""
+        """Return the first of the dates that order the results; empty if they are not dates."""
         first = self.points[0].conditions.get(by)
         return first if isinstance(first, str) else ""
 
     @property
     def title(self) -> str:
-        """Axis and serial number."""
+        """Return axis and serial number."""
         return f"{self.axis} {self.serial}".strip()
 
     @property
@@ -211,7 +214,7 @@ class Series(Checked):
 
     @property
     def has_changed(self) -> bool:
-        """Return whether a step or a drift is told."""
+        """Return whether a step or a drift is reported."""
         return any(chart.has_changed for chart in self.charts)
 
     @property
@@ -221,5 +224,5 @@ class Series(Checked):
 
 
 def notable_first(series: Iterable[Series]) -> list[Series]:
-    """Series that changed, then those with a result beyond its limits, then the others."""
+    """Return series that changed, then those with a result beyond its limits, then the others."""
     return sorted(series, key=lambda each: (not each.has_changed, not each.has_beyond))

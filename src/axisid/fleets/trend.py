@@ -1,4 +1,4 @@
-"""Results over time, by axis and machine: gathered, as a table and as plain data."""
+"""Results over time, by axis and machine: collected, as a table and as plain data."""
 
 import math
 import os
@@ -20,29 +20,30 @@ from axisid.estimation.thresholds import INTERVAL_LEVEL
 from axisid.estimation.verdict_checks import Check, Checked
 from axisid.presentation.documents import Document
 from axisid.presentation.result_files import SavedIdentification, SavedOutputFit, load_result
-from axisid.support.errors import DataError, Missing, UsageError, first_of, quoted
+from axisid.support.errors import DataError, UsageError
 from axisid.support.files import csv_text, json_text, kinds_of, write_by_ending
 from axisid.support.mappings import grouped
+from axisid.support.missing import Missing
 from axisid.support.presentable import Shown
+from axisid.support.wording import first_of, quoted
 
 from .ledger import LEDGER, FleetRow, Ledger, fleet_value, read_ledger
 from .robust_statistics import LARGEST
 from .series import Chart, Series, chart_of
 from .trend_document import trend_document, trend_page
 
-#: Gives the ledger of a folder.
+#: Returns the ledger of a folder.
 Ledgers: TypeAlias = Callable[[Path], Ledger]
-#: A result of which there are several over time.
+#: A result of which several over time form a trend.
 Saved: TypeAlias = SavedIdentification | SavedOutputFit
 
 _DAY = 86_400.0  # s
 
 
 def _point_of(saved: Saved, row: FleetRow | None, method: str | None) -> FleetRow:
-    """A result as a row of a fleet, whatever wrote it, with what a fleet says of its log.
+    """Return a result as a row of a fleet, whatever wrote it, with the fleet's data on its log.
 
-    Of a fit it has the outputs that were fitted, and the parameters that were free and that they
-    show.
+    For a fit it contains the outputs that were fitted, and the free parameters that they show.
     """
     if isinstance(saved, SavedOutputFit):
         own = f"{FIT}{saved.output.replace(' and ', ',')}"
@@ -55,7 +56,7 @@ def _point_of(saved: Saved, row: FleetRow | None, method: str | None) -> FleetRo
         parameters = {}
         for name, told in saved.document.parameters.items():
             value = fleet_value(saved.parameters[name])
-            if told.at_bound:  # the deviation is by the 95 % interval to one side
+            if told.at_bound:  # the standard error from the 95 % interval, to one side
                 low, high = value.interval_95
                 value = structs.replace(value, sd=float((high - low) / ndtri(INTERVAL_LEVEL.value)))
             if not told.fixed and math.isfinite(value.sd):
@@ -85,7 +86,7 @@ def place_of(point: FleetRow, by: str) -> float:
     Raises
     ------
     UsageError
-        It has no such condition, or that is neither, or too large.
+        It has no such condition, or the condition is neither a number nor a date, or too large.
     """
     if by not in point.conditions:
         known = ", ".join(point.conditions) or "none"
@@ -99,7 +100,7 @@ def place_of(point: FleetRow, by: str) -> float:
     if isinstance(told, str):
         try:
             date = datetime.fromisoformat(told)
-            # Without a zone it is taken as UTC, so that a place does not depend on the machine.
+            # Without a zone it is read as UTC, so that a place does not depend on the machine.
             return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp() / _DAY
         except ValueError:
             told = None
@@ -113,24 +114,24 @@ def place_of(point: FleetRow, by: str) -> float:
 
 
 def points_of(results: object, method: str | None) -> tuple[list[FleetRow], list[str]]:
-    """The points of results, in the order in which they are given, and what was left out.
+    """Return the points of results, in the given order, and notes on omitted ones.
 
     Raises
     ------
     UsageError
-        There is none, something is none, or one has not the method.
+        There is no result, an item is not a result, or a result lacks the method.
     DataError
-        A file cannot be read, or is no result.
+        A file cannot be read, or is not a result.
     """
     listed = [results] if isinstance(results, (str, Path, Saved)) else results
     if not isinstance(listed, Iterable):
         raise UsageError(f"the results are {quoted(results)}. Give files, or folders of them.")
     given = list(listed)
-    ledgers: Ledgers = cache(read_ledger)  # each folder's once
+    ledgers: Ledgers = cache(read_ledger)  # each folder's is read once
     every = [saved for each in given for saved in _saved(each, ledgers)]
     files = Counter(Path(saved.file).resolve() for saved in every)
     if twice := [file for file, times in files.items() if times > 1]:
-        raise UsageError(  # it would move limits and hide steps
+        raise UsageError(  # a repeated result would move limits and hide steps
             f"{quoted(str(twice[0]))} is given {files[twice[0]]} times. Give each result once.",
             code="trend",
         )
@@ -142,7 +143,7 @@ def points_of(results: object, method: str | None) -> tuple[list[FleetRow], list
     folders = [
         Path(each) for each in given if isinstance(each, (str, Path)) and os.path.isdir(each)
     ]
-    notes = [note for each in folders for note in _told_of(each, ledgers(each), {*files})]
+    notes = [note for each in folders for note in _notes_on(each, ledgers(each), {*files})]
     if not found:
         raise UsageError(
             " ".join(
@@ -167,7 +168,7 @@ def _saved(given: object, ledgers: Ledgers) -> Iterator[Saved]:
     if os.path.isdir(given):
         ledger = ledgers(Path(given))
         kept = last_results(ledger.results.values())
-        # What a fleet did not write in its folder may be anything.
+        # A file in the folder that the fleet did not write may be anything.
         files = [f for f in sorted(Path(given).glob("*.json")) if not ledger.last or f.stem in kept]
     for file in files:
         found = load_result(file)
@@ -180,8 +181,8 @@ def _saved(given: object, ledgers: Ledgers) -> Iterator[Saved]:
         yield found
 
 
-def _told_of(folder: Path, ledger: Ledger, named: set[Path]) -> Iterator[str]:
-    """Notes on the results of a folder: those without a line, and those before a failed try."""
+def _notes_on(folder: Path, ledger: Ledger, named: set[Path]) -> Iterator[str]:
+    """Return notes on the results of a folder without a line, or before a failed try."""
     if not ledger.last and ledger.broken:
         yield f"{ledger.broken}: serial numbers and conditions are not known."
     kept = last_results(ledger.results.values())
@@ -207,9 +208,9 @@ def _told_of(folder: Path, ledger: Ledger, named: set[Path]) -> Iterator[str]:
 
 
 def last_results(rows: Iterable[FleetRow]) -> set[str]:
-    """Names of the results that are the last of their log, axis and columns.
+    """Return the names of the results that are the last of their log, axis and columns.
 
-    Rows of tries that failed leave the results before them as they are.
+    A failed try does not change the results before it.
     """
     last = {
         (row.log, row.axis, *sorted(row.columns.items())): row for row in rows if row.has_result
@@ -224,7 +225,7 @@ _COLUMNS = (
 
 
 def _csv(series: Sequence[Series]) -> str:
-    """A row for each value of each result."""
+    """Return a row for each value of each result."""
     rows: list[Iterable[object]] = [_COLUMNS]
     for each in series:
         for chart in each.charts:
@@ -284,7 +285,7 @@ class Trend(Checked, Shown):
     by : str
         The condition that orders them; empty for the order in which they were given.
     notes : tuple of str
-        What was left out.
+        Notes on omitted results.
     """
 
     series: tuple[Series, ...]
@@ -298,12 +299,12 @@ class Trend(Checked, Shown):
 
     @property
     def changed(self) -> tuple[Series, ...]:
-        """The series in which a step or a drift is told."""
+        """Return the series in which a step or a drift is reported."""
         return tuple(each for each in self.series if each.has_changed)
 
     @property
     def beyond(self) -> tuple[Series, ...]:
-        """The series in which a result is beyond its limits."""
+        """Return the series in which a result is beyond its limits."""
         return tuple(each for each in self.series if each.has_beyond)
 
     def document(self) -> Document:
@@ -311,7 +312,7 @@ class Trend(Checked, Shown):
         return trend_document(self.series, self.by, self.notes)
 
     def to_dict(self) -> dict[str, object]:
-        """The same as plain data."""
+        """Return the trend as plain data."""
         return {
             "schema": "axisid.trend/1",
             "by": self.by,
@@ -364,9 +365,9 @@ def trend(
 ) -> Trend:
     """Follow the parameters of axes over their results.
 
-    Results of one axis and one serial number are a series. Limits are from the results' own
-    deviations and the scatter between them; a result beyond them, and a level that steps or drifts,
-    are told, each at a level that holds for the whole series.
+    Results of one axis and one serial number are a series. Limits follow from the results' own
+    standard errors and the scatter between them; a result beyond them, and a level that steps or
+    drifts, are reported, each at a significance level that holds for the whole series.
 
     Parameters
     ----------
@@ -377,10 +378,10 @@ def trend(
     by : str, optional
         Condition that orders them, a number or a date; by default they are in order.
     method : str, optional
-        Whose estimates are taken; by default each result's judged one. Of a fit ``fit:control``,
-        by what it fitted.
+        Method whose estimates are used; by default the judged one of each result. For a fit it is
+        named by the fitted outputs, such as ``fit:control``.
     count_failing : bool
-        Whether results whose verdict fails set limits and tell changes like the others.
+        Whether results whose verdict fails are used for limits and changes like the others.
 
     Returns
     -------
@@ -391,7 +392,7 @@ def trend(
     UsageError
         There is no result, or one has no such condition or method.
     DataError
-        A file is no result, or results of a series have a parameter in several units.
+        A file is not a result, or results of a series have a parameter in several units.
     """
     points, notes = points_of(results, method)
     found = grouped(((each.axis, each.serial, tuple(each.parameters)), each) for each in points)
@@ -403,7 +404,7 @@ def trend(
 
 
 def _series(points: list[FleetRow], by: str | None, *, count_failing: bool) -> Series:
-    """The results of one axis and machine in their order; in several units no chart holds them."""
+    """Return the results of one axis and machine in order; several units cannot share a chart."""
     first = points[0]
     for point in points:
         for name, value in point.parameters.items():

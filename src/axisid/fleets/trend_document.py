@@ -19,14 +19,15 @@ from axisid.presentation.documents import (
 )
 from axisid.presentation.plots import Panel, Plot, PlotSeries, Tone, labelled
 from axisid.support.arrays import Array
-from axisid.support.errors import Missing, first_of, range_text
 from axisid.support.mappings import grouped
+from axisid.support.missing import Missing
 from axisid.support.version import __version__
+from axisid.support.wording import first_of, range_text
 
 from .robust_statistics import LARGEST
 from .series import Chart, Series, notable_first
 
-_MOST_SHOWN = 20  # series without a change, which say little, and results in a sentence
+_MOST_SHOWN = 20  # series without a change, which matter less, and results in a sentence
 _MOST_DRAWN = 50  # series, the notable first
 _PAGE = Template("""<!DOCTYPE html>
 <html lang="en">
@@ -59,7 +60,7 @@ $figures
 
 
 def trend_document(series: Sequence[Series], by: str, notes: Sequence[str] = ()) -> Document:
-    """A table of all series, then each with its limits and what changed, the notable first."""
+    """Return a table of all series, then each with its limits and changes, the notable first."""
     listed = notable_first(series)
     notable = sum(each.has_changed or each.has_beyond for each in listed)
     changed = sum(each.has_changed for each in series)
@@ -172,7 +173,7 @@ def _row(chart: Chart) -> tuple[Cell, ...]:
 
 
 def trend_plot(series: Series, by: str) -> Plot:
-    """Values with their intervals over the results, the limits as a band, steps as marks."""
+    """Return a plot of values with their intervals, the limits as a band, steps as marks."""
     steps = {step.place for chart in series.charts for step in chart.steps}
     origin = series.origin(by)
     places = np.array(series.places) - (series.places[0] if origin else 0.0)
@@ -230,7 +231,7 @@ def _panel(chart: Chart, places: Array) -> Panel:
 
 
 def trend_page(series: Sequence[Series], by: str, document: Document) -> str:
-    """One page with a figure of each series, those with a change first."""
+    """Return a page with a figure of each series, those with a change first."""
     from axisid.presentation.matplotlib import draw, rendered
 
     figures = []

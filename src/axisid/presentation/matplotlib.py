@@ -1,6 +1,6 @@
-"""Matplotlib draws a `Plot`, with ticks that are round and enough, and writes it into a file.
+"""Drawing of a `Plot` with Matplotlib, with suitable ticks, and writing to files.
 
-Imported only where one is drawn.
+Imported only if a figure is drawn.
 """
 
 import io
@@ -23,9 +23,10 @@ from axisid.presentation.plots import (
     sweep_plot,
     with_series,
 )
-from axisid.support.errors import Missing, UsageError
+from axisid.support.errors import UsageError
 from axisid.support.files import replace_file
 from axisid.support.libraries import one_line
+from axisid.support.missing import Missing
 
 try:
     from matplotlib import rc_context
@@ -40,14 +41,14 @@ try:
         NullLocator,
         ScalarFormatter,
     )
-except Exception as error:  # it reads variables and files of the user's as it starts
+except Exception as error:  # it reads the user's variables and files on import
     raise UsageError(
-        f"no figure can be drawn: matplotlib does not start ({one_line(error)}). "
-        "Mend what it names, such as the variable MPLBACKEND, or leave the figures out."
+        f"no figure can be drawn: matplotlib cannot be imported ({one_line(error)}). "
+        "Correct the named setting, for example the variable MPLBACKEND, or omit the figures."
     ) from error
 
 
-# Okabe and Ito's colours, told apart whatever the eye; grey lies beneath.
+# Okabe and Ito's colours, distinguishable with colour blindness; grey for measurements.
 _COLORS = {
     "measured": "#4a515b",
     "model": "#0072b2",
@@ -67,13 +68,13 @@ _WIDTH = 160.0 / 25.4  # inches, of a page with margins
 _PANEL, _AROUND = 1.5, 0.7  # inches
 
 
-_NAMED = 0.17  # inches, of the names of marks
+_NAMED = 0.17  # inches, height of the names of marks
 
 
-_DENSE = 2000  # points from which they are drawn as an image inside a vector file
+_DENSE = 2000  # points; more are drawn as an image inside a vector file
 
 
-# By preference; DejaVu Sans, which matplotlib brings, has the exponents that others lack.
+# By preference; DejaVu Sans, which matplotlib includes, has the exponents that others lack.
 _FONTS = ("Source Sans 3", "Helvetica", "Arial", "Liberation Sans")
 
 
@@ -97,21 +98,21 @@ _STYLE: Any = {
     "legend.borderaxespad": 0.2,
     "path.simplify": True,
     "path.simplify_threshold": 0.3,
-    # Text that can be selected and edited, and files that are the same every time.
+    # Selectable and editable text, and reproducible files.
     "pdf.fonttype": 42,
     "svg.fonttype": "none",
     "svg.hashsalt": "axisid",
 }
 
 
-_FEWEST = 3  # ticks; decades from which they alone have one
+_FEWEST = 3  # ticks; decades from which only powers of ten have ticks
 
 
 _WRITTEN_OUT = (-2, 5)  # powers of ten between which numbers are written out
 
 
 class Drawing(Figure):
-    """A figure that notebooks show as it is, without pyplot."""
+    """A figure that notebooks show without pyplot."""
 
     def _repr_png_(self) -> bytes:
         return rendered(self, "png")
@@ -124,7 +125,7 @@ def draw(plot: Plot, title: str = "") -> Drawing:
     ----------
     plot : Plot
     title : str
-        Above it; none where a caption stands below.
+        Title above the figure; empty if a caption is below.
     """
     weights = [panel.weight for panel in plot.panels]
     height = _AROUND + _PANEL * max(sum(weights), 1.6)
@@ -139,26 +140,26 @@ def draw(plot: Plot, title: str = "") -> Drawing:
 
 
 def draw_on(plot: Plot, ax: object) -> Figure:
-    """Draw a plot on axes that are there, in their figure's own style.
+    """Draw a plot on existing axes, in the style of their figure.
 
     Parameters
     ----------
     plot : Plot
     ax : Axes or sequence of Axes
-        As many as the plot has panels.
+        One per panel of the plot.
 
     Raises
     ------
     UsageError
-        They are no axes, or not as many.
+        The arguments are not axes, or their number is wrong.
     """
     given = [ax] if isinstance(ax, Axes) else [*np.ravel(np.asarray(ax, dtype=object))]
     if not given or not all(isinstance(each, Axes) for each in given):
         raise UsageError(f"ax is a {type(ax).__name__}; give axes of Matplotlib.", code="figure")
     if len(given) != len(plot.panels):
         raise UsageError(
-            f"the figure {plot.name} has {len(plot.panels)} panels, and ax {len(given)} axes; give "
-            f"as many, such as plt.subplots({len(plot.panels)}, sharex=True)[1].",
+            f"the figure {plot.name} has {len(plot.panels)} panels, but ax has {len(given)} axes; "
+            f"give one per panel, for example plt.subplots({len(plot.panels)}, sharex=True)[1].",
             code="figure",
         )
     _draw_panels(given, plot, 2)
@@ -173,7 +174,7 @@ def _draw_panels(axes: Sequence[Axes], plot: Plot, columns: int) -> None:
 
 
 def rendered(figure: Figure, form: str) -> bytes:
-    """Return the file of a figure: ``pdf``, ``svg`` or ``png``, the same every time."""
+    """Return the bytes of a figure as ``pdf``, ``svg`` or ``png``; they are reproducible."""
     stamps: dict[str, dict[str, Any]] = {
         "pdf": {"Creator": "axisid", "CreationDate": None},
         "svg": {"Creator": "axisid", "Date": None},
@@ -186,10 +187,10 @@ def rendered(figure: Figure, form: str) -> bytes:
 
 
 def _style() -> Any:
-    """The style, with the fonts that are there.
+    """Return the style with the installed fonts.
 
-    Only of a list of families is what one font lacks taken from the next, glyph by glyph; a generic
-    family stands for the first that is there alone.
+    With a list of families, a missing glyph is taken from the next font; with a generic family it
+    is not.
     """
     installed = {font.name for font in fontManager.ttflist}
     return {**_STYLE, "font.family": [*(f for f in _FONTS if f in installed), "DejaVu Sans"]}
@@ -223,7 +224,7 @@ def _draw_panel(axes: Axes, panel: Panel, plot: Plot, columns: int) -> None:
 
 
 def _name_marks(axes: Axes, plot: Plot) -> None:
-    """Names above the axes, where they cover no curve; two of them to both sides."""
+    """Write the names of marks above the axes; two names go to both sides."""
     places = sorted(place for place, _ in plot.marks)
     for place, name in plot.marks:
         side = "center" if len(places) != 2 else "right" if place == places[0] else "left"
@@ -240,7 +241,7 @@ def _name_marks(axes: Axes, plot: Plot) -> None:
 
 
 def _draw_legend(axes: Axes, panel: Panel, plot: Plot, columns: int) -> None:
-    """Names in the order of the panel; none where the panel above has the same."""
+    """Draw the legend in the order of the panel, unless the panel above has the same."""
     labels = [series.label for series in panel.series if not series.aside]
     first = panel is plot.panels[0]
     before = plot.panels[max(plot.panels.index(panel) - 1, 0)]
@@ -305,12 +306,12 @@ def _draw_series(axes: Axes, series: PlotSeries) -> None:
 
 
 def _plain(text: str) -> str:
-    """Text that is not taken for a formula."""
+    """Return text escaped so that it is not read as a formula."""
     return text.replace("$", r"\$")
 
 
 def _set_ticks(axis: Axis, *, log: bool = False, whole: bool = False) -> None:
-    """Give an axis ticks for the range that it shows, whose limits are final."""
+    """Set the ticks of an axis for its final limits."""
     axis.set_major_locator(
         MaxNLocator(
             "auto",
@@ -330,7 +331,7 @@ def _set_ticks(axis: Axis, *, log: bool = False, whole: bool = False) -> None:
         axis.set_minor_locator(NullLocator())
 
 
-#: Every figure that a result can have.
+#: Names of all figures of a result.
 NAMES = (
     *("force", "acceleration", "friction", "convergence", "tracking", "autocorrelation"),
     *("spectrum", "repeats", "sweep", "record"),
@@ -338,18 +339,18 @@ NAMES = (
 
 
 def force_figure(estimate: Estimate, title: str, path: Path, *, seconds: float = 3.0) -> None:
-    """Draw measured and reconstructed force and their difference, like the paper's figures 3 and 4.
+    """Draw measured and reconstructed force and the residual, like figures 3 and 4 of the paper.
 
     Parameters
     ----------
     estimate : Estimate
-        Of an inverse model, whose left side is the force.
+        Estimate of an inverse model, which regresses the force.
     title : str
-        Of the figure.
+        Title of the figure.
     path : Path
-        Written whole or not at all; the suffix chooses the format.
+        File; the suffix selects the format. An incomplete file is never left behind.
     seconds : float
-        How much of the record is shown, from its first row.
+        Length of the shown part of the record, from its first row.
     """
     plot, end = force_plot(estimate), float(row_times(estimate)[0]) + seconds
     shown = with_series(plot, lambda s: replace(s, x=s.x[s.x <= end], y=s.y[s.x <= end]))
@@ -364,7 +365,7 @@ def sweep_figure(result: Sweep, path: Path) -> None:
     ----------
     result : Sweep
     path : Path
-        Written whole or not at all; the suffix chooses the format.
+        File; the suffix selects the format. An incomplete file is never left behind.
     """
     title = (
         "no cut-off recommended"
@@ -375,13 +376,13 @@ def sweep_figure(result: Sweep, path: Path) -> None:
 
 
 def write_figures(plots: Iterable[Plot | Missing], folder: Path, form: str) -> list[Path]:
-    """Write each plot that there is into its own file, made for a page with a caption.
+    """Write each available plot to its own file, without title.
 
     Parameters
     ----------
     plots : iterable of Plot or Missing
     folder : Path
-        Made if it is not there.
+        Created if it does not exist.
     form : {"pdf", "svg", "png"}
 
     Returns

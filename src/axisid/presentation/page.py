@@ -1,4 +1,4 @@
-"""Pages of an identification, a fit and a study, and what `axisid identify` writes for people."""
+"""HTML pages of an identification, a fit and a study, and the report files of `identify`."""
 
 import base64
 import hashlib
@@ -70,29 +70,30 @@ from axisid.presentation.text import (
     verdict_block,
 )
 from axisid.support.arrays import Array
-from axisid.support.errors import EstimationError, Missing, UsageError
+from axisid.support.errors import EstimationError, UsageError
 from axisid.support.files import replace_file
+from axisid.support.missing import Missing
 from axisid.support.version import __version__
 
-_MOST_POINTS = 30_000  # of a curve; more become the least and the largest of each stretch
+_MOST_POINTS = 30_000  # of a curve; a longer one is thinned to the extremes of stretches
 
 
-_EVEN = 1e-6  # of a step
+_EVEN = 1e-6  # relative tolerance of an even step
 
 
 _HARMLESS = str.maketrans({sign: f"\\u{ord(sign):04x}" for sign in "<>&\u2028\u2029"})
 
 
-_PAIRS = (("friction", "convergence"), ("autocorrelation", "spectrum"))  # beside one another
+_PAIRS = (("friction", "convergence"), ("autocorrelation", "spectrum"))  # side by side
 
 
 def script_json(value: Any) -> str:
-    """JSON for the inside of a script element, which nothing in it can end."""
+    """Return JSON for a script element, escaped so that nothing in it ends the element."""
     return json.dumps(value, allow_nan=False, separators=(",", ":")).translate(_HARMLESS)
 
 
 def figures_data(plots: Iterable[Plot]) -> dict[str, Any]:
-    """What the page's script draws: ``arrays`` in base64, and ``plots`` that refer to them."""
+    """Return the data of the figures: ``arrays`` in base64, and ``plots`` that refer to them."""
     numbers: dict[str, int] = {}  # of arrays, by content
 
     def put(values: Any) -> Any:
@@ -110,7 +111,7 @@ def figures_data(plots: Iterable[Plot]) -> dict[str, Any]:
 
 
 def _thinned_series(series: PlotSeries) -> PlotSeries:
-    """No more points than a page can show."""
+    """Return a series with at most `_MOST_POINTS` points."""
     if len(series.x) <= _MOST_POINTS or series.low is not None:
         return series
     every = -(-len(series.x) // _MOST_POINTS)
@@ -123,14 +124,14 @@ def _thinned_series(series: PlotSeries) -> PlotSeries:
 
 
 def thinned(x: Array, y: Array, most: int) -> tuple[Array, Array]:
-    """The least and the largest value of each stretch, in their order, evenly in x.
+    """Return minimum and maximum of each stretch, in their order, evenly spaced in x.
 
     Parameters
     ----------
     x, y : (n,) array
-        Even in x.
+        Evenly spaced in x.
     most : int
-        How many points may be left; extremes are kept whatever it is.
+        Maximum number of returned points; extremes are always kept.
     """
     length = -(-len(x) // (most // 2))
     starts = np.arange(0, len(x), length)
@@ -145,7 +146,7 @@ def thinned(x: Array, y: Array, most: int) -> tuple[Array, Array]:
 
 
 def figures_html(plots: Mapping[int, Mapping[str, Plot | Missing]], names: Sequence[str]) -> str:
-    """The figures of all records, and those of each, of which the reader chooses one."""
+    """Return the common figures, and the figures of each record with a picker."""
     if len(plots) == 1:
         return _figures(plots[0])
     options = "".join(
@@ -160,11 +161,11 @@ def figures_html(plots: Mapping[int, Mapping[str, Plot | Missing]], names: Seque
 
 
 def _figures(plots: Mapping[str, Plot | Missing], record: int = 0) -> str:
-    """Figures; those of a record by itself have its number in their names."""
+    """Return figures; the names of figures of one record contain its number."""
     of, suffix = (f' data-record="{record}"', f"-{record}") if record else ("", "")
     plots = {name.removesuffix(suffix): plot for name, plot in plots.items()}
     kinds = {name: type(plot) for name, plot in plots.items()}
-    # Where one of a pair cannot be drawn, the other takes the whole width.
+    # If one figure of a pair cannot be drawn, the other takes the whole width.
     halves = {name for pair in _PAIRS if len({kinds.get(n) for n in pair}) == 1 for name in pair}
     return "".join(_figure(name, plot, of, half=name in halves) for name, plot in plots.items())
 
@@ -174,7 +175,8 @@ def _figure(name: str, plot: Plot | Missing, of: str, *, half: bool) -> str:
     heading = TITLES[name] if isinstance(plot, Missing) else plot.title
     title = f'<div class="figure-head"><h3>{escape(heading)}</h3></div>'
     if isinstance(plot, Missing):
-        return f'<figure{wide}>{title}<p class="none">{prose_html(f"None: {plot}")}</p></figure>'
+        reason = prose_html(f"Not available: {plot}")
+        return f'<figure{wide}>{title}<p class="none">{reason}</p></figure>'
     return (
         f'<figure{wide} id="figure-{plot.name}">{title}'
         f'<div class="plot" id="plot-{plot.name}" aria-label="{escape(plot.title)}"></div>'
@@ -185,27 +187,26 @@ def _figure(name: str, plot: Plot | Missing, of: str, *, half: bool) -> str:
 _SCRIPTS = ("ticks.js", "panel.js", "plot.js", "page.js")
 _CUTOFFS = 8
 _PACKAGES = ("numpy", "scipy", "casadi", "sympy")
-#: Before the tables of every method on a page, whose first table is of the judged one.
+#: Text before the tables of all methods; the first table of the page has the judged method.
 _ALL_METHODS = paragraph(
     "These values contain the bias of filter and noise. The table above is corrected for it.",
     "The number after ± is one standard error. The plots show 95 % intervals.",
-    title="Every method, before the bias correction",
+    title="All methods, before the bias correction",
 )
 _STATUSES = ("fail", "note", "not evaluated", "pass")
 _SIMULATED = '<p class="simulated"><b>SIMULATED.</b> {}</p>'
 
 
 def monte_carlo_page(result: MonteCarlo, *, command: str = "", made: datetime | None = None) -> str:
-    """One page about a study, self-contained: it asks the network for nothing.
+    """Return one self-contained page about a study, without network access.
 
     Parameters
     ----------
     result : MonteCarlo
     command : str, optional
-        What reproduces it.
+        Command that reproduces it.
     made : datetime, optional
-        When it was made; not told where it is not given, so that the same result gives the same
-        page.
+        Date of the page; without it, the same result gives the same page.
     """
     plan, study = result.plan, written_study(result)
     facts, axis, twin = heading_facts(study), plan.axis.axis, plan.twin.axis
@@ -216,11 +217,11 @@ def monte_carlo_page(result: MonteCarlo, *, command: str = "", made: datetime | 
         plan.axis,
         heading=f"{axis.title or axis.name}: a Monte-Carlo study",
         subheading=f"{facts['twins']}, {facts['noise']}",
-        verdict='<section class="verdict"><h2>What it shows</h2>'
+        verdict='<section class="verdict"><h2>Findings</h2>'
         f"{blocks_html((findings(study),))}</section>",
         model=_model_html(axis) if plan.is_right else other,
         simulated=_SIMULATED.format(
-            "Nothing here is measured: every run is a twin of the axis with noise of its own."
+            "No data are measured: every run is a simulated twin of the axis with its own noise."
         ),
         command=command,
         made=made,
@@ -228,15 +229,15 @@ def monte_carlo_page(result: MonteCarlo, *, command: str = "", made: datetime | 
 
 
 def fit_report_html(fit: OutputFit, *, command: str = "", made: datetime | None = None) -> str:
-    """One page about a fit, self-contained: it asks the network for nothing.
+    """Return one self-contained page about a fit, without network access.
 
     Parameters
     ----------
     fit : OutputFit
     command : str, optional
-        What reproduces it.
+        Command that reproduces it.
     made : datetime, optional
-        When it was made.
+        Date of the page.
     """
     return _page(
         output_fit_document(fit),
@@ -258,7 +259,7 @@ def report_html(
     command: str = "",
     made: datetime | None = None,
 ) -> str:
-    """One page about a result, self-contained: it asks the network for nothing.
+    """Return one self-contained page about an identification, without network access.
 
     Parameters
     ----------
@@ -268,17 +269,16 @@ def report_html(
     validations : sequence of Validation
         On further records.
     command : str, optional
-        What reproduces it.
+        Command that reproduces it.
     made : datetime, optional
-        When it was made.
+        Date of the page.
     """
     facts, diagnosis = identification_facts(result, 0), result.diagnosis
     details = details_document(facts)[:-1]  # the checks are in the verdict
     more = (
-        f"<details><summary>All that was measured</summary>{_scrolled(details)}</details>",
+        f"<details><summary>All diagnostics</summary>{_scrolled(details)}</details>",
         *(
-            "<h2>The estimates, frozen, on a second record</h2>"
-            + _scrolled(validation_document(each))
+            "<h2>Frozen estimates on a second record</h2>" + _scrolled(validation_document(each))
             for each in validations
         ),
     )
@@ -288,7 +288,7 @@ def report_html(
         result.axis,
         result.records,
         subheading="identified from",
-        verdict=_verdict_html(diagnosis.verdict, diagnosis.preferred.upper()),
+        verdict=_verdict_html(diagnosis.verdict, f"the {diagnosis.preferred.upper()} estimate"),
         more="".join(more),
         command=command,
         made=made,
@@ -310,13 +310,13 @@ def _page(
     command: str,
     made: datetime | None,
 ) -> str:
-    """A page of a result's document and figures, of the records that it was made from."""
+    """Return the page of a document and its figures, with the provenance of the records."""
     told = {k: v for b in document if isinstance(b, Heading) for k, v in b.facts.items()}
     facts = {"made": "" if made is None else made.isoformat(" ", "seconds"), **told}
     for i, record in enumerate(records, 1):
         of_one, source = f" {i}" if len(records) > 1 else "", record.provenance
         facts |= {
-            f"file as named{of_one}": source.given,
+            f"file as given{of_one}": source.given,
             f"file{of_one}": source.path,
             f"sha256 of the file{of_one}": source.sha256,
         }
@@ -327,7 +327,7 @@ def _page(
         if truth := records[0].provenance.truth:
             listed = ", ".join(f"{name} = {value:g}" for name, value in truth.items())
             simulated = _SIMULATED.format(
-                f"This record is not a measurement: it was computed with {escape(listed)}."
+                f"This record is not a measurement. It was simulated with {escape(listed)}."
             )
     several = len(plots) > 1
     style = _asset("page.css") + _asset("records.css") * several
@@ -355,7 +355,8 @@ def _page(
         figures=figures_html(plots, [record.provenance.source for record in records]),
         model=model or _model_html(axis.axis),
         provenance=blocks_html((Heading(facts={**facts, **made_by}),))
-        + f"<p>The command that reproduces it:</p><pre>{unbroken(command)}</pre>" * bool(command),
+        + f"<p>Command that reproduces this result:</p><pre>{unbroken(command)}</pre>"
+        * bool(command),
         data=script_json(figures_data(drawn)),
         style=style,
         script=script,
@@ -365,7 +366,7 @@ def _page(
 
 
 def _scrolled(document: Document) -> str:
-    """Blocks that may be wider than the page."""
+    """Return blocks as HTML that scrolls if it is wider than the page."""
     return "".join(f'<div class="scroll">{blocks_html((block,))}</div>' for block in document)
 
 
@@ -374,7 +375,7 @@ def _tally_legend(checks: Iterable[Check]) -> str:
     counts = Counter(check.status for check in checks)
     words: Mapping[Status, str] = {
         "pass": "passed",
-        "note": "noted",
+        "note": "with a note",
         "not evaluated": "not evaluated",
         "fail": "failed",
     }
@@ -387,13 +388,13 @@ def _tally_legend(checks: Iterable[Check]) -> str:
 
 
 def _verdict_html(checks: Sequence[Check], judged: str) -> str:
-    """Whether to believe it, what is said of each check, and all of them in a table.
+    """Return the headline of the verdict, a sentence for each check, and a table of all checks.
 
     Parameters
     ----------
     checks : sequence of Check
     judged : str
-        The method they are of.
+        Name of the result that the checks apply to.
     """
     ordered = sorted(by_weight(checks), key=lambda c: _STATUSES.index(c.status))
     bars = "".join(
@@ -406,16 +407,16 @@ def _verdict_html(checks: Sequence[Check], judged: str) -> str:
         f'<section class="verdict" id="verdict"><h2>{headline}</h2>'
         f'<div class="tally" aria-hidden="true">{bars}</div>{_tally_legend(ordered)}'
         f"{checks_html(verdict_block(checks).judged)}"
-        "<details><summary>Every check with its figure and threshold</summary>"
+        "<details><summary>All checks with figure and threshold</summary>"
         f'<div class="scroll">{table_html(table)}</div>'
-        f'</details><p class="note">The checks are of {escape(judged)}.</p></section>'
+        f'</details><p class="note">Checks apply to {escape(judged)}.</p></section>'
     )
 
 
 def report_sweep(
     result: Identification, progress: Callable[[int, int, str], None] | None = None
 ) -> Sweep:
-    """The modest sweep of a report: the methods of the inverse model at a few cut-offs.
+    """Return the sweep of a report: the methods of the inverse model at a few cut-offs.
 
     Parameters
     ----------
@@ -453,7 +454,7 @@ def report_sweep(
 
 
 def _model_html(axis: Axis) -> str:
-    """The equation of motion, its parameters, the drive and the control law."""
+    """Return equation of motion, parameters, drive and control law as HTML."""
     parts = ""
     for section in motion_sections(axis):
         lines = "".join(
@@ -472,12 +473,12 @@ def _asset(name: str) -> str:
 
 
 def _hash(text: str) -> str:
-    """What the page's security policy knows its own script or style by."""
+    """Return the hash of a script or style for the security policy of the page."""
     return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"
 
 
 def fit_plots(fit: OutputFit) -> Mapping[int, Mapping[str, Plot]]:
-    """Figures by the number of the record, from 1, each by its name; of one record under 0."""
+    """Return figures by record number, from 1, and by name; a single record has number 0."""
     if len(fit.records) == 1:
         return {0: {"output": output_plot(fit)}}
     return {0: {}} | {
@@ -501,7 +502,7 @@ def write_outputs(
     figures: str | None = None,
     command: str = "",
 ) -> list[Path]:
-    """Write what is asked for and return the files.
+    """Write the requested report and figures, and return the files.
 
     Parameters
     ----------
@@ -509,13 +510,13 @@ def write_outputs(
     validations : sequence of Validation
         On further records.
     say : callable
-        Takes a line for the user.
+        Function that shows a line to the user.
     report : str, optional
         File of the page.
     figures : str, optional
         Folder of the figures.
     command : str
-        What reproduces the result.
+        Command that reproduces the result.
 
     Raises
     ------
@@ -548,7 +549,7 @@ def write_outputs(
 
 
 def _swept(result: Identification, say: Say) -> Sweep | None:
-    """The report's sweep, or none where no cut-off gives an estimate."""
+    """Return the sweep of the report, or None if no cut-off gives an estimate."""
     begin = time.monotonic()
 
     def progress(done: int, count: int, _: str) -> None:
@@ -558,5 +559,5 @@ def _swept(result: Identification, say: Say) -> Sweep | None:
     try:
         return report_sweep(result, progress)
     except EstimationError as error:
-        say(f"without the sweep: {error}")
+        say(f"the report has no sweep: {error}")
         return None

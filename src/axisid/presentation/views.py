@@ -1,4 +1,4 @@
-"""How each result looks: in blocks, as plain data, in figures. One row for each type."""
+"""Views of each result type: blocks, plain data, dataframe, figures. One row per type."""
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
@@ -72,9 +72,12 @@ from axisid.presentation.text import (
     sweep_document,
     validation_document,
 )
-from axisid.support.errors import Missing, UsageError, is_among, quoted
+from axisid.support.checks import is_among
+from axisid.support.errors import UsageError
 from axisid.support.files import json_text, write_file
+from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable, Shown
+from axisid.support.wording import quoted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -85,7 +88,7 @@ _LIBRARIES = ("pandas", "polars")
 
 
 class _View(NamedTuple):
-    """How results of a type look: in blocks, as plain data, as a dataframe, in figures."""
+    """Views of one result type: blocks, plain data, dataframe, figures."""
 
     document: Callable[..., Document]
     written: Callable[..., Any] = lambda result: result
@@ -94,19 +97,19 @@ class _View(NamedTuple):
 
 
 def as_blocks(result: Shown, **how: Any) -> Document:
-    """A result as a document of blocks, which text, terminals and HTML are rendered from.
+    """Return a result as a document of blocks, from which text and HTML are rendered.
 
     Parameters
     ----------
     result : Shown
     **how
-        As the result's `summary` takes it.
+        Arguments of the `summary` of the result.
     """
     return _view_of(result).document(result, **how)
 
 
 def as_text(result: Shown, **how: Any) -> str:
-    """A result as plain text; of an estimate by itself one line."""
+    """Return a result as plain text; a single estimate as one line."""
     if isinstance(result, (Estimate, SavedEstimate)):
         return repr(result)
     return plain_text(as_blocks(result, **how))
@@ -118,21 +121,22 @@ def covariance_name(note: CovarianceNote) -> str:
 
 
 def as_html(result: Shown) -> str:
-    """A result for notebooks."""
+    """Return a result as HTML for notebooks."""
     return blocks_html(as_blocks(result))
 
 
 def axis_html(axis: Axis) -> str:
-    """A declared axis for notebooks, with the models that follow from it."""
+    """Return a declared axis and its derived models as HTML for notebooks."""
     return blocks_html(axis_document(derive(axis)))
 
 
 def as_frame(result: Presentable, library: str | None = None) -> Any:
-    """A result's numbers as a dataframe of pandas or polars, whichever is named or installed."""
+    """Return the numbers of a result as a dataframe of pandas or polars."""
     name = next(filter(find_spec, _LIBRARIES), "pandas") if library is None else library
     if not is_among(name, _LIBRARIES):
         raise UsageError(
-            f"there is no dataframe of {quoted(name)}; give pandas or polars.", code="dataframe"
+            f"there is no dataframe library {quoted(name)}; give pandas or polars.",
+            code="dataframe",
         )
     if find_spec(name) is None:
         raise UsageError(
@@ -142,7 +146,7 @@ def as_frame(result: Presentable, library: str | None = None) -> Any:
     columns = _view_of(result).columns
     if columns is None:
         raise UsageError(
-            f"a {type(result).__name__} has no table of numbers; see its to_dict().",
+            f"a {type(result).__name__} has no table of numbers; use its to_dict().",
             code="dataframe",
         )
     if name == "pandas":
@@ -155,12 +159,12 @@ def as_frame(result: Presentable, library: str | None = None) -> Any:
 
 
 def as_document(result: Presentable, **how: Any) -> dict[str, Any]:
-    """A result as plain numbers, texts and lists; what is not finite is None."""
+    """Return a result as plain numbers, texts and lists; non-finite numbers are None."""
     return plain(_view_of(result).written(result, **how))
 
 
 def saved_as(result: Presentable, file: object, **how: Any) -> Path:
-    """The file that a result was written to as JSON."""
+    """Write a result as JSON and return its file."""
     path = Path(file) if isinstance(file, (str, Path)) else None
     if path is None or path.suffix != ".json":
         raise UsageError(
@@ -170,7 +174,7 @@ def saved_as(result: Presentable, file: object, **how: Any) -> Path:
     known = signature(result.to_dict).parameters
     if foreign := [name for name in how if name not in known]:
         raise UsageError(
-            f"the result is not saved by {quoted(foreign[0])}; beside the file it takes "
+            f"save has no argument {quoted(foreign[0])}; in addition to the file it takes "
             f"{', '.join(known) or 'nothing'}.",
             code="result-file",
         )
@@ -180,7 +184,7 @@ def saved_as(result: Presentable, file: object, **how: Any) -> Path:
 def figure_of(
     result: Presentable, what: str, method: str | None = None, ax: object = None, **of: Any
 ) -> "Figure":
-    """One of a result's figures, by its name, drawn anew or on axes that are given."""
+    """Return a figure of a result by its name, as a new figure or on the given axes."""
     plot = plot_of(result, what, method, **of)
     from .matplotlib import draw, draw_on
 
@@ -188,7 +192,7 @@ def figure_of(
 
 
 def plot_of(result: Presentable, what: str, method: str | None = None, **of: Any) -> Plot:
-    """One of a result's figures as data, by its name, which the only one of a result needs not."""
+    """Return a figure of a result as data; a result with a single figure needs no name."""
     figures = _view_of(result).figures
     if not what and len(figures) == 1:
         (what,) = figures
@@ -201,12 +205,12 @@ def plot_of(result: Presentable, what: str, method: str | None = None, **of: Any
         plot = figures[what](result, **of)
     else:
         raise UsageError(
-            f"a figure of {type(result).__name__} has no method to choose; leave it out.",
+            f"a figure of {type(result).__name__} has no method to choose; omit method.",
             code="figure",
         )
     if isinstance(plot, Missing):
         raise UsageError(
-            f"there is no figure of the {what}: {str(plot).removesuffix('.')}.", code="figure"
+            f"the figure {what} cannot be drawn: {str(plot).removesuffix('.')}.", code="figure"
         )
     return plot
 
@@ -217,7 +221,7 @@ def _of_method(
     method: str | None,
     record: int | None = None,
 ) -> tuple[Any, Any]:
-    """What a figure is of: of several records one, by its number, but for the iteration of all."""
+    """Return result and estimate of a figure: one record by number, except for convergence."""
     if isinstance(result, Identification):
         place = record_index(1 if record is None else record, len(result.parts))
         result = result if what == "convergence" else result.parts[place]
@@ -226,7 +230,7 @@ def _of_method(
 
 def _saved_repeats(saved: SavedIdentification, estimate: SavedEstimate) -> Plot | Missing:
     if estimate is not saved.preferred:
-        return Missing("the file has it of the judged estimate alone")
+        return Missing("the file contains it only for the judged estimate")
     return repeats_plot(estimate, saved.document.lack_of_fit or None)
 
 
@@ -236,7 +240,7 @@ def _no_figure(result: Presentable, what: str, there: Iterable[str]) -> UsageErr
         of = f"{quoted(what)} " if what else ""
         return UsageError(
             f"the file of a result has no rows, samples or runs, which the figure {of}needs; draw "
-            "it from what identify, fit or monte_carlo returns"
+            "it from the result of identify, fit or monte_carlo"
             + (f", or choose from {listed}." if listed else "."),
             code="figure",
         )
@@ -326,7 +330,7 @@ def _of_methods(result: Identification | SavedIdentification) -> list[_Row]:
 
 
 def _rows(*estimates: Estimate | SavedEstimate) -> list[_Row]:
-    """A row for each parameter."""
+    """Return a row for each parameter."""
     return [
         {
             "method": estimate.method,
@@ -348,12 +352,12 @@ def _rows(*estimates: Estimate | SavedEstimate) -> list[_Row]:
 
 
 def _of_one(figures: _Figures) -> _Figures:
-    """Figures of one estimate, of a result and an estimate of it."""
+    """Return figures of an estimate as functions of a result and its estimate."""
     return {name: lambda _, each, draw=draw: draw(each) for name, draw in figures.items()}
 
 
 def _view_of(result: Shown) -> _View:
-    """The row of its type; a result that has none makes its document itself."""
+    """Return the views of a type; a result without a row has its own `document`."""
     kinds = (_VIEWS[kind] for kind in type(result).__mro__ if kind in _VIEWS)
     return next(kinds, _View(methodcaller("document")))
 
@@ -365,7 +369,7 @@ _OF_ESTIMATE: _Figures = {
     "convergence": convergence_plot,
 }
 _OF_SAVED_ESTIMATE: _Figures = {n: _OF_ESTIMATE[n] for n in ("autocorrelation", "convergence")}
-_as_read = attrgetter("document")  # what a result was read from
+_as_read = attrgetter("document")  # the document that a saved result was read from
 _VIEWS: Mapping[type, _View] = {
     Record: _View(record_document, written_record, Record.channels),
     Estimate: _View(

@@ -302,9 +302,10 @@ _LOOKED_AT = 8192  # bytes at either end
 _SCHEMA = rb'\s*\{\s*"schema":\s*"axisid\.(?:%s)/\d'
 _EXPORTED = (
     rb"\W{0,4}Feed-forward of the axis ",  # after what begins a comment
-    rb"# (?:For the axis's declaration, in place of its table|Base parameters: the axis is)",
+    rb"# (?:Replaces the table \[parameters\]|Base parameters\. The axis is)",
+    rb"# (?:For the axis's declaration, in place|Base parameters: the axis is)",  # earlier versions
     rb"axis,method,parameter,unit,value,sd_hac,",
-    rb"% \w+: value and standard deviation \(",
+    rb"% \w+: value and standard (?:error|deviation) \(",
     _SCHEMA % b"parameters",
 )
 #: How a file of a kind begins.

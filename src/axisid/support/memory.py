@@ -10,8 +10,10 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from .errors import DataError, UsageError, is_real, quoted
+from .checks import is_real
+from .errors import DataError, UsageError
 from .settings import setting
+from .wording import quoted
 
 GIGABYTE = 1e9
 #: What to do about a file that memory cannot hold, the beginning of a sentence.

@@ -1,4 +1,4 @@
-"""The one way from a result to what it looks like: results hold data, presentation shows them."""
+"""The link from results, which hold data, to `axisid.presentation`, which shows them."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, cast
@@ -10,16 +10,16 @@ if TYPE_CHECKING:
 
 
 class Shown:
-    """A result that can be looked at: as text and in a notebook.
+    """A result with a view as text and in a notebook.
 
-    What it looks like is the affair of `axisid.presentation`, which is imported when it is asked;
-    a result that it does not know has a `document` of its own.
+    `axisid.presentation` makes the view and is imported when it is needed. A result that it does
+    not know has its own `document`.
     """
 
     __slots__ = ()
 
     def summary(self) -> str:
-        """The result as text."""
+        """Return the result as text."""
         return str(view_of("as_text", self))
 
     def __str__(self) -> str:
@@ -31,7 +31,7 @@ class Shown:
 
 
 class Presentable(Shown):
-    """A result that can be looked at as plain data and in a figure too."""
+    """A result that also has views as plain data, file, figure and dataframe."""
 
     __slots__ = ()
 
@@ -40,21 +40,21 @@ class Presentable(Shown):
         return dict(view_of("as_document", self))
 
     def save(self, file: "str | Path", **how: Any) -> "Path":
-        """Write `to_dict` as JSON, whole or not at all.
+        """Write `to_dict` as JSON; an incomplete file is never left behind.
 
-        Of an identification, a fit, its validation and a study `load_result` reads it back.
+        `load_result` reads the file of an identification, a fit, a validation of a fit or a study.
 
         Parameters
         ----------
         file : str or Path
-            Ends in ``.json``.
+            Name that ends in ``.json``.
         **how
-            As `to_dict` takes it: ``draws=2000`` of an identification.
+            Arguments of `to_dict`: ``draws=2000`` for an identification.
 
         Raises
         ------
         UsageError
-            The ending is another one, or the file cannot be written.
+            The name does not end in ``.json``, or the file cannot be written.
         """
         return cast("Path", view_of("saved_as", self, file, **how))
 
@@ -64,27 +64,26 @@ class Presentable(Shown):
         Parameters
         ----------
         what : str
-            Which one, if there are several.
+            Name of the figure, if the result has several.
         **how
-            Of which method, if there are several: ``method="idm-ls"``; of which record, if there
-            are several: ``record=2``; ``ax``, Matplotlib's axes to
-            draw on, as many as the figure has panels (one alone for one panel). By default a new
-            figure is made.
+            ``method="idm-ls"``: the method, if there are several. ``record=2``: the record, if
+            there are several. ``ax``: Matplotlib axes to draw on, one per panel of the figure (a
+            single one for one panel). By default a new figure is made.
 
         Raises
         ------
         UsageError
-            There is no such figure, or nothing to draw in it.
+            There is no such figure, or it has no data.
         """
         return cast("Figure", view_of("figure_of", self, what, **how))
 
     def to_frame(self, library: str | None = None) -> Any:
-        """The result's numbers as a dataframe.
+        """Return the numbers of the result as a dataframe.
 
         Parameters
         ----------
         library : {"pandas", "polars"}, optional
-            By default the one that is installed, pandas first.
+            By default the installed one, pandas first.
 
         Raises
         ------
@@ -95,7 +94,7 @@ class Presentable(Shown):
 
 
 def view_of(view: str, result: object, *what: Any, **how: Any) -> Any:
-    """A view of a result, by the view's name in `axisid.presentation.views`."""
+    """Return a view of a result, by the name of the view in `axisid.presentation.views`."""
     return getattr(import_module("axisid.presentation.views"), view)(result, *what, **how)
 
 

@@ -212,7 +212,7 @@ def test_a_column_whose_name_has_a_comma_is_quoted(
     found = told(run, *IDENTIFY, file, "--columns", quoted)
     assert found["record"]["columns"]["control"] == "volts, raw"
     unquoted = ("--columns", "time=t,control=volts, raw")
-    refused("identify", "emps2015", file, *unquoted, says="quote a pair whose name has a comma")
+    refused("identify", "emps2015", file, *unquoted, says="Quote a pair whose name has a comma")
 
 
 @pytest.mark.slow
@@ -246,7 +246,7 @@ def test_log_in_other_units_and_another_dialect_gives_the_same_estimates(
         (["--columns", "time=t,position=pos:deg,control=volts"], 2, "is measured in m"),
         (["--columns", "time=t,position=pos:inc,control=volts"], 2, "size of one count"),
         (["--gaps", "fill"], 2, "no repair of gaps 'fill'"),
-        (["--window", "2-5"], 2, "a window is '2-5'; give FROM..TO"),
+        (["--window", "2-5"], 2, "'2-5'. Give FROM..TO"),
         (["--window", "5..2"], 2, "does not end after it begins"),
         (["--window", "100.."], 3, "has no samples"),
         (["--validate-like", "1"], 2, "no effect without --validate"),

@@ -87,7 +87,7 @@ def test_colours_can_be_refused(
     monkeypatch.setattr(sys, "stdout", terminal)
     print_document((Checks(judged=(CheckGroup("fail", ("one",), "two"),)),))
     assert ("\x1b" in terminal.getvalue()) == coloured
-    assert click.unstyle(terminal.getvalue()) == "FAIL   one: two\n"
+    assert click.unstyle(terminal.getvalue()) == "FAIL   one: two.\n"
 
 
 def wait_for(text: str, terminal: Terminal) -> None:

@@ -38,7 +38,7 @@ from axisid.presentation.page import report_html
 from axisid.presentation.sentences import conclusion_text
 from axisid.presentation.text.identification import verdict_block
 from axisid.support.arrays import Array
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 from tests.axes.servo import TRUTH, servo, servo_log, servo_record
 from tests.recipes import recipe_blocks
 from tests.refusals import refuses
@@ -280,11 +280,13 @@ def test_negative_mass_is_out_of_bounds(emps2015: GeneratedAxis, twin: Record) -
 def test_comparison_and_sweep_pass_the_law_check_on(emps2015: GeneratedAxis, twin: Record) -> None:
     flipped = replace(twin, control=-twin.control)
     text = " ".join(compare(friction_ladder(load_axis("emps2015")), flipped).summary().split())
-    assert "Believe nothing" in text
+    assert "Do not use these results" in text
     assert "is outside its bounds [0, inf]" in text
     for record, cutoffs in ((flipped, (40.0, 80.0)), (twin, (40.0,))):
         swept = sweep(emps2015, record, cutoffs, methods=["idm-ls"]).summary()
-        assert ("Correct this first: law" in swept) is (record is flipped)
+        assert ("control does not follow the declared control law" in " ".join(swept.split())) is (
+            record is flipped
+        )
 
 
 def test_endless_twins_and_lags_are_refused(emps2015: GeneratedAxis, twin: Record) -> None:

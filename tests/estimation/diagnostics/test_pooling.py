@@ -25,7 +25,7 @@ from axisid.estimation.diagnostics.pooling_findings import (
 from axisid.estimation.output_error.covariance import Sandwich
 from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Levels
 from axisid.support.arrays import Array
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 from tests.axes.stage import generated, stage, stage_record
 from tests.unjudged import identify
 from tests.verdicts import checks_of, finding_of

@@ -18,7 +18,7 @@ from axisid.codegen.generated_axes import GeneratedAxis
 from axisid.estimation import choices
 from axisid.estimation.diagnostics.hausman import HausmanTest, hausman, significant_differences
 from axisid.estimation.estimates import COVARIANCES
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 from benchmarks.machines import Machine, records, white
 from tests.recipes import row_of_recipe
 from tests.refusals import refuses

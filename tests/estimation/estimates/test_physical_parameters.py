@@ -33,7 +33,7 @@ from axisid.estimation.estimates.physical_parameters import (
 )
 from axisid.modeling import Experiment, back_and_forth
 from axisid.modeling.derivation.base_model import base_model
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 from tests.axes import bodies
 from tests.axes.bodies import ROD, b, body, rod, turn, x
 from tests.refusals import refuses

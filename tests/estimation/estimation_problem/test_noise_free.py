@@ -229,7 +229,7 @@ def test_impossible_deviations_are_refused(sd: float) -> None:
 def leaves_out(error: EstimationError) -> list[str]:
     """The parameters that an error advises to leave out."""
     assert ("reversals=" in str(error)) == ("without the samples near" in str(error))
-    return re.findall(r"leave-out (\w+)", str(error))
+    return re.findall(r"leave_out\(axis, \"(\w+)\"\)", str(error))
 
 
 @pytest.mark.slow

@@ -177,7 +177,7 @@ def test_each_record_has_a_part_that_is_judged_and_drawn_by_itself(loaded: Ident
         np.testing.assert_allclose(left, estimate.residuals, atol=1e-9)
         assert part.plot("force") is not None
     assert loaded.plot("record", record=3) is not None
-    with pytest.raises(UsageError, match="there are 3, numbered from 1"):
+    with pytest.raises(UsageError, match="3, numbered from 1"):
         loaded.plot("record", record=4)
 
 

@@ -199,5 +199,5 @@ def test_what_counts_for_little_is_told_and_written() -> None:
     result = _identified("huber")
     written, light = result.to_dict()["estimates"][0], int(result.preferred.light_rows.sum())
     assert (written["loss"], written["light_rows"]) == ("huber", light)
-    assert f"{light} of {len(result.preferred.y)} rows count for less" in result.summary()
+    assert f"{light} of {len(result.preferred.y)} rows" in result.summary()
     assert "loss" not in _identified("squares").to_dict()["estimates"][0]

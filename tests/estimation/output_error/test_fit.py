@@ -573,7 +573,7 @@ def test_what_cannot_be_asked_is_refused(
         ("too-short", "", {}, {"masked": ((3, 7801),)}),
         (  # the sign of the gain is flipped, and nothing can start
             "fit",
-            "estimate itself is M = -99.7.*check the signs of the control",
+            "M = -99.7.*signs of the control",
             {"drive": Drive(gain=-35.15, unit="V", limit=10.0)},
             {},
         ),

@@ -28,7 +28,7 @@ from axisid.estimation.model_validation.validation_findings import DoubtfulTimeB
 from axisid.estimation.records import OtherPeriod
 from axisid.estimation.signals import FilteredRecord, Prefilter
 from axisid.support.arrays import Array
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 from tests.axes.recorded import recorded_axis
 from tests.files import csv_file, text_file
 from tests.refusals import refuses
@@ -186,7 +186,7 @@ def test_measured_motion_is_of_a_record_where_it_is_named() -> None:
     assert record.provenance.columns["velocity"] == "velocity"
     assert without.motion == ("position",)
     assert without.digest != record.digest
-    assert sum("left out: nobody named" in note for note in without.provenance.assumed) == 2
+    assert sum("is left out" in note for note in without.provenance.assumed) == 2
 
 
 @pytest.mark.parametrize(

@@ -93,10 +93,10 @@ def test_masked_rows_stay_masked_in_a_window() -> None:
         ([(20.0, None)], "no samples"),
         ([(11.00001, 11.00009)], "no samples"),
         ([(10.0, 12.0), (11.0, 13.0)], "overlap"),
-        ("10-12", "give FROM..TO in seconds"),
-        (["1..2..3"], "give FROM..TO in seconds"),
-        ([(1, 2, 3)], "give FROM..TO in seconds"),
-        (12.0, "give FROM..TO in seconds"),
+        ("10-12", "FROM..TO in seconds"),
+        (["1..2..3"], "FROM..TO in seconds"),
+        ([(1, 2, 3)], "FROM..TO in seconds"),
+        (12.0, "FROM..TO in seconds"),
     ],
 )
 def test_a_window_that_cannot_be_taken_is_refused(windows: Any, said: str) -> None:

@@ -1,5 +1,6 @@
 """Columns that a logger wrote too early, too late or seldom: moved, told, drawn between."""
 
+import re
 from typing import Any
 
 import numpy as np
@@ -70,7 +71,8 @@ def test_a_column_moves_to_later_times_by_samples_or_a_time(amount: Any, samples
     (repair,) = record.provenance.repairs
     assert (repair.kind, repair.count) == ("shift", N - abs(samples) if samples else 0)
     way = "later" if samples > 0 else "earlier"
-    assert not samples or f"({abs(samples)} ms) {way}; {abs(samples)} row" in repair.text
+    if samples:
+        assert re.search(rf"\({abs(samples)} ms\) .*{way}.*; {abs(samples)} row", repair.text)
 
 
 def test_across_a_gap_nothing_is_moved() -> None:

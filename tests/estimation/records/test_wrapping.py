@@ -57,10 +57,7 @@ def test_position_and_reference_unwrap_onto_the_same_turn() -> None:
     assert record.reference - record.position == pytest.approx(0.02, abs=1e-12)
     (repair,) = record.provenance.repairs
     assert (repair.kind, repair.count) == ("wrap", 4)
-    assert repair.text == (
-        "jumps by the modulus 360 deg undone: position 2, reference 1; "
-        "pieces of the reference moved by whole moduli: 1"
-    )
+    assert re.search("360 deg.*position 2, reference 1;.*: 1$", repair.text)
 
 
 FAR = np.deg2rad(190 + 10 * np.sin(8 * TIME))
@@ -97,8 +94,8 @@ def test_reference_begins_on_the_positions_turn_after_every_gap() -> None:
         apart = np.asarray(record.reference) - record.position
         assert apart[[0, -1]] == pytest.approx([0, 0.5], abs=1e-9)
         told = next(r for r in record.provenance.repairs if r.kind == "wrap").text
-        assert "across a gap the motion is assumed to be less than half of it" in told
-        assert "pieces of the reference moved by whole moduli: 1" in told
+        assert "across a gap" in told
+        assert told.endswith("whole moduli: 1")
 
 
 @pytest.mark.parametrize(
@@ -106,7 +103,7 @@ def test_reference_begins_on_the_positions_turn_after_every_gap() -> None:
     [
         (TURNING, 1.0, "wrap", "1 rad"),
         *((SEAMED, wrap, "wrap", "") for wrap in ("400:deg", "361:deg", "6.29", "7")),
-        *((SEAMED, w, "wrap", r"jumps.*does not undo.*360:deg") for w in ("360", "1000:deg")),
+        *((SEAMED, w, "wrap", r"jumps.*modulus.*360:deg") for w in ("360", "1000:deg")),
         # Recognised unasked.
         (SEAMED, None, "wrap", r"\(\d such jumps\).*wrap"),
         (np.rad2deg(SEAMED), None, "wrap", r"\(\d such jumps\).*columns.*wrap"),

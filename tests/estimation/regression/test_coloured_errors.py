@@ -24,7 +24,7 @@ from axisid.estimation.regression.residual_tests import residual_tests
 from axisid.estimation.signals import RowTimes
 from axisid.estimation.thresholds import MIN_DEGREES_OF_FREEDOM
 from axisid.support.arrays import Array
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 
 _FIRST = np.array([[0.5, 0.3], [-0.2, 0.6]])
 _SECOND = np.array([[-0.2, 0.1], [0.05, -0.3]])

@@ -18,7 +18,8 @@ from axisid.estimation.verdict_checks import (
     joined,
     unless_faulty,
 )
-from axisid.support.errors import CandidateError, EstimationError, Missing
+from axisid.support.errors import CandidateError, EstimationError
+from axisid.support.missing import Missing
 
 
 def ended(name: str, status: Status) -> Check:

@@ -70,7 +70,7 @@ def test_what_trades_is_found_and_said_and_changes_no_force(name: str) -> None:
     resistance, parameters, said = HIDDEN[name]
     model = derive(body(*resistance, parameters=parameters))
     words = {
-        True: "no motion tells {} apart at the nominal values",
+        True: "no motion distinguishes {} at the nominal values",
         False: "no motion shows a change of {}",
     }
     forms = [words[" and " in each].format(each) for each in said]
@@ -119,7 +119,7 @@ def test_a_parameter_that_another_one_hides_is_hidden_at_the_nominal_values_only
 
 def test_it_stands_in_the_equations_and_in_the_generated_axis() -> None:
     unidentifiable = body(a * sympy.exp(b.symbol) * dq, parameters=(a, b))
-    sentence = "no motion tells a and b apart at the nominal values"
+    sentence = "no motion distinguishes a and b at the nominal values"
     assert derived_sections(derive(unidentifiable))[-1].lines == (sentence,)
     assert build(unidentifiable, native=False).unidentifiable == (sentence,)
 

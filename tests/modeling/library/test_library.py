@@ -14,7 +14,7 @@ from axisid.modeling.declaration.axis import Axis
 from axisid.modeling.derivation.model import AxisModel
 from axisid.modeling.library import crank
 from axisid.modeling.quantities.symbols import DIRECTION, FORCE
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 
 
 def friction(dq: sympy.Symbol, fv: sympy.Symbol, fc: sympy.Symbol) -> sympy.Expr:

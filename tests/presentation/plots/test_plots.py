@@ -30,7 +30,7 @@ from axisid.presentation.plots.fit_and_residuals import (
 )
 from axisid.presentation.plots.plot import Plot, PlotSeries
 from axisid.presentation.plots.result import record_plot, result_plots, sweep_plot, tracking_plot
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 from tests.axes.bodies import b, body, c, k, m, x
 from tests.refusals import refuses
 from tests.unjudged import identify
@@ -72,7 +72,7 @@ def test_reconstruction_and_error_add_up_to_the_measurement(
     result: Identification, method: str
 ) -> None:
     plot = force_plot(result[method])
-    whole = series(plot, 0, "reconstructed").y + series(plot, 1, "error").y
+    whole = series(plot, 0, "reconstructed").y + series(plot, 1, "residual").y
     assert whole == pytest.approx(series(plot, 0, "measured").y, rel=1e-12)
     left = "force [N]" if method.startswith("idm") else "acceleration [m/s²]"
     assert plot.panels[0].label == left
@@ -100,7 +100,7 @@ def test_convergence_shows_the_steps_that_end_it_and_least_squares_has_none(
         assert s.y[-2] == pytest.approx(abs(before[j] - last[j]) / deviation)
         assert s.y[-2] < 0.01 < s.y[0]
         assert np.isnan(s.y[-1])  # the last from itself
-    with refuses("figure", says="no figure of the convergence: idm-ls is no iteration"):
+    with refuses("figure", says="convergence cannot be drawn: IDM-LS is not iterative"):
         result["idm-ls"].plot("convergence")
 
 
@@ -121,7 +121,7 @@ def test_friction_law_is_the_closed_form_and_lies_on_rows_of_whole_weight(
     assert mean == pytest.approx(law, abs=0.1 * np.abs(law).max())
     assert not np.any(np.abs(at) < 1e-3)  # no bin mixes both directions
     plot = there(friction_plot(found, estimate))
-    assert f"Without {shown.skipped} rows by the reversals" in plot.caption
+    assert f"{shown.skipped} rows" in plot.caption
 
 
 def test_gravity_and_springs_are_taken_off_the_friction() -> None:

@@ -265,7 +265,7 @@ def test_every_door_refuses_a_file_that_was_changed_after_it_was_written(
     DOORS[door](file)
     content["estimates"][0]["parameters"]["M"]["sd_hac"] *= 2
     file.write_text(json.dumps(content))
-    with refuses("changed-result", says="take its member digest out"):
+    with refuses("changed-result", says="remove the member digest"):
         DOORS[door](file)
     del content["digest"]
     file.write_text(json.dumps(content))

@@ -93,7 +93,7 @@ def test_command_prints_or_writes_what_its_schema_says(
 ) -> None:
     code, out, err = run("compare-results", *files)
     assert (code, err) == (0, "")
-    assert "in deviations [1]" in out
+    assert "in sd [1]" in out
     schema = json.loads((root / "docs" / "schema" / "results-1.json").read_text(encoding="utf-8"))
     code, out, err = run("compare-results", *files, "--json", "-")
     assert (code, err) == (0, "")

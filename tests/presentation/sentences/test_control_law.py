@@ -152,7 +152,8 @@ def moved_zero(control: float | None, *, exceeds_limit: bool = False) -> MovedZe
             ),
             ["kp = 160 and kv = 243", "kp = 200 and kv = 270", "9 joint", "0.24 %", "fixed"],
         ),
-        (LawOfSecondRecord(lead="not that one: ", finding=FITS), ["not that one: the", "0.24 %"]),
+        (LawOfSecondRecord(result="estimates", finding=FITS), ["the estimates", "0.24 %"]),
+        (LawOfSecondRecord(result="fit", finding=FITS), ["axis of the fit", "0.24 %"]),
         (
             ControlScaleMoves(
                 finding=FITS,

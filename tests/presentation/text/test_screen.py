@@ -74,8 +74,8 @@ def test_every_parameter_has_its_interval_and_deviations(result: Identification)
 
 def test_what_each_record_has_for_itself_is_said_of_products_too() -> None:
     alone, product = local_notes({"c": ("c_1", "c_2"), "m": ("", "")})
-    assert alone.startswith("c_1, c_2: c of each record")
-    assert product.startswith("m: each record has its own, in products")
+    assert alone.startswith("c_1, c_2: c")
+    assert product.startswith("m: one value per record")
 
 
 def _table(document: tuple[object, ...], place: int = 0) -> TableBlock:

@@ -47,7 +47,7 @@
   });
   dark.addEventListener("change", show);
   const folded = [...document.querySelectorAll("details:not([open])")];
-  // On paper what is folded stands open, behind everything else.
+  // In print, folded sections are open and come last.
   const homes = folded.map((each) => [each, document.createComment("")]);
   const appendix = document.getElementById("appendix");
   window.addEventListener("beforeprint", () => {

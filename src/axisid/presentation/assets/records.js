@@ -1,7 +1,7 @@
 
 "use strict";
 
-/* Several records: the figures of one at a time, chosen by the reader. */
+/* Several records: show the figures of the selected record. */
 
 (() => {
   const picker = document.getElementById("record-picker");

@@ -1,6 +1,6 @@
 "use strict";
 
-/* Numbers of the figures: where ticks stand, how they are written, how values are read out. */
+/* Numbers of the figures: position and text of ticks, and text of values read out. */
 
 const FEWEST = 3; // ticks of an axis
 const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
@@ -75,7 +75,7 @@ function logText(tick) {
   return powered(value, 6).replace(/^1 × /, "");
 }
 
-/** A number with a power of ten, to so many digits at most. */
+/** A number with a power of ten, rounded to at most `digits` digits. */
 function powered(value, digits) {
   const [factor, exponent] = value.toExponential(digits - 1).split("e");
   return `${minus(String(Number(factor)))} × 10${raised(Number(exponent))}`;

@@ -1,4 +1,4 @@
-"""What is shown, in blocks that know nothing of where, and how they are written out.
+"""Documents: blocks that do not depend on the output format, and their rendering.
 
 In: blocks, expressions, numbers, the models of an axis. Out: plain text, HTML without scripts or
 styles, LaTeX, MathML. Knows nothing of results and of estimators.

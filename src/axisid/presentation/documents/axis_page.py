@@ -1,4 +1,4 @@
-"""An axis on one page: what was declared and what was derived, as text, LaTeX or Markdown."""
+"""An axis on one page: declaration and derived models, as text, LaTeX or Markdown."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -20,7 +20,7 @@ from .plain import plain_text
 
 FORMATS = ("text", "latex", "markdown")
 
-_WAYS = {"linear": "straight", "held": "held"}
+_WAYS = {"linear": "linear", "held": "held"}
 _MARKDOWN = str.maketrans({c: f"\\{c}" for c in "\\`*_{}[]<>#|$"})
 
 
@@ -61,12 +61,12 @@ def _sections(model: AxisModel) -> list[Section]:
 
 
 def motion_sections(axis: Axis) -> list[Section]:
-    """The equation of motion, its parameters, the drive and the control law."""
+    """Return the equation of motion, its parameters, the drive and the control law."""
     return [*_motion(axis), *_around(axis)[:2]]
 
 
 def _motion(axis: Axis, *more: Formula) -> list[Section]:
-    """The equation of motion and its parameters."""
+    """Return the equation of motion and its parameters."""
     q = axis.coordinate
     equation = Section(
         title="Equation of motion",
@@ -83,20 +83,20 @@ def _facts(p: Parameter) -> tuple[str, ...]:
         f"nominal {p.nominal:g}",
         f"at least {p.lower:g}" if p.lower > -math.inf else "",
         f"at most {p.upper:g}" if p.upper < math.inf else "",
-        "" if p.known is None else f"known to be {known_text(p.known, p.known_sd)}",
+        "" if p.known is None else f"known: {known_text(p.known, p.known_sd)}",
         p.description,
     )
 
 
 def _listed(named: Sequence[tuple[str, str, str]]) -> tuple[str, ...]:
-    """Names and units, each padded to the longest, and what is said of each."""
+    """Return lines of name, unit and description; names and units are padded to the longest."""
     names = max(len(name) for name, _, _ in named)
     units = max(len(unit) for _, unit, _ in named) + 2
     return tuple(f"{name:<{names}}  {f'[{unit}]':<{units}}  {said}" for name, unit, said in named)
 
 
 def _physical(model: AxisModel) -> list[Section]:
-    """Which declared parameters follow from base parameters and known values, and which do not."""
+    """Return which declared parameters follow from base parameters and known values."""
     base = model.base
     if not (base.changed or base.known):
         return []
@@ -123,12 +123,14 @@ def _signals(axis: Axis) -> list[Section]:
 
 
 def _around(axis: Axis) -> list[Section]:
-    """What turns the equation into a closed loop with a record."""
+    """Return drive, control law, columns of a record, and experiment."""
     drive, unit = axis.drive, axis.drive.unit
     facts = (
         f"{FORCE} = {drive.force_text(axis.coordinate, digits=10)}",
         f"the control is clipped at {drive.limit:g} {unit}" if drive.limit < math.inf else "",
-        f"the gain is known to {100 * drive.relative_sd:g} %" if drive.relative_sd else "",
+        f"relative standard error of the gain: {100 * drive.relative_sd:g} %"
+        if drive.relative_sd
+        else "",
         drive.timing_text,
         drive.remark,
     )
@@ -153,9 +155,9 @@ def _law(law: ControlLaw | None, unit: str) -> Section:
         ),
         *(f"{name} = {value:.10g}" for name, value in law.gains.items()),
     )
-    held = "evaluated all the time" if law.continuous else f"every {law.period:g} s, and held"
-    late = f"; applied {law.delay} samples late" if law.delay else ""
-    clock = f"; at a clock of its own, the reference {law.reference_between} between samples"
+    held = "evaluated continuously" if law.continuous else f"every {law.period:g} s, and held"
+    late = f"; applied with a delay of {law.delay} samples" if law.delay else ""
+    clock = f"; with its own clock, reference {law.reference_between} between samples"
     return Section(
         title="Control law",
         lines=lines,
@@ -170,20 +172,20 @@ def _experiment(axis: Axis, experiment: Experiment) -> Section:
         f"{size:g} {axis.coordinate.unit}"
         for size in (experiment.position_noise, experiment.resolution)
     )
-    noise += f", counts of {counts}" * bool(experiment.resolution)
+    noise += f", encoder step {counts}" * bool(experiment.resolution)
     return Section(
         title="Experiment of the twin",
         lines=(
             f"{len(experiment.moves)} moves in {seconds:.4g} s; position noise {noise}, seed "
             f"{experiment.seed}",
-            f"truth {', '.join(truth)}",
+            f"true values {', '.join(truth)}",
             *(Formula(name=name, value=x) for name, x in experiment.signals.items()),
         ),
     )
 
 
 def _lines(section: Section, coordinate: Coordinate) -> Iterator[str]:
-    """The note of a section, then its formulas and facts, formulas of one list aligned."""
+    """Yield the note of a section, then its facts and aligned formulas."""
     if section.note:
         yield f"({section.note})"
     formulas = [line for line in section.lines if isinstance(line, Formula)]
@@ -236,7 +238,7 @@ def _body(
     listed: Callable[[list[str]], Iterable[str]],
     aligned: Callable[[list[Formula]], Iterable[str]],
 ) -> Iterator[str]:
-    """Lines of sections: what the head and the note, sentences and formulas that follow make."""
+    """Yield the lines of sections, each part written by its own function."""
     for section in sections:
         yield from head(section.title)
         yield from note(f"{section.note[:1].upper()}{section.note[1:]}.") if section.note else ()

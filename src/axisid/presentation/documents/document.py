@@ -1,7 +1,7 @@
-"""The blocks of a document: what is shown of a result, before it is known where.
+"""The blocks of a document, independent of the output format.
 
-Numbers in them are as many digits as a deviation warrants. As text that is printed they have powers
-raised, true minus signs, and no ``e``.
+Values are rounded to two digits of their standard error. Printed text has raised powers, true minus
+signs, and no ``e``.
 """
 
 import math
@@ -10,12 +10,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from axisid.support.errors import plain_numbers
+from axisid.support.wording import plain_numbers
 
 _MINUS, _TIMES, _THIN = "\u2212", "\u00d7", "\u202f"
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-_PLAIN = (1e-3, 1e6)  # between them numbers have no power of ten
-_GROUPED = 1e4  # from which thousands stand apart
+_PLAIN = (1e-3, 1e6)  # numbers between these have no power of ten
+_GROUPED = 1e4  # from here on thousands are separated
 # A sign or a figure that is part of a word, a name or a formula stays as it is.
 _NUMBER = re.compile(r"(?<![\w.^*/)+-])([+-]?)(\d+(?:\.\d+)?)(?:e([+-]?\d+))?(?![\w^*]|\.\w)")
 
@@ -25,15 +25,15 @@ Status = Literal["fail", "note", "not evaluated", "pass"]
 
 @dataclass(frozen=True, slots=True)
 class QuantityCell:
-    """A value with its deviation, digits as they warrant.
+    """A value with its standard error, as rounded text.
 
     Attributes
     ----------
     value : str
     deviation : str
-        Empty where there is none.
+        Standard error; empty if there is none.
     more : tuple of str
-        What else a table with room tells of it, as its column's `parts` say.
+        Further texts for a table with room, named by the `parts` of its column.
     """
 
     value: str
@@ -49,7 +49,7 @@ class Interval:
     ----------
     low, centre, high : float
     kind : str
-        Of the estimator, as figures tell them apart: ``ls``, ``iv`` or ``didim``.
+        Kind of the estimator, for its colour: ``ls``, ``iv`` or ``didim``.
     """
 
     low: float
@@ -60,7 +60,7 @@ class Interval:
 
 @dataclass(frozen=True, slots=True)
 class Intervals:
-    """Intervals on one scale, where there is room to draw; text says nothing of them.
+    """Intervals drawn on one scale; plain text leaves them out.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class Intervals:
 
 
 Cell = str | QuantityCell | Intervals
-#: What is in a column, for pages that show it their own way.
+#: Content of a column, for pages that format it.
 Kind = Literal["", "unit", "status", "method", "intervals"]
 
 
@@ -86,15 +86,15 @@ class TableColumn:
     ----------
     head : str
     unit : str
-        Of everything in it.
+        Unit of all its cells.
     align : {"right", "left"}
     parts : tuple of str
-        Heads of the deviation and of what else a `QuantityCell` tells, where each has a column of
-        its own. Without them a quantity is one text.
+        Heads of the separate columns for the standard error and the further texts of a
+        `QuantityCell`. If empty, a quantity is one text.
     group : str
-        Columns of one group stay beside one another on a narrow terminal, as parts do.
+        Columns of one group stay together on a narrow terminal, as parts do.
     kind : Kind
-        What is in it.
+        Content of the column.
     """
 
     head: str
@@ -114,7 +114,7 @@ class TableBlock:
     columns : tuple of TableColumn
     rows : tuple of tuple of Cell
     labels : int
-        The first columns that say what a row is of, repeated where a table is broken.
+        Number of leading columns that label a row, repeated if a table is split.
     title : str
         Above it.
     said : tuple of str
@@ -130,7 +130,7 @@ class TableBlock:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Heading:
-    """Named facts under one another; those without a text are passed over.
+    """Named facts, one per line; facts without text are omitted.
 
     Attributes
     ----------
@@ -153,7 +153,7 @@ class CheckGroup:
     status : Status
     names : tuple of str
     meaning : str
-        Nothing has to be said of what passed.
+        Sentence; empty for passed checks.
     """
 
     status: Status
@@ -163,13 +163,13 @@ class CheckGroup:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Checks:
-    """What was checked, the gravest first.
+    """Checks, the most severe first.
 
     Attributes
     ----------
     judged : tuple of CheckGroup
     conclusion : str
-        Whether to believe it; empty where that is not concluded.
+        Headline of the verdict; empty if there is none.
     """
 
     judged: tuple[CheckGroup, ...]
@@ -185,7 +185,7 @@ class Notes:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sentence:
-    """A sentence or more, or a line of another block.
+    """One or more sentences, or a line of another block.
 
     Attributes
     ----------
@@ -195,9 +195,9 @@ class Sentence:
     hang : int
         Blanks before its further lines.
     filled : bool
-        Whether it is broken at the width of a page, or of a terminal; what is copied is not.
+        True if the text is wrapped at the width of the page or terminal; False for text to copy.
     kind : str
-        For colours: ``lead`` where the first words stand out, ``line``, or a `Status`.
+        For colours: ``lead`` if the first words are highlighted, ``line``, or a `Status`.
     """
 
     text: str
@@ -209,7 +209,7 @@ class Sentence:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Paragraph:
-    """Sentences, each on a line of its own, under a title or none."""
+    """Sentences, each on its own line, with an optional title."""
 
     sentences: tuple[Sentence, ...]
     title: str = ""
@@ -217,7 +217,7 @@ class Paragraph:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Listing:
-    """Formulas and facts under a title; none of their words is broken."""
+    """Formulas and facts under a title."""
 
     title: str
     lines: tuple[str, ...]
@@ -228,7 +228,7 @@ Document = tuple[Block, ...]
 
 
 def text_columns(heads: Iterable[str]) -> tuple[TableColumn, ...]:
-    """Columns by their heads: the first to the left, the others, of which one has units, right."""
+    """Return columns by their heads: the first aligned left, the others right."""
     kinds: dict[str, Kind] = {"unit": "unit", "status": "status"}
     return tuple(
         TableColumn(head, align="right" if i else "left", kind=kinds.get(head, ""))
@@ -244,7 +244,7 @@ def text_table(
     title: str = "",
     said: tuple[str, ...] = (),
 ) -> TableBlock:
-    """A table whose columns are told by their heads, see `text_columns`."""
+    """Return a table with columns given by their heads, see `text_columns`."""
     return TableBlock(
         columns=text_columns(heads),
         rows=tuple(map(tuple, rows)),
@@ -255,7 +255,7 @@ def text_table(
 
 
 def paragraph(*sentences: str | Sentence, title: str = "") -> Paragraph:
-    """A paragraph of sentences, or of plain texts."""
+    """Return a paragraph of sentences or plain texts."""
     return Paragraph(
         sentences=tuple(
             Sentence(text=plain_numbers(each)) if isinstance(each, str) else each
@@ -266,25 +266,25 @@ def paragraph(*sentences: str | Sentence, title: str = "") -> Paragraph:
 
 
 def readable_unit(unit: str) -> str:
-    """A unit with its powers raised: ``m/s²``."""
+    """Return a unit with raised powers: ``m/s²``."""
     return re.sub(r"(?:\^|\*\*)(-?\d+)", lambda m: m[1].translate(_RAISED), unit)
 
 
 def readable_text(text: str) -> str:
-    """A sentence as it is printed: ``1.2e-06 kg m^2`` gets a true power of ten."""
+    """Return a sentence in print notation: ``1.2e-06 kg m^2`` becomes a power of ten."""
     numbered = _NUMBER.sub(_number, text.replace(" +-", " ±"))
     return re.sub(r"(?<=[^\W\d_])\^(-?\d+)(?![\w.])", lambda m: m[1].translate(_RAISED), numbered)
 
 
 def decimals(deviation: float, digits: int = 2, least: int = 0) -> int:
-    """Decimal places of a value that show so many digits of its deviation; 4 without one."""
+    """Return decimal places that show `digits` digits of the standard error; 4 without one."""
     if not 0 < deviation < math.inf:
         return 4
     return min(max(least, digits - 1 - math.floor(math.log10(deviation))), 12)
 
 
 def figure_text(value: float, digits: int = 3) -> str:
-    """A number of a column to so many digits; a large one is written out, as the others are."""
+    """Return a number rounded to `digits` digits, without exponent below 1e6."""
     text = f"{value:.{digits}g}"
     return f"{value:.0f}" if "e+" in text and abs(value) < _PLAIN[1] else text
 

@@ -1,10 +1,10 @@
-"""Blocks and sentences as HTML, without scripts or styles; options in them never break."""
+"""Blocks and sentences as HTML without scripts or styles; no line breaks inside options."""
 
 import re
 from html import escape
 from types import MappingProxyType
 
-from axisid.support.errors import range_text
+from axisid.support.wording import range_text
 
 from .document import (
     Block,
@@ -36,9 +36,9 @@ STATUS_CLASSES = MappingProxyType(
 
 
 def intervals_html(drawn: Intervals) -> str:
-    """Return intervals one above the other, in their order, over a scale; the truth is dotted.
+    """Return stacked intervals above a scale; the true value is dotted.
 
-    Nothing where they have no width.
+    Empty if the intervals have no width.
     """
     ends = [
         *(end for each in drawn.intervals for end in (each.low, each.high)),
@@ -69,7 +69,7 @@ def intervals_html(drawn: Intervals) -> str:
 
 
 def _scale_html(low: float, high: float) -> str:
-    """Return a line with the lowest and the highest value that are drawn."""
+    """Return a scale from the lowest to the highest drawn value."""
     first, last = range_text(low, high, "|", digits=3).split("|")
     bottom = _HEIGHT + _SCALE - 1
     return (
@@ -82,7 +82,7 @@ def _scale_html(low: float, high: float) -> str:
 
 
 def prose_html(sentence: str) -> str:
-    """One sentence or more, with a full stop at the end; no letter changes its case.
+    """Return one or more sentences with a full stop at the end; no letter changes its case.
 
     Parameters
     ----------
@@ -94,8 +94,8 @@ def prose_html(sentence: str) -> str:
 
 
 def unbroken(text: str) -> str:
-    """Text as HTML, in which no line ends within an option of the command line or an arrow."""
-    # Every second part is one that was found.
+    """Return text as HTML without line breaks inside command-line options or arrows."""
+    # Every second part is a match.
     return "".join(
         f'<span class="option">{escape(part)}</span>' if i % 2 else escape(part)
         for i, part in enumerate(_WHOLE.split(text))
@@ -103,17 +103,17 @@ def unbroken(text: str) -> str:
 
 
 def blocks_html(document: Document) -> str:
-    """The blocks of a document one under the other."""
+    """Return the blocks of a document as HTML."""
     return "".join(map(block_html, document))
 
 
 def block_html(block: Block) -> str:
-    """One block."""
+    """Return one block as HTML."""
     above = escape(getattr(block, "title", ""))
     title = f"<p><b>{above}</b></p>" if above else ""
     match block:
         case Heading():
-            # Names that a file brings stay as they are.
+            # Names from a file are not changed.
             facts = "".join(
                 f"<dt>{escape(name)}</dt><dd>{unbroken(text)}</dd>"
                 for name, text in block.facts.items()
@@ -142,7 +142,7 @@ def block_html(block: Block) -> str:
 
 
 def table_html(table: TableBlock) -> str:
-    """A table without what is said below it."""
+    """Return a table without the sentences below it."""
     caption = f"<caption>{escape(table.title)}</caption>" if table.title else ""
     heads = "".join(map(_head, table.columns))
     rows = (
@@ -160,7 +160,7 @@ def _head(column: TableColumn) -> str:
     head = escape(column.head).replace("+-", "±")
     head += f" [{escape(readable_unit(column.unit))}]" if column.unit else ""
     head += f" ± {escape(column.parts[0])}" if column.parts else ""
-    if column.kind == "method":  # with the mark of its estimator, as intervals are drawn with
+    if column.kind == "method":  # with the colour of its estimator, as in the intervals
         kind = column.head.lower().rsplit("-", 1)[-1]
         head = f'<span class="swatch-{escape(kind)}">●</span> {head}'
     kind = "unit" if column.kind == "unit" else "text" if column.align == "left" else ""
@@ -168,7 +168,7 @@ def _head(column: TableColumn) -> str:
 
 
 def _cell(cell: Cell, column: TableColumn, *, is_label: bool) -> str:
-    """A cell; what labels a row stays as it is written."""
+    """Return a cell; the label of a row is not reformatted."""
     kind = column.kind or ("text" if column.align == "left" else "")
     how = f' class="{kind}"' if kind else ""
     if isinstance(cell, Intervals):
@@ -176,9 +176,7 @@ def _cell(cell: Cell, column: TableColumn, *, is_label: bool) -> str:
     text = joined(cell)
     if is_label and not column.kind:
         return f"<th{how}>{escape(text)}</th>"
-    if (
-        isinstance(cell, QuantityCell) and cell.more
-    ):  # what else is told, where a pointer rests on it
+    if isinstance(cell, QuantityCell) and cell.more:  # further texts as a tooltip
         told = zip(column.parts[1:], cell.more, strict=False)
         how += f' title="{escape(", ".join(f"{head} {part}" for head, part in told))}"'
     shown = sign_html(text) if column.kind == "status" else escape(readable_text(text))
@@ -186,7 +184,7 @@ def _cell(cell: Cell, column: TableColumn, *, is_label: bool) -> str:
 
 
 def checks_html(judged: tuple[CheckGroup, ...]) -> str:
-    """A list of checks."""
+    """Return checks as a list."""
     return f'<ul class="checks">{"".join(map(_judged, judged))}</ul>'
 
 
@@ -199,5 +197,5 @@ def _judged(judged: CheckGroup) -> str:
 
 
 def sign_html(status: str) -> str:
-    """The sign of an outcome."""
+    """Return the sign of a status."""
     return f'<span class="sign {STATUS_CLASSES[status]}" title="{status}">{_SIGNS[status]}</span>'

@@ -1,4 +1,4 @@
-"""Formulas in LaTeX, for documents and Markdown, and as MathML, which browsers typeset."""
+"""Formulas as LaTeX for documents and Markdown, and as MathML for browsers."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -33,7 +33,7 @@ _GREEK = dict(
         strict=True,
     )
 )
-#: What a control law reads, in words.
+#: Names of the inputs of a control law.
 SIGNALS = {
     REFERENCE: "reference",
     MEASURED_POSITION: "measured position",
@@ -59,14 +59,14 @@ _LONGEST = 280  # characters of a line, unless one term has more
 
 
 def formula_mathml(formula: Formula, coordinate: Coordinate) -> str:
-    """``name = value``, a ``math`` element for each term, between which a line may break.
+    """Return ``name = value``, one ``math`` element per term, so that lines break between terms.
 
     Parameters
     ----------
     formula : Formula
         With a value.
     coordinate : Coordinate
-        Its velocity and acceleration wear dots.
+        Its velocity and acceleration are written with dots.
     """
     prepared = readable(with_named_steps(formula.value), coordinate)
     printer = _Printer(prepared, {}, coordinate)
@@ -82,7 +82,7 @@ def formula_mathml(formula: Formula, coordinate: Coordinate) -> str:
         piece = [printer._print(-term if negative else term)]
         if negative or i:
             sign = printer.leaf("mo", "-" if negative else "+")
-            # At the start of an element it would be taken for the sign of a number.
+            # At the start of an element it would be read as the sign of a number.
             sign.setAttribute("form", "infix" if i else "prefix")
             piece.insert(0, sign)
         pieces.append(piece)
@@ -93,7 +93,7 @@ def _element(piece: list[Element], printer: "_Printer") -> str:
     row = printer.dom.createElement("mrow")
     for element in piece:
         row.appendChild(element)
-    # The printer names signs that every reader of HTML knows; a product gets a little space.
+    # The printer writes signs as HTML entities; a product gets a little space.
     text = re.sub(r"&amp;(?=[A-Za-z]+;)", "&", row.toxml())
     text = text.replace(_TIMES, _SPACE).replace(">-</mo>", ">\u2212</mo>")
     # Round brackets about one letter need not grow for its dot.
@@ -102,7 +102,7 @@ def _element(piece: list[Element], printer: "_Printer") -> str:
 
 
 class _House(MathMLPresentationPrinter):  # type: ignore[misc]
-    """SymPy's printer with this house's names: ``Fv`` is one symbol, ``dq`` a dotted ``q``."""
+    """SymPy's printer with names of this package: ``Fv`` is one symbol, ``dq`` a dotted ``q``."""
 
     def __init__(self, settings: Mapping[str, Any], coordinate: Coordinate) -> None:
         super().__init__(settings)
@@ -118,7 +118,9 @@ class _House(MathMLPresentationPrinter):  # type: ignore[misc]
 
     def _print_Symbol(self, symbol: sympy.Symbol, style: str = "plain") -> Element:  # noqa: ARG002, N802
         if symbol in SIGNALS:
-            return self.leaf("mi", SIGNALS[symbol])  # of a text, signs would keep no distance
+            return self.leaf(
+                "mi", SIGNALS[symbol]
+            )  # a text element would have no space around signs
         dots = self._motion.get(symbol)
         if dots is None:
             return self._named(str(symbol))
@@ -151,22 +153,22 @@ class _Printer(InReadingOrder, _House):
 
 
 def with_named_steps(value: sympy.Expr) -> sympy.Expr:
-    """SymPy prints a step as a theta, which here is a parameter of the direct model."""
+    """Return a value with steps named ``step``: theta is a parameter of the direct model."""
     return value.replace(sympy.Heaviside, lambda inside, _: sympy.Function("step")(inside))
 
 
 def escaped_latex(text: str) -> str:
-    """Plain text for a LaTeX document."""
+    """Return plain text escaped for LaTeX."""
     return " ".join(text.split()).translate(_SPECIALS)
 
 
 def aligned_latex(formulas: Iterable[Formula], coordinate: Coordinate) -> str:
-    """Lines for the inside of an ``align`` or ``aligned``, at ``=`` and ``:``."""
+    """Return lines for ``align`` or ``aligned``, aligned at ``=`` and ``:``."""
     return " \\\\\n".join(_line(formula, coordinate) for formula in formulas)
 
 
 def symbol_latex(name: str) -> str:
-    """A name as one symbol: ``Fv`` is not F times v, digits and what follows ``_`` are indices."""
+    """Return a name as one symbol: ``Fv`` is not F times v; digits and ``_`` make indices."""
     if not name.isidentifier():
         return str(sympy.latex(sympy.Float(name)))  # a constant without a name
     head, indices = name_parts(name)
@@ -179,7 +181,7 @@ def symbol_latex(name: str) -> str:
 
 
 def name_parts(name: str) -> tuple[str, list[str]]:
-    """A name's head and its indices: ``J_motor_2`` has two, ``tau0`` and ``Fv`` one."""
+    """Return head and indices of a name: ``J_motor_2`` has two, ``tau0`` and ``Fv`` one."""
     head, *indices = name.split("_")
     if head not in _GREEK and (short := _INDEXED.fullmatch(head)):
         head, indices = short[1], [*short.groups()[1:], *indices]
@@ -189,7 +191,7 @@ def name_parts(name: str) -> tuple[str, list[str]]:
 
 
 def unit_latex(unit: str) -> str:
-    """A unit, upright."""
+    """Return a unit in upright letters."""
     powers = re.sub(r"(?:\^|\*\*)(?:\(([-\d/]+)\)|(-?\d+))", r"^{\1\2}", unit)
     return rf"\mathrm{{{powers.translate(_BETWEEN_UNITS)}}}"
 
@@ -207,12 +209,12 @@ def _line(formula: Formula, q: Coordinate) -> str:
 
 
 def _sum(value: sympy.Expr | None, q: Coordinate) -> str:
-    """An expression, a long sum on several lines."""
+    """Return an expression; a long sum has several lines."""
     return "" if value is None else " \\\\\n&\\quad ".join(_rows(_terms(value, q)))
 
 
 def _rows(terms: Sequence[str]) -> list[str]:
-    """Terms with their signs, a few to a row."""
+    """Return rows of terms with their signs."""
     rows: list[list[str]] = [[]]
     for i, term in enumerate(terms):
         full = len(rows[-1]) == _MOST_TERMS or len("".join([*rows[-1], term])) > _LONGEST
@@ -227,7 +229,7 @@ class _LatexPrinter(InReadingOrder, LatexPrinter):  # type: ignore[misc]
 
 
 def _terms(value: sympy.Expr, q: Coordinate) -> list[str]:
-    """The terms of an expression in the order in which they are read."""
+    """Return the terms of an expression in reading order."""
     prepared = readable(with_named_steps(value), q)
     name = symbol_latex(q.name)
     typeset = {s: rf"\text{{{words}}}" for s, words in SIGNALS.items()}

@@ -1,4 +1,4 @@
-"""Blocks as lines and tables of texts, and these as plain text: what a pipe and a file get."""
+"""Blocks as lines and text tables, and as plain text for pipes and files."""
 
 import textwrap
 from collections.abc import Callable, Iterator, Sequence
@@ -24,10 +24,10 @@ from .document import (
 )
 
 PAGE_WIDTH = 96  # characters
-_TABLE_WIDTH = 100  # the same of a table, beyond which it goes on below
+_TABLE_WIDTH = 100  # characters of a table; a wider one is split
 COLUMN_GAP = 2  # blanks between columns
 _FACT_WIDTH = 11  # of the names in a heading
-#: What a line about checks begins with.
+#: Start of a line about checks.
 _STATUS_HEADS = MappingProxyType(
     {"fail": "FAIL   ", "note": "note   ", "not evaluated": "-      ", "pass": "pass   "}
 )
@@ -43,9 +43,9 @@ class Grid:
     rows : tuple of tuple of str
     aligns : tuple of Align
     groups : tuple of tuple of int
-        Numbers of the columns that belong together.
+        Indices of the columns that belong together.
     labels : int
-        How many of the groups label the rows.
+        Number of groups that label the rows.
     """
 
     heads: tuple[str, ...]
@@ -55,9 +55,9 @@ class Grid:
     labels: int
 
     def pages(self, room: int, size: Callable[[str], int] = len) -> "list[Grid]":
-        """One table or several of so many characters, each with the labels.
+        """Return one or more tables of at most `room` characters, each with the labels.
 
-        What a column tells stays beside its value; `size` is how wide a text is.
+        Parts of a column stay next to their value; `size` returns the width of a text.
         """
         labels = [i for group in self.groups[: self.labels] for i in group]
         sizes = [max(map(size, each)) for each in zip(self.heads, *self.rows, strict=True)]
@@ -76,7 +76,7 @@ class Grid:
         return [self.part([*labels, *page]) for page in pages] or [self]
 
     def part(self, numbers: Sequence[int]) -> "Grid":
-        """Some of the columns, each a group of its own."""
+        """Return a grid of some columns, each its own group."""
         return Grid(
             heads=tuple(self.heads[i] for i in numbers),
             rows=tuple(tuple(row[i] for i in numbers) for row in self.rows),
@@ -87,7 +87,7 @@ class Grid:
 
 
 def _parts(group: Sequence[int], fits: Callable[[Sequence[int]], bool]) -> list[list[int]]:
-    """A group together, or the first of it beside as many of the others as it has room for."""
+    """Return a group whole, or its first column next to as many others as fit."""
     first, *others = group
     parts = [[first]]
     for number in others:
@@ -99,8 +99,8 @@ def _parts(group: Sequence[int], fits: Callable[[Sequence[int]], bool]) -> list[
 
 
 def grid(table: TableBlock) -> Grid:
-    """The texts of a table; a column with parts becomes as many columns."""
-    # Intervals are drawn, or left out.
+    """Return the texts of a table; a column with parts becomes several columns."""
+    # Drawn intervals have no text.
     kept = [i for i, column in enumerate(table.columns) if column.kind != "intervals"]
     whole = [table.columns[i] for i in kept]
     columns = [column for column in whole for _ in range(1 + len(column.parts))]
@@ -129,7 +129,7 @@ def grid(table: TableBlock) -> Grid:
 
 
 def _texts(cell: Cell, column: TableColumn) -> tuple[str, ...]:
-    """One text for the value and one for each part; what is not told stays empty."""
+    """Return one text for the value and one for each part; missing parts are empty."""
     texts = (
         (cell.value, cell.deviation, *cell.more)
         if isinstance(cell, QuantityCell) and column.parts
@@ -139,14 +139,14 @@ def _texts(cell: Cell, column: TableColumn) -> tuple[str, ...]:
 
 
 def joined(cell: Cell) -> str:
-    """A cell as one text."""
+    """Return a cell as one text."""
     if isinstance(cell, QuantityCell):
         return f"{cell.value} +- {cell.deviation}" if cell.deviation else cell.value
     return cell if isinstance(cell, str) else ""
 
 
 def block_lines(block: Block) -> Iterator[Sentence | Grid]:
-    """The lines of a block, and its table."""
+    """Yield the lines of a block, and its table."""
     if title := getattr(block, "title", ""):
         yield Sentence(text=title)
     match block:
@@ -174,7 +174,7 @@ def _fact(name: str, text: str) -> Sentence:
 
 
 def _judged(judged: CheckGroup) -> Sentence:
-    """What failed stands out by name, what passed by its head alone."""
+    """Return the line of a group of checks; names of failed checks are highlighted."""
     head, names = _STATUS_HEADS[judged.status], ", ".join(judged.names)
     unmade = "not evaluated, " if judged.status == "not evaluated" else ""
     text = names
@@ -187,13 +187,13 @@ def _judged(judged: CheckGroup) -> Sentence:
 
 
 def plain_text(document: Document) -> str:
-    """The blocks one under the other, with a blank line between them."""
+    """Return the blocks as text, with a blank line between them."""
     blocks = ("\n".join(map(_text, block_lines(block))) for block in document)
     return "\n\n".join(filter(None, blocks)) + "\n"
 
 
 def _text(line: Sentence | Grid) -> str:
-    """As wide as a page; a word that is longer, such as a path, stays whole."""
+    """Return a line wrapped at the page width; longer words, such as paths, stay whole."""
     if isinstance(line, Grid):
         return "\n\n".join(map(_table, line.pages(_TABLE_WIDTH)))
     if not line.filled:

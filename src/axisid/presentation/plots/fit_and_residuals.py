@@ -15,26 +15,28 @@ from axisid.estimation.regression import power_density
 from axisid.estimation.thresholds import CONVERGED
 from axisid.presentation.result_files import SavedEstimate
 from axisid.support.arrays import Array
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 
 from .plot import TITLES, Panel, Plot, PlotSeries, broken, labelled, line, paired
 
 _GAP = 1.5  # rows
-_WIDE = 2.0  # standard deviations of the mean
+_WIDE = 2.0  # standard errors of the mean
 
 
 def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
-    """Measured and reconstructed left side and their difference, as the paper's figures 3 and 4.
+    """Return measured and reconstructed force or acceleration, and the residual.
+
+    The figure corresponds to figures 3 and 4 of the paper.
 
     Parameters
     ----------
     estimate : Estimate
     beside : sequence of Estimate
-        Others of the same form and rows, shown on request.
+        Other estimates with the same form and rows, shown on request.
     """
     left, unit, time = estimate.form.left, left_unit(estimate), row_times(estimate)
     name, light = estimate.method.upper(), estimate.light_rows
-    error = line(f"error, {name}", time, estimate.residuals, "error")
+    error = line(f"residual, {name}", time, estimate.residuals, "error")
     # The fit by output error is the simulated loop.
     of = "simulation" if estimate.by_output_error else "equation"
     loop = (
@@ -43,7 +45,7 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
         else (line("simulated loop", time, estimate.simulated, "warm"),)
     )
     little = replace(
-        line("rows of little weight", time[light], estimate.residuals[light], "warm"),
+        line("rows with low weight", time[light], estimate.residuals[light], "warm"),
         kind="points",
     )
     others = [
@@ -51,15 +53,15 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
         for each in beside
     ]
     errors = [
-        line(f"error, {each.method.upper()}", time, each.residuals, "other") for each in beside
+        line(f"residual, {each.method.upper()}", time, each.residuals, "other") for each in beside
     ]
     gaps = time[:-1][np.diff(time) > _GAP * estimate.row_period]
     plot = Plot(
         name=left,
         title=f"Measured and reconstructed {left}",
-        caption=f"{name} on the rows it was fitted to: the {of} error is "
-        f"{estimate.equation_error_percent:.3g} % of the {left}. Above, the error has the "
-        f"{left}'s scale; below, its own.",
+        caption=f"{name} on the fitted rows. The {of} error is "
+        f"{estimate.equation_error_percent:.3g} % of the {left} (rms). The upper panel shows the "
+        f"residual on the scale of the {left}, the lower panel on its own scale.",
         x_label="time [s]",
         panels=(
             Panel(
@@ -76,7 +78,7 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
                 weight=2.0,
             ),
             Panel(
-                label=labelled("error", unit),
+                label=labelled("residual", unit),
                 series=(
                     error,
                     *(replace(each, aside=True) for each in errors),
@@ -89,7 +91,7 @@ def force_plot(estimate: Estimate, beside: Sequence[Estimate] = ()) -> Plot:
 
 
 def autocorrelation_plot(estimate: Estimate | SavedEstimate) -> Plot:
-    """Autocorrelation of the residuals over the lag."""
+    """Return the autocorrelation of the residuals over the lag."""
     tests = estimate.residual_tests
     bound, values = tests.autocorrelation.bound_95, tests.autocorrelation.values[1:]
     lags = estimate.row_period * np.arange(1, len(values) + 1, dtype=np.float64)
@@ -111,7 +113,7 @@ def autocorrelation_plot(estimate: Estimate | SavedEstimate) -> Plot:
 
 
 def spectrum_plot(estimate: Estimate) -> Plot | Missing:
-    """Power density of the left side and of the residuals, by Welch's method."""
+    """Return power densities of force or acceleration and residuals, by Welch's method."""
     left, unit = estimate.form.left, left_unit(estimate)
     found = power_density(
         np.column_stack([estimate.y, estimate.residuals]),
@@ -122,13 +124,13 @@ def spectrum_plot(estimate: Estimate) -> Plot | Missing:
         return found
     frequency, power = found
     squared = f"({unit})^2" if set(unit) & set(" /^*") else f"{unit}^2"
-    positive = np.where(power > 0, power, np.nan)  # what is nothing has no logarithm
+    positive = np.where(power > 0, power, np.nan)  # zero has no logarithm
     return Plot(
         name="spectrum",
         title=TITLES["spectrum"],
-        caption=f"{estimate.method.upper()}. Welch's estimate of the power density. Where the "
-        f"residuals come near the {left} the model explains nothing; a line is a vibration or "
-        f"a ripple that it does not have.{_parted(estimate)}",
+        caption=f"{estimate.method.upper()}. Welch's estimate of the power density. At frequencies "
+        f"where the residuals are as large as the {left}, the model explains nothing. A narrow "
+        f"peak is a vibration or a ripple that the model does not contain.{_parted(estimate)}",
         x_label="frequency [Hz]",
         panels=(
             Panel(
@@ -146,30 +148,30 @@ def spectrum_plot(estimate: Estimate) -> Plot | Missing:
 
 
 def convergence_plot(estimate: Estimate | SavedEstimate) -> Plot | Missing:
-    """How far every parameter is from its last value, and the simulation error, by iteration."""
+    """Return distances of parameters from final values, and simulation errors, by iteration."""
     if not estimate.iterates:
-        return Missing(f"{estimate.method} is no iteration; instruments were not used")
+        return Missing(f"{estimate.method.upper()} is not iterative: it uses no instruments")
     starts = {"least-squares": "least squares", "nominal": "the nominal values"}
     steps = np.arange(len(estimate.iterates), dtype=float)
     values = np.array([i.physical for i in estimate.iterates])
     deviations = np.sqrt(np.diag(estimate.covariances["iid"]))
     distances = np.abs(values - values[-1]) / np.where(deviations > 0, deviations, np.nan)
-    distances[distances == 0] = np.nan  # the last from itself, which has no logarithm
+    distances[distances == 0] = np.nan  # the final value has distance zero, which has no logarithm
     errors = [i.simulation_error_percent for i in estimate.iterates]
     return Plot(
         name="convergence",
         title="Convergence of the output error"
         if estimate.by_output_error
         else TITLES["convergence"],
-        caption=f"{estimate.method.upper()} from {starts.get(estimate.started, 'its start')}, "
-        "iteration 0, in "
-        f"{len(steps) - 1} iterations to the estimate: above, how many standard deviations "
-        "(i.i.d.) each parameter is from its last value. The iteration ends when none moves by "
-        f"more than {CONVERGED.value:g} of them, the dashed line.",
+        caption=f"{estimate.method.upper()} starts from "
+        f"{starts.get(estimate.started, 'its start')} (iteration 0) and converges in "
+        f"{len(steps) - 1} iterations. The upper panel shows the distance of each parameter from "
+        "its final value in i.i.d. standard errors (sd). The iteration ends when no parameter "
+        f"moves by more than {CONVERGED.value:g} sd (dashed).",
         x_label="iteration",
         panels=(
             Panel(
-                label="distance from last value [sd]",
+                label="distance from final value [sd]",
                 series=tuple(
                     line(name, steps, column, tone)
                     for (name, tone), column in zip(
@@ -189,45 +191,45 @@ def convergence_plot(estimate: Estimate | SavedEstimate) -> Plot | Missing:
 
 
 def _parted(estimate: Estimate | SavedEstimate) -> str:
-    """What a caption says of rows that are missing, of which a file knows nothing."""
+    """Return the sentence on missing rows in a caption; files do not contain them."""
     breaks = len(estimate.neighbours.breaks) if isinstance(estimate, Estimate) else 0
     if not breaks:
         return ""
-    return (
-        f" Rows are missing in {breaks} place{'s' * (breaks > 1)}; those on both sides are parted."
-    )
+    places = f"{breaks} place{'s' * (breaks > 1)}"
+    return f" Rows are missing in {places}; rows across a gap are not paired."
 
 
 def row_times(estimate: Estimate) -> Array:
-    """Time of each row since the record's first sample, (n,), s."""
+    """Return the time of each row since the first sample of the record, (n,), s."""
     return estimate.rows * estimate.period if estimate.times is None else estimate.times
 
 
 def left_unit(estimate: Estimate) -> str:
-    """Unit of the regression's left side."""
+    """Return the unit of the regressed force or acceleration."""
     q = estimate.form.axis.axis.coordinate
     return str(q.force_unit if estimate.form.left == "force" else q.acceleration_unit)
 
 
 def friction_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
-    """The fitted law over the binned measurement."""
+    """Return the fitted friction law over the binned measured friction."""
     found = friction_curve(result, estimate)
     if isinstance(found, Missing):
         return found
     q = result.axis.axis.coordinate
     v, mean, spread = found.binned.T
     skipped = (
-        f" Without {found.skipped} rows by the reversals, rests and ends that the fit leaves out."
+        f" {found.skipped} rows near reversals, standstill and ends, which the fit excludes, are "
+        "not shown."
         if found.skipped
         else ""
     )
     return Plot(
         name="friction",
         title=TITLES["friction"],
-        caption=f"The recorded force less the model's parts without velocity, by "
-        f"{estimate.method.upper()}: its rows, their mean and standard deviation by bins of "
-        "velocity, and the fitted law. Bins that leave the law together show friction that the "
-        f"law does not have.{skipped}",
+        caption="Recorded force minus the terms of the model without velocity, by "
+        f"{estimate.method.upper()}: rows, mean and standard deviation in bins of velocity, and "
+        "the fitted law. Neighbouring bins that deviate from the law in the same direction show "
+        f"friction that the law does not contain.{skipped}",
         x_label=labelled("velocity", f"{q.unit}/s"),
         panels=(
             Panel(
@@ -243,7 +245,7 @@ def friction_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
                     ),
                     line("fitted law", *found.law.T),
                     PlotSeries(
-                        label="mean and deviation by bin",
+                        label="mean and standard deviation by bin",
                         x=v,
                         y=mean,
                         low=mean - spread,
@@ -258,24 +260,24 @@ def friction_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
 
 
 def repeats_plot(estimate: Estimate | SavedEstimate, found: LackOfFit | None) -> Plot | Missing:
-    """Mean residual of an estimate over a period of the reference, with what noise makes of it.
+    """Return the mean residual over a period of the reference, with the 95 % band of noise.
 
-    A file has no unit of what is on the left of the regression.
+    A file does not contain the unit of the residual.
     """
     left = "acceleration" if estimate.is_direct else "force"
     unit = left_unit(estimate) if isinstance(estimate, Estimate) else ""
     if found is None:
-        return Missing("the record's reference does not repeat, or is not in it")
+        return Missing("the reference of the record does not repeat, or is not recorded")
     reach = _WIDE * found.noise / np.sqrt(found.count)
     named = f" {unit}" if unit else ""
     when = "a period" if found.period is None else f"the period of {found.period:.4g} s"
     plot = Plot(
         name="repeats",
         title=TITLES["repeats"],
-        caption=f"{estimate.method.upper()}: the mean over up to {found.times} repeats, less what "
-        f"the filter itself leaves, where each phase of {when} is first. What stands out of the "
-        f"band, where noise of {found.noise:.2g}{named} leaves 95 % of the means, is the model's: "
-        f"{100 * max(found.share, 0.0):.0f} % of the power.",
+        caption=f"{estimate.method.upper()}: mean residual over up to {found.times} repeats, "
+        f"minus the residual of the filter, at each phase of {when}. The band contains 95 % of "
+        f"the means for noise of {found.noise:.2g}{named} (rms) alone. The part outside the band "
+        f"is model error: {100 * max(found.share, 0.0):.0f} % of the power of the residual.",
         x_label="time [s]",
         panels=(
             Panel(
@@ -299,16 +301,17 @@ def repeats_plot(estimate: Estimate | SavedEstimate, found: LackOfFit | None) ->
 
 
 def output_plot(fit: OutputFit, record: int = 0) -> Plot:
-    """Recorded and simulated outputs of one record, from 0, and their difference."""
+    """Return recorded and simulated outputs of one record, numbered from 0, and the difference."""
     count = len(fit.outputs)
     of_record = fit.of_records[record * count : (record + 1) * count]
-    left = " and ".join(f"{e.error:.3g} {e.unit} (rms), {e.percent:.3g} %" for e in of_record)
+    errors = [
+        f"{e.error:.3g} {e.unit} (rms), {e.percent:.3g} % of the {e.output or fit.output}"
+        for e in of_record
+    ]
     return Plot(
         name="output",
         title="Output, recorded and simulated",
-        caption=f"Simulated with the fit, {fit.output} leave {left} of the recorded ones."
-        if count > 1
-        else f"The {fit.output} that is simulated with the fit leaves {left} of the recorded one.",
+        caption=f"Simulation with the fitted parameters. Residual: {' and '.join(errors)}.",
         x_label="time [s]",
         panels=tuple(
             panel for place in range(count) for panel in _output_panels(fit, record, place)
@@ -317,7 +320,7 @@ def output_plot(fit: OutputFit, record: int = 0) -> Plot:
 
 
 def _output_panels(fit: OutputFit, record: int, place: int) -> tuple[Panel, Panel]:
-    """Of one output."""
+    """Return the panels of one output."""
     own, rows = fit.records[record], fit.predictions.samples[record]
     output, unit = fit.outputs[place], fit.predictions.units[place]
     recorded = measured_output(output, fit.axis, own)[-1][rows]

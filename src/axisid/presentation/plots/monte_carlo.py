@@ -1,4 +1,4 @@
-"""Figures of a study: errors against what is stated, coverage, bias by runs."""
+"""Figures of a study: errors in standard errors, coverage of intervals, bias by runs."""
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
@@ -9,15 +9,15 @@ from scipy.special import ndtr
 from axisid.estimation.choices import fitted_output
 from axisid.estimation.monte_carlo import PARAMETER, Mean, MonteCarlo, Share
 from axisid.support.arrays import Array
-from axisid.support.errors import Missing
 from axisid.support.mappings import grouped
+from axisid.support.missing import Missing
 
 from .plot import TITLES, Panel, Plot, PlotSeries, Tone, labelled, paired
 
-_REACH = 5.0  # deviations to either side of a histogram
+_REACH = 5.0  # standard errors to either side of a histogram
 
 
-_BINS = (10, 60)  # of it, least and most; the root of the runs between them
+_BINS = (10, 60)  # smallest and largest number of bins; between them the root of the runs
 
 
 _LEVELS = np.array([0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.975, 0.99])
@@ -33,26 +33,26 @@ _FEWEST_RUNS = 10
 
 
 def method_title(method: str) -> str:
-    """``IDM-IV``; a fit as it is asked for, ``fit:control``."""
+    """Return the title of a method, ``IDM-IV``; a fit is ``fit:control``."""
     return method if fitted_output(method) else method.upper()
 
 
 def monte_carlo_plots(result: MonteCarlo) -> dict[str, Plot | Missing]:
-    """Every figure by its name, or why it cannot be drawn."""
+    """Return every figure by its name, or the reason why it cannot be drawn."""
     return {name: monte_carlo_plot(result, name) for name in PLOTS}
 
 
 def monte_carlo_plot(result: MonteCarlo, name: str) -> Plot | Missing:
-    """One of `PLOTS`."""
+    """Return one of `PLOTS`."""
     if not _by_parameter(result):
-        return Missing("no parameter of the model is one of the twins")
+        return Missing("the identified model and the simulated one have no parameter in common")
     if len(result) < _FEWEST_RUNS:
         return Missing(f"a figure needs {_FEWEST_RUNS} runs or more")
     return PLOTS[name](result)
 
 
 def _by_parameter(result: MonteCarlo) -> list[tuple[str, str, dict[str, int]]]:
-    """Each parameter with its unit, and its place among the estimands by method."""
+    """Return each parameter with its unit, and its index among the estimands by method."""
     found = grouped(
         ((each.name, each.unit), (each.method, place))
         for place, (each, truth) in enumerate(zip(result.estimands, result.truths, strict=True))
@@ -68,7 +68,7 @@ def _panels(
     *beside: PlotSeries,
     levels: tuple[float, ...] = (),
 ) -> tuple[Panel, ...]:
-    """A panel for each parameter with a curve for each method; the legend is in the first."""
+    """Return a panel per parameter with a curve per method; the first has the legend."""
     tones = dict(paired(result.plan.methods))
     return tuple(
         Panel(
@@ -89,7 +89,7 @@ def _panels(
 def _errors(result: MonteCarlo) -> Plot:
     bins = 2 * round(float(np.clip(np.sqrt(len(result)), *_BINS)) / 2)
     edges = np.linspace(-_REACH, _REACH, bins + 1)
-    # So many points that the steps are drawn as a line, not as its corners.
+    # Enough points that the steps are drawn as steps.
     x = np.linspace(-_REACH, _REACH, _FINE * bins + 1)
     bars = np.minimum(np.arange(len(x)) // _FINE, bins - 1)
 
@@ -103,10 +103,9 @@ def _errors(result: MonteCarlo) -> Plot:
     return Plot(
         name="errors",
         title=TITLES["errors"],
-        caption="How often each error occurs, in the deviation that its run states; dashed, as a "
-        f"normal distribution has it. What is beyond {_REACH:g} deviations is in the outermost "
-        "bars.",
-        x_label="error / stated deviation",
+        caption="Density of the error divided by the standard error of its run. Dashed: normal "
+        f"distribution. Errors beyond {_REACH:g} standard errors are in the outermost bars.",
+        x_label="error / standard error",
         panels=_panels(result, lambda name, _: f"{name}, density", density, normal),
     )
 
@@ -125,11 +124,11 @@ def _coverage(result: MonteCarlo) -> Plot:
     return Plot(
         name="coverage",
         title=TITLES["coverage"],
-        caption="Share of the intervals of every level that hold the truth, with Wilson's 95 % "
-        "interval; dashed, as it should be. Below the line intervals are too narrow. Other levels "
-        "are those of a normal distribution with the stated 95 % interval.",
+        caption="Share of the intervals that contain the true value, by level, with Wilson's 95 % "
+        "interval. Dashed: nominal coverage; below it, intervals are too narrow. Levels other than "
+        "95 % are calculated from the 95 % interval with a normal distribution.",
         x_label="level of the interval [%]",
-        panels=_panels(result, lambda name, _: f"{name}, holds [%]", shares, ideal),
+        panels=_panels(result, lambda name, _: f"{name}, coverage [%]", shares, ideal),
     )
 
 
@@ -147,7 +146,7 @@ def _bias(result: MonteCarlo) -> Plot:
     return Plot(
         name="bias",
         title=TITLES["bias"],
-        caption="Mean error up to each run, with two standard errors to either side.",
+        caption="Mean error over the runs so far, +- two standard errors.",
         x_label="runs",
         panels=_panels(
             result, lambda name, unit: labelled(f"{name}, bias", unit), running, levels=(0.0,)

@@ -1,6 +1,6 @@
-"""A figure as data: what is drawn and what it is called, before anything draws it.
+"""A figure as data: series, labels and caption.
 
-One description serves matplotlib (`axisid.presentation.matplotlib`) and the report's page.
+The same data are drawn by Matplotlib (`axisid.presentation.matplotlib`) and by the report page.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,21 +14,21 @@ from numpy.typing import ArrayLike
 from axisid.presentation.documents import readable_unit
 from axisid.support.arrays import Array
 
-#: What a series stands for; each way of drawing has a colour for it.
+#: Role of a series; each renderer has a colour for it.
 Tone: TypeAlias = Literal["measured", "model", "error", "other", "warm", "violet"]
 TONES: tuple[Tone, ...] = ("model", "error", "other", "warm", "violet", "measured")
 
-#: What a legend calls the stretches that are shaded.
+#: Name of the shaded stretches in a legend.
 SHADED = "left out"
-#: What figures are called that not every result has; a page says under it why there is none.
+#: Titles of figures that some results lack; a page gives the reason under the title.
 TITLES = MappingProxyType(
     {
-        "bias": "Bias, as runs come in",
-        "coverage": "Intervals that hold the truth",
-        "errors": "Errors in stated deviations",
-        "convergence": "Convergence of the instruments",
-        "friction": "Friction against velocity",
-        "repeats": "Residuals that repeat",
+        "bias": "Bias over the number of runs",
+        "coverage": "Coverage of the intervals",
+        "errors": "Errors in standard errors",
+        "convergence": "Convergence of the IV iteration",
+        "friction": "Friction over velocity",
+        "repeats": "Residual that repeats with the motion",
         "spectrum": "Spectrum of the residuals",
         "tracking": "Tracking, recorded and simulated",
     }
@@ -42,18 +42,18 @@ class PlotSeries:
     Attributes
     ----------
     label : str
-        For the legend; empty for none.
+        Name in the legend; empty for none.
     x, y : (n,) array
-        Ascending in x, unless points; a y of NaN breaks a line.
+        Ascending in x, except for points; NaN in y breaks a line.
     kind : {"line", "points", "stems"}
     tone : Tone
     low, high : (n,) array or None
-        A band about a line, only its bounds about a dashed one, or whiskers of points.
+        Band around a line (bounds only for a dashed line), or error bars of points.
     broad : bool
-        Beneath the others, so that both are seen where they agree.
+        True if drawn broad and below the others, so that both are visible if they agree.
     dashed : bool
     aside : bool
-        Only on request: left out on paper, hidden at first on the page.
+        True if shown on request only: not in files, hidden at first on the page.
     """
 
     label: str
@@ -77,15 +77,15 @@ class Panel:
     label : str
         Quantity and unit of y: ``force [N]``.
     series : tuple of PlotSeries
-        As the legend lists them; the first lies lowest, under it the broad ones.
+        In the order of the legend, drawn from the lowest to the topmost, broad ones first.
     levels : tuple of float
-        Values of y with a dashed line, such as bounds.
+        Values of y with a dashed line, for example bounds.
     log : bool
-        Whether y is logarithmic.
+        True for a logarithmic y axis.
     weight : float
-        Height, against the other panels'.
+        Height relative to the other panels.
     span : (float, float) or None
-        What of y is shown at first; None for everything.
+        Range of y shown at first; None for all.
     """
 
     label: str
@@ -98,25 +98,25 @@ class Panel:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plot:
-    """One figure: panels above one another with x in common.
+    """One figure: panels above one another with a common x axis.
 
     Attributes
     ----------
     name : str
-        Of its file.
+        Name of the figure and of its file.
     title, caption : str
-        What it shows; what to see in it.
+        Title, and a caption that explains the figure.
     x_label : str
-        Quantity and unit.
+        Quantity and unit of x.
     panels : tuple of Panel
     log : bool
-        Whether x is logarithmic.
+        True for a logarithmic x axis.
     shaded : tuple of (float, float)
-        Stretches of x that were left out, as the legend says.
+        Stretches of x that were left out.
     marks : tuple of (float, str)
         Values of x with a name.
     whole : bool
-        Whether x counts, so that its ticks are whole numbers.
+        True if ticks of x are whole numbers.
     """
 
     name: str
@@ -131,12 +131,12 @@ class Plot:
 
 
 def labelled(quantity: str, unit: str) -> str:
-    """An axis's label: quantity and unit."""
+    """Return the label of an axis: quantity and unit."""
     return f"{quantity} [{readable_unit(unit)}]" if unit else quantity
 
 
 def with_series(plot: Plot, change: Callable[[PlotSeries], PlotSeries]) -> Plot:
-    """The plot with every series as something makes it."""
+    """Return the plot with `change` applied to every series."""
     return replace(
         plot,
         panels=tuple(
@@ -146,7 +146,7 @@ def with_series(plot: Plot, change: Callable[[PlotSeries], PlotSeries]) -> Plot:
 
 
 def broken(plot: Plot, places: Sequence[float]) -> Plot:
-    """The plot with its lines broken at places along x, where there is no sample."""
+    """Return the plot with its lines broken at places along x without samples."""
     return with_series(plot, lambda series: _broken_line(series, places)) if places else plot
 
 
@@ -174,5 +174,5 @@ def line(label: str, x: ArrayLike, y: ArrayLike, tone: Tone = "model") -> PlotSe
 
 
 def paired(names: Sequence[str]) -> list[tuple[str, Tone]]:
-    """Names with a tone each, repeated after the last."""
+    """Return names with tones, which repeat after the last."""
     return [(name, TONES[i % len(TONES)]) for i, name in enumerate(names)]

@@ -1,4 +1,4 @@
-"""Figures of a whole result: its record, its tracking, a sweep, and everything by record."""
+"""Figures of a whole result: record, tracking, sweep, and all figures by record."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,7 +13,8 @@ from axisid.estimation.model_selection import Sweep
 from axisid.estimation.records import Record, windows_text
 from axisid.estimation.regression import loop_reference, simulated_loops, simulated_position
 from axisid.support.arrays import Array, runs
-from axisid.support.errors import DataError, EstimationError, Missing, ModelError
+from axisid.support.errors import DataError, EstimationError, ModelError
+from axisid.support.missing import Missing
 
 from .fit_and_residuals import (
     autocorrelation_plot,
@@ -25,18 +26,18 @@ from .fit_and_residuals import (
 )
 from .plot import TITLES, Panel, Plot, PlotSeries, Tone, broken, labelled, line, paired
 
-_ROOM = 1.0  # about the instruments' range, against it
-_OF_ALL = ("convergence", "sweep")  # which no record has by itself
+_ROOM = 1.0  # around the range of the IV estimates, relative to it
+_OF_ALL = ("convergence", "sweep")  # figures of all records together
 
 
 def result_plots(result: Identification, sweep: "Sweep | None" = None) -> dict[str, Plot | Missing]:
-    """Every figure of a result by its name, in the order of a report, or why it cannot be drawn.
+    """Return every figure by its name, in report order, or the reason why it cannot be drawn.
 
     Parameters
     ----------
     result : Identification
     sweep : Sweep, optional
-        Of the same record over the cut-off.
+        Sweep of the same record over the cut-off.
     """
     estimate = result.preferred
     beside = [
@@ -63,7 +64,7 @@ def _over_cutoff(result: Identification, sweep: Sweep | None) -> dict[str, Plot]
 
 
 def tracking_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
-    """Recorded and simulated position, and what each leaves of the reference."""
+    """Return recorded and simulated position and tracking error, and their difference."""
     record = result.record
     try:
         reference = loop_reference(result.axis, record)
@@ -72,16 +73,16 @@ def tracking_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
         return Missing(str(error))
     time, unit = _times(record), result.axis.axis.coordinate.unit
     if record.integrated:
-        return Missing("no position was recorded, beside which the simulated one could be drawn")
+        return Missing("the position was not recorded, so the simulated one cannot be compared")
     recorded, simulated = reference - record.position, reference - position
     off = float(np.sqrt(np.mean((recorded - simulated)[result.data.sampling.kept] ** 2)))
-    by = "the reference alone" if record.injected is None else "reference and test signal alone"
+    by = "reference" if record.injected is None else "reference and test signal"
     plot = Plot(
         name="tracking",
         title=TITLES["tracking"],
-        caption=f"The closed loop simulated with {estimate.method.upper()} from {by}. "
-        f"The tracking error is reference less position; the simulated position is "
-        f"{off:.3g} {unit} (rms) from the recorded one.",
+        caption=f"Closed loop simulated with the {estimate.method.upper()} estimate; input: {by}. "
+        "Tracking error: reference minus position. The simulated position differs from the "
+        f"recorded one by {off:.3g} {unit} (rms).",
         x_label=_time_label(record),
         panels=(
             Panel(
@@ -112,12 +113,12 @@ def tracking_plot(result: Identification, estimate: Estimate) -> Plot | Missing:
 
 
 def record_plot(result: Identification) -> Plot:
-    """The record as it was read, with what was dropped."""
+    """Return the unfiltered record, with dropped stretches shaded."""
     record, drive = result.record, result.axis.axis.drive
     time, q = _times(record), result.axis.axis.coordinate
 
     def drawn(role: str, values: Array) -> tuple[Array, Array]:
-        """Times and values; of a part of a log the whole of it, shaded where it is left out."""
+        """Return times and values; for windows of a log those of the whole log."""
         whole = record.around.get(role)
         if whole is None or whole.clock is None:
             return time, values
@@ -167,19 +168,19 @@ def record_plot(result: Identification) -> Plot:
 
 
 def _record_caption(result: Identification) -> str:
-    """Samples, where the force comes from, and what is shaded."""
+    """Return number of samples, source of the force, and meaning of the shading."""
     record, drive = result.record, result.axis.axis.drive
     unused = len(record) - int(result.data.sampling.used.sum())
-    times = "the drive's gain times" if drive.is_gain else "what the drive makes of"
-    source = "as recorded" if record.force is not None else f"{times} the control"
+    source = "drive gain times control" if drive.is_gain else "drive model applied to the control"
+    if record.force is not None:
+        source = "recorded"
     sentences = (
-        f"{len(record)} samples of {1e3 * record.period:.6g} ms, before any filter; the force is "
-        f"{source}.",
-        f"Shaded: {unused} samples that have no weight in the fit; rows that reach into them keep "
-        "the weight of the others."
+        f"{len(record)} unfiltered samples of {1e3 * record.period:.6g} ms. Force: {source}.",
+        f"Shaded: {unused} samples without weight in the fit; rows that overlap them keep the "
+        "weight of their other samples."
         if unused
         else "",
-        f"The rest of the log is shaded too; only {windows_text(record.windows)} is taken."
+        f"The rest of the log is also shaded; only {windows_text(record.windows)} is used."
         if record.windows
         else "",
     )
@@ -187,13 +188,13 @@ def _record_caption(result: Identification) -> str:
 
 
 def sweep_plot(sweep: Sweep, used: float | None = None) -> Plot:
-    """Every parameter over the cut-off: least squares and instruments, with 95 % bands.
+    """Return every parameter over the cut-off, by least squares and IV, with 95 % bands.
 
     Parameters
     ----------
     sweep : Sweep
     used : float, optional
-        Cut-off of the result beside it, Hz.
+        Cut-off of the identification, Hz.
     """
     panels = tuple(
         Panel(label=labelled(quantity.name, quantity.unit), series=curves, span=_span(curves))
@@ -215,7 +216,7 @@ def sweep_plot(sweep: Sweep, used: float | None = None) -> Plot:
 
 
 def _curves(sweep: Sweep, name: str) -> tuple[PlotSeries, ...]:
-    """A parameter over the cut-offs: least squares, dashed, below instruments."""
+    """Return a parameter over the cut-offs: dashed least squares below IV estimates."""
     found = {
         method: {
             cutoff: estimate
@@ -242,7 +243,7 @@ def _curves(sweep: Sweep, name: str) -> tuple[PlotSeries, ...]:
 
 
 def _span(curves: Sequence[PlotSeries]) -> tuple[float, float] | None:
-    """A scale on which the instruments are seen, where least squares would take all of it."""
+    """Return a range of y that shows the IV estimates, if least squares needs a larger one."""
     low, high = _bounds(curves)
     instruments = [curve for curve in curves if not curve.dashed]
     if not instruments:
@@ -254,26 +255,26 @@ def _span(curves: Sequence[PlotSeries]) -> tuple[float, float] | None:
 
 
 def _bounds(curves: Sequence[PlotSeries]) -> tuple[float, float]:
-    """The least and the largest of what bands reach."""
+    """Return minimum and maximum of the bands."""
     ends = [end for curve in curves for end in (curve.low, curve.high) if end is not None]
     return float(np.nanmin(np.concatenate(ends))), float(np.nanmax(np.concatenate(ends)))
 
 
 def _swept(sweep: Sweep, *, cut: bool) -> str:
-    """What to see in a figure of a sweep."""
+    """Return the caption of the figure of a sweep."""
     same = {k: v for r in sweep.results for k, v in same_estimates([*r.estimates]).items()}
     sentences = (
-        "Less the bias of filter and noise, with 95 % intervals.",
-        "Least squares drifts where noise begins to bias it, instruments stay.",
-        "The scale is the instruments', so that least squares may leave a panel." if cut else "",
-        *(f"{k.upper()} is the same estimate as {v.upper()}." for k, v in same.items()),
+        "Estimates minus the bias of filter and noise, with 95 % intervals.",
+        "Least squares drifts when noise begins to bias it; IV estimates do not.",
+        "The scale follows the IV estimates; least squares may lie outside a panel." if cut else "",
+        *(f"{k.upper()} and {v.upper()} are the same estimate." for k, v in same.items()),
         f"Recommended: {sweep.recommendation}.",
     )
     return " ".join(filter(None, sentences))
 
 
 def _times(record: Record) -> Array:
-    """Since the first sample, (N,), s; even but for gaps. Of a part of a log as the log counts."""
+    """Return the time since the first sample, (N,), s; for windows of a log its own time."""
     if record.windows:
         return record.time
     if record.segments:
@@ -286,7 +287,7 @@ def _time_label(record: Record) -> str:
 
 
 def _outside(record: Record) -> tuple[tuple[float, float], ...]:
-    """Stretches of time of a log that windows leave out."""
+    """Return the time stretches of a log outside the windows."""
     whole = record.around.get("position")
     if whole is None or whole.clock is None:
         return ()
@@ -295,7 +296,7 @@ def _outside(record: Record) -> tuple[tuple[float, float], ...]:
 
 
 def _joined(stretches: Sequence[tuple[float, float]]) -> tuple[tuple[float, float], ...]:
-    """Stretches in their order, those that overlap as one."""
+    """Return stretches in order, with overlapping ones merged."""
     joined: list[tuple[float, float]] = []
     for start, stop in sorted(stretches):
         if joined and start <= joined[-1][1]:
@@ -306,7 +307,7 @@ def _joined(stretches: Sequence[tuple[float, float]]) -> tuple[tuple[float, floa
 
 
 def _dropped(result: Identification) -> tuple[tuple[float, float], ...]:
-    """Stretches of time of which no row is made: dropped, masked, silent, a gap, too short."""
+    """Return time stretches without rows: dropped, masked, excluded, gaps, too short."""
     time = _times(result.record)
     return tuple(
         (float(time[max(start - 1, 0)]), float(time[min(stop, len(time) - 1)]))
@@ -315,7 +316,7 @@ def _dropped(result: Identification) -> tuple[tuple[float, float], ...]:
 
 
 def _gaps(record: Record) -> list[float]:
-    """Times within the gaps between segments."""
+    """Return the middle time of each gap between segments."""
     time = _times(record)
     return [float(time[start - 1] + time[start]) / 2 for start, _ in record.segments[1:]]
 
@@ -323,15 +324,15 @@ def _gaps(record: Record) -> list[float]:
 def plots_by_record(
     result: Identification, sweep: Sweep | None = None
 ) -> dict[int, dict[str, Plot | Missing]]:
-    """Figures by the number of the record, from 1, and those of all under 0, each by its name.
+    """Return figures by record number, from 1, and by name; common figures have number 0.
 
-    A record's have its number in their names and titles. One record's are all under 0.
+    Names and titles of figures of a record contain its number. A single record has number 0.
 
     Parameters
     ----------
     result : Identification
     sweep : Sweep, optional
-        Of the same records over the cut-off.
+        Sweep of the same records over the cut-off.
     """
     if not result.of_records:
         return {0: result_plots(result, sweep)}
@@ -347,7 +348,7 @@ def plots_by_record(
 
 
 def numbered(plot: Plot, number: int, name: str) -> Plot:
-    """The plot of one of several records, with its number in name and title."""
+    """Return the plot of one of several records, with its number in name and title."""
     return replace(
         plot,
         name=f"{plot.name}-{number}",

@@ -1,4 +1,4 @@
-"""What was measured of a result: its document, written and read back."""
+"""Diagnostics of a result as members of its document, written and read back."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any
@@ -8,79 +8,83 @@ from msgspec import UNSET, UnsetType
 from axisid.estimation.diagnostics import Diagnosis, RecordDiagnosis
 from axisid.estimation.diagnostics.control_law import LawAgreement
 from axisid.support.arrays import MaybeInfinite, MaybeNan
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 
 from .checks import finding_data, written_checks
 from .json_objects import JsonObject, about, by_name, written_as
 
 
 class WrittenLawCheck(JsonObject, frozen=True, kw_only=True):
-    """The declared control law against the record."""
+    """Comparison of the declared control law with the record."""
 
-    passed: Annotated[bool | None, about("null where it could not be made.")]
+    passed: Annotated[bool | None, about("null if it could not be evaluated.")]
     factors: Annotated[
         Mapping[str, float] | UnsetType,
-        about("Of the law's own terms; each is 1 if the law is the drive's."),
+        about("Factors of the terms of the law; each is 1 if the drive follows the declared law."),
     ] = UNSET
     residual_percent: float | UnsetType | None = UNSET
     fitted_residual_percent: float | UnsetType | None = UNSET
     delay: Annotated[
         int | UnsetType,
-        about("Samples by which the control follows the law best."),
+        about("Delay of the control that fits the law best, in samples."),
     ] = UNSET
     meaning: str
     finding: Annotated[
         Mapping[str, Any] | UnsetType,
-        about("What was found as data: its kind, and its numbers, names and units."),
+        about("Result of the check as data: its kind, and its numbers, names and units."),
     ] = UNSET
 
 
 class WrittenExcitation(JsonObject, frozen=True, kw_only=True):
-    """What the motion shows of one parameter."""
+    """Excitation of one parameter by the motion."""
 
-    share: Annotated[float, about("Of the force's norm.")]
-    inflation: Annotated[MaybeInfinite, about("Variance inflation.")]
-    alike: tuple[str, ...]
+    share: Annotated[
+        float, about("Norm of its part of the force, relative to the norm of the force.")
+    ]
+    inflation: Annotated[MaybeInfinite, about("Variance inflation factor.")]
+    alike: Annotated[tuple[str, ...], about("Parameters that are nearly collinear with it.")]
     lacking: Annotated[
         tuple[str, ...],
-        about("What the motion lacks of what it acts by, in words: why, where it is vague."),
+        about("Missing excitation, as text: the reason if the parameter is not identified well."),
     ]
     rows: Annotated[
         float | UnsetType,
-        about("How many rows of equal weight would tell of it what the rows do."),
+        about("Effective number of rows: rows of equal weight with the same information."),
     ] = UNSET
     largest_share: Annotated[
         float | UnsetType | None,
-        about("Its largest part of the force along the record over the largest force."),
+        about("Largest magnitude of its part of the force, relative to the largest force."),
     ] = UNSET
     natural: Annotated[
         float | UnsetType | None,
-        about("What the force and the motion of the record make of its unit."),
+        about("Typical magnitude of its unit, from force and motion of the record."),
     ] = UNSET
 
 
 class WrittenAlignment(JsonObject, frozen=True, kw_only=True):
-    """The delay of the force."""
+    """Delay of the force relative to the motion."""
 
-    best: Annotated[float | None, about("Samples earlier at which the force fits the motion best.")]
+    best: Annotated[float | None, about("Samples by which the force acts after it is recorded.")]
     deviation: Annotated[
-        MaybeNan | UnsetType, about("Of it, samples, by twins; HAC without them.")
+        MaybeNan | UnsetType,
+        about("Standard error of `best`, samples, from simulated replicas; HAC without them."),
     ] = UNSET
     at_the_end: Annotated[
-        bool | UnsetType, about("It left the range in which it is looked for.")
+        bool | UnsetType, about("True if `best` is at the end of the search range.")
     ] = UNSET
     by_instruments: Annotated[
-        bool | UnsetType, about("By the simulated loop and its twins; else by least squares.")
+        bool | UnsetType,
+        about("True if estimated with instruments and simulated replicas; else least squares."),
     ] = UNSET
     sensitivity: Annotated[
         Mapping[str, float] | UnsetType,
         about("Change of each parameter per sample."),
     ] = UNSET
-    reason: Annotated[str | UnsetType, about("Why it could not be measured.")] = UNSET
+    reason: Annotated[str | UnsetType, about("Reason why it could not be measured.")] = UNSET
 
 
 def diagnosis_members(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Everything that was measured of a result, then the checks, by member of its document."""
+    """Return all diagnostics of a result, then the checks, by member of its document."""
     return {
         "judged": diagnosis.preferred,
         "instruments": diagnosis.instruments,
@@ -97,7 +101,7 @@ def diagnosis_members(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def record_members(found: RecordDiagnosis) -> dict[str, Any]:
-    """What is measured of one record as well as of a whole result, by member of its document."""
+    """Return the diagnostics that records and whole results share, by member of the document."""
     profile = found.alignment
     return {
         "law_check": written_law(found.law),
@@ -119,7 +123,7 @@ def record_members(found: RecordDiagnosis) -> dict[str, Any]:
 
 
 def written_law(check: LawAgreement | Missing) -> WrittenLawCheck:
-    """Return the control law's check; `passed` is None where it could not be made."""
+    """Return the control law's check; `passed` is None if it could not be evaluated."""
     if isinstance(check, Missing):
         return WrittenLawCheck(passed=None, meaning=f"not evaluated: {check}")
     return written_as(WrittenLawCheck, check, finding=finding_data(check.finding))

@@ -1,4 +1,4 @@
-"""One method's estimate as its file has it: what can be said without the rows it was made from.
+"""The estimate of one method in a file: everything that does not need the rows of the record.
 
 The names of a document's members are a contract with other programs.
 """
@@ -33,8 +33,10 @@ from axisid.estimation.unknowns import JointForm
 from axisid.modeling.parsing import FunctionLike
 from axisid.presentation.sentences import covariance_text
 from axisid.support.arrays import Array, Exact, MaybeInfinite
-from axisid.support.errors import UsageError, is_among, is_whole, quoted
+from axisid.support.checks import is_among, is_whole
+from axisid.support.errors import UsageError
 from axisid.support.presentable import Presentable
+from axisid.support.wording import quoted
 
 from .json_objects import (
     JsonObject,
@@ -49,176 +51,193 @@ from .json_objects import (
 
 
 class WrittenValue(JsonObject, frozen=True, kw_only=True):
-    """A number with unit, deviations and interval."""
+    """A number with unit, standard errors and interval."""
 
     value: Annotated[float, about("In `unit`.")]
     unit: Annotated[str, about("Coherent SI.")]
     sd: Annotated[
         float,
-        about("Standard deviation for independent residuals, as in the published tables."),
+        about("Standard error for independent residuals, as in the published tables."),
     ]
     relative_sd_percent: Annotated[float | None, about("100 sd / |value|; null for a value of 0.")]
-    sd_robust: Annotated[float, about("For residuals of any variance.")]
-    sd_hac: Annotated[float, about("For autocorrelated residuals too.")]
+    sd_robust: Annotated[float, about("Standard error, robust to residuals of unequal variance.")]
+    sd_hac: Annotated[float, about("Standard error, robust also to autocorrelated residuals.")]
     interval_95: Annotated[
         tuple[float, float],
         about(
-            "About the value less filter_bias, from the chosen covariance and Student's "
+            "Centred at the value minus filter_bias, from the chosen covariance and Student's "
             "distribution."
         ),
     ]
     sd_gain: Annotated[
         float,
-        about("What the drive gain's declared deviation adds, in no other figure."),
+        about("Standard error by the declared relative_sd of the drive gain; in no other member."),
     ]
     filter_bias: Annotated[
         float | None,
         about(
-            "What filter and noise move the value by, as twins of the record tell; the value "
-            "contains it, the interval does not; null without twins."
+            "Bias of filter and noise, from simulated replicas of the record; the value contains "
+            "it, the interval does not; null without replicas."
         ),
     ]
     deviations: Annotated[
         Mapping[str, float] | UnsetType,
-        about("Under covariances that have no member of their own."),
+        about("Standard errors by covariances that have no separate member."),
     ] = UNSET
 
 
 class WrittenDirectValue(WrittenValue, frozen=True, kw_only=True):
     """A parameter of the direct model."""
 
-    expression: Annotated[str, about("In physical parameters.")]
+    expression: Annotated[str, about("As a function of the physical parameters.")]
 
 
 class WrittenPhysical(JsonObject, frozen=True, kw_only=True):
-    """Declared parameters from the base parameters and from what is declared as known.
+    """Declared parameters, calculated from base parameters and known values.
 
-    Absent where the estimate is of the declared parameters and none is known.
+    Absent if the declared parameters are estimated directly and none is known.
     """
 
-    parameters: Annotated[Mapping[str, WrittenValue], about("Those that follow, by name.")]
-    covariance_hac: Annotated[Matrix, about("Of these, in their order.")]
+    parameters: Annotated[
+        Mapping[str, WrittenValue], about("Parameters that can be calculated, by name.")
+    ]
+    covariance_hac: Annotated[Matrix, about("HAC covariance of `parameters`, in their order.")]
     base: Annotated[
         Mapping[str, str],
-        about("Base parameters that are no declared ones, in declared ones."),
+        about("Base parameters that are combinations, as functions of declared parameters."),
     ]
-    fixed: Annotated[Mapping[str, WrittenKnown], about("What is declared as known, by name.")]
+    fixed: Annotated[Mapping[str, WrittenKnown], about("Values declared as known, by name.")]
     unsettled: Annotated[
         tuple[str, ...],
-        about("Which parameters do not follow, and what would have to be known."),
+        about("Parameters that cannot be calculated, with the values that would have to be known."),
     ]
     statistic: Annotated[
         float,
-        about("Squared distance of what was fixed from the record in deviations, Hotelling's."),
+        about("Hotelling's statistic of the known values against the record."),
     ]
-    dof: Annotated[int, about("Its degrees of freedom; 0 where nothing can contradict.")]
+    dof: Annotated[
+        int, about("Its degrees of freedom; 0 if the record cannot contradict the known values.")
+    ]
     p_value: float | None
     remarks: tuple[str, ...]
     covariances: Annotated[
         Mapping[str, Matrix] | UnsetType,
-        about("Of `parameters`: the chosen one, where it has no member of its own."),
+        about("Chosen covariance of `parameters`, if it has no separate member."),
     ] = UNSET
 
 
 class WrittenEstimate(JsonObject, frozen=True, kw_only=True):
     """One method's estimate."""
 
-    method: Annotated[str, about("As identify takes it.")]
-    parameters: Annotated[Mapping[str, WrittenValue], about("Physical, by name.")]
-    theta_ddm: Annotated[Mapping[str, WrittenDirectValue] | None, about("Of the direct model.")]
-    covariance: Annotated[Matrix, about("Of the physical parameters, for independent residuals.")]
+    method: Annotated[str, about("As given to identify.")]
+    parameters: Annotated[Mapping[str, WrittenValue], about("Physical parameters, by name.")]
+    theta_ddm: Annotated[
+        Mapping[str, WrittenDirectValue] | None, about("Parameters of the direct model.")
+    ]
+    covariance: Annotated[
+        Matrix, about("Covariance of the physical parameters, for independent residuals.")
+    ]
     covariance_robust: Matrix
     covariance_hac: Matrix
     theta_ddm_covariance: Matrix | None
     theta_ddm_covariance_hac: Matrix | None
-    correlation: Annotated[Matrix, about("Of the physical parameters, of the chosen covariance.")]
+    correlation: Annotated[
+        Matrix, about("Correlation of the physical parameters, by the chosen covariance.")
+    ]
     covariance_names: Annotated[
         Mapping[str, str],
-        about("What each covariance is, with lags and corrections."),
+        about("Description of each covariance, with lags and corrections."),
     ]
     covariance_notes: Annotated[
         Mapping[str, CovarianceNote] | UnsetType,
-        about("The same as data; files of earlier versions have the text alone."),
+        about("`covariance_names` as data; files of earlier versions have only the text."),
     ] = UNSET
     chains: Annotated[
         tuple[Chain, ...] | UnsetType,
-        about("The noise of each record, SI, as its twins have it; left out without twins."),
+        about("Noise of each record in its simulated replicas, SI; absent without replicas."),
     ] = UNSET
     chosen_covariance: Annotated[
         str,
         about(
-            "The covariance (hac, robust, iid or another) that interval_95, correlation, "
-            "curvatures and draws are of."
+            "Covariance (hac, robust, iid or another) used for interval_95, correlation, "
+            "curvatures and draws."
         ),
     ]
     equation_error_percent: Annotated[
         float,
-        about("100 ||y - X theta|| / ||y||; no quality of an instrumental estimate."),
+        about("100 ||y - X theta|| / ||y||; not a measure of quality for IV estimates."),
     ]
     simulation_error_percent: Annotated[
         float | None,
-        about("100 ||y - simulated|| / ||y||; null where the loop could not be simulated."),
+        about("100 ||y - simulated|| / ||y||; null if the loop could not be simulated."),
     ]
     rows: int
-    condition_number: Annotated[float, about("Of X, not scaled.")]
+    condition_number: Annotated[float, about("Condition number of X, not scaled.")]
     iterations: Annotated[
         tuple[Mapping[str, float], ...],
         about("Physical parameters by iterate, SI; empty for least squares."),
     ]
     theta_ddm_iterations: Annotated[
-        tuple[Mapping[str, float], ...] | None, about("The same of the direct model, SI.")
+        tuple[Mapping[str, float], ...] | None,
+        about("Parameters of the direct model by iterate, SI; null for an inverse model."),
     ]
     iteration_simulation_errors_percent: tuple[float, ...]
     loss: Annotated[
         Literal["huber", "bisquare"] | UnsetType,
-        about("How rows counted; left out where all do alike."),
+        about("Robust loss; absent if all rows have equal weight."),
     ] = UNSET
     light_rows: Annotated[
-        int | UnsetType, about("Rows that counted for less than half, with such a loss.")
+        int | UnsetType, about("Rows with a weight below one half by the robust loss.")
     ] = UNSET
     started: Annotated[
         Literal["least-squares", "nominal"] | UnsetType,
-        about("Where the iteration started; left out for least squares."),
+        about("Start of the iteration; absent for least squares."),
     ] = UNSET
     curvatures: Annotated[
         Mapping[str, MaybeInfinite],
         about(
-            "Second-order part of each physical deviation against the first; the delta method "
-            "is enough up to 0.1."
+            "Second-order part of the standard error of each physical parameter, relative to the "
+            "first-order part; the delta method is sufficient up to 0.1."
         ),
     ]
     freedom: Annotated[
         Mapping[str, float] | UnsetType,
-        about("Degrees of freedom, of Student's distribution, of each physical interval_95."),
+        about("Degrees of freedom of Student's distribution in interval_95, by parameter."),
     ] = UNSET
     residual_tests: ResidualTests
     remarks: tuple[str, ...]
-    drawn: Annotated[Mapping[str, Drawn] | UnsetType | None, about("With draws=.")] = UNSET
+    drawn: Annotated[
+        Mapping[str, Drawn] | UnsetType | None,
+        about("Summary of draws from the distribution of the estimate; with draws=."),
+    ] = UNSET
     physical: WrittenPhysical | UnsetType = UNSET
     covariances: Annotated[
         Mapping[str, Matrix] | UnsetType,
-        about("Of the physical parameters, those that have no member of their own."),
+        about("Covariances of the physical parameters that have no separate member."),
     ] = UNSET
     theta_ddm_covariances: Annotated[
         Mapping[str, Matrix] | UnsetType,
-        about("Of the direct model: the chosen one, where it has no member of its own."),
+        about("Chosen covariance of the direct model, if it has no separate member."),
     ] = UNSET
     gain_relative_sd: Annotated[
-        float, about("Of the drive gain; 0 where it is exact or the force was measured.")
+        float,
+        about("Relative standard error of the drive gain; 0 if exact or if the force is measured."),
     ]
     gain_slopes: Annotated[
         Mapping[str, float] | None,
         about(
-            "Of the physical parameters by the logarithm of the drive gain; null for an exact one."
+            "Derivatives of the physical parameters by the logarithm of the drive gain; null for "
+            "an exact gain."
         ),
     ]
     theta_ddm_gain_slopes: Annotated[
-        Mapping[str, float] | None, about("The same of the direct model.")
+        Mapping[str, float] | None,
+        about("Derivatives of the parameters of the direct model, likewise."),
     ]
 
 
 _Number = TypeVar("_Number", bound=WrittenValue)
-_NAMED = frozenset({"iid", "robust", "hac"})  # covariances that have members of their own
+_NAMED = frozenset({"iid", "robust", "hac"})  # covariances with separate members
 
 
 def written_estimate(
@@ -226,7 +245,7 @@ def written_estimate(
     drawn: Mapping[str, Drawn] | Any = UNSET,
     physical: WrittenPhysical | Any = UNSET,
 ) -> WrittenEstimate:
-    """One estimate; statistics that are not finite become None."""
+    """Return the document of an estimate; non-finite statistics become None."""
     names, direct = ([q.name for q in of] for of in (estimate.quantities, estimate.ddm_quantities))
     return written_as(
         WrittenEstimate,
@@ -271,7 +290,7 @@ def written_estimate(
 
 
 def _covariance_notes(written: WrittenEstimate) -> Mapping[str, CovarianceNote]:
-    """Return what each covariance is, as a file has it."""
+    """Return the description of each covariance in a file."""
     if isinstance(written.covariance_notes, UnsetType):
         texts = written.covariance_names.items()
         return {name: CovarianceNote(kind="other", label=text) for name, text in texts}
@@ -283,7 +302,7 @@ def _slopes(names: Iterable[str], slopes: Array | None) -> dict[str, float] | No
 
 
 def written_physical(physical: Physical, chosen: str) -> WrittenPhysical:
-    """Declared parameters that follow from the base parameters and from what is known."""
+    """Return the document of declared parameters calculated from base and known ones."""
     return written_as(
         WrittenPhysical,
         physical,
@@ -299,23 +318,23 @@ def written_physical(physical: Physical, chosen: str) -> WrittenPhysical:
 
 
 def left_out(axis: GeneratedAxis) -> dict[str, float]:
-    """What stands for the parameters that were left out, by name."""
+    """Return the values of the parameters that were left out, by name."""
     return {p.name: p.known for p in axis.declared.left_out if p.known is not None}
 
 
 def _further(
     covariances: Mapping[str, Array], chosen: str, written_elsewhere: Set[str]
 ) -> dict[str, Array] | UnsetType:
-    """Covariances that are not written elsewhere: the chosen one, and those of later rows.
+    """Return the covariances without separate members: the chosen one, and registered ones.
 
-    Robust and i.i.d. ones that no interval is of are left out, as in every file so far.
+    Robust and i.i.d. covariances that no interval uses are omitted, as in every file so far.
     """
     wanted = {chosen, *(covariances.keys() - _NAMED)} - written_elsewhere
     return {name: c for name, c in covariances.items() if name in wanted} or UNSET
 
 
 def _written(kind: type[_Number], value: Value, **others: Any) -> _Number:
-    """A number with unit, deviations and interval."""
+    """Return the document of a number with unit, standard errors and interval."""
     return written_as(
         kind,
         value,
@@ -326,24 +345,25 @@ def _written(kind: type[_Number], value: Value, **others: Any) -> _Number:
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class SavedEstimate(EstimateFacts, Presentable, Exact):
-    """An estimate that was read from a file, with the names of `Estimate`.
+    """An estimate that was read from a file, with the attributes of `Estimate`.
 
-    What is not listed is as of an `Estimate`.
+    Attributes that are not listed are those of `Estimate`.
 
     Attributes
     ----------
     document : WrittenEstimate
-        What the file holds of it.
+        Content of the file.
     parameters : NamedValues
         Physical parameters by name.
     ddm_parameters : NamedValues
-        Those of the direct model; none for an inverse model.
+        Parameters of the direct model; empty for an inverse model.
     covariances : mapping of str to array
-        Of `parameters`, (p, p), by name.
+        Covariances of `parameters`, (p, p), by name.
     distribution : SamplingDistribution
-        Of `parameters`.
+        Sampling distribution of `parameters`.
     curvatures : (p,) array
-        Second-order part of each physical parameter's deviation against the first.
+        Second-order part of the standard error of each physical parameter, relative to the
+        first-order part.
     """
 
     document: WrittenEstimate
@@ -358,7 +378,7 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
 
     @classmethod
     def of(cls, written: WrittenEstimate, row_period: float) -> "SavedEstimate":
-        """What a document tells of an estimate."""
+        """Return the estimate of a document."""
         _check_whole(written)
         chosen, direct = written.chosen_covariance, written.theta_ddm or {}
         made = written.physical.base if written.physical else {}
@@ -424,11 +444,11 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
 
     @property
     def covariance_names(self) -> Mapping[str, str]:
-        """Notes on each covariance as text."""
+        """Return the description of each covariance as text."""
         return {name: covariance_text(note) for name, note in self.covariance_notes.items()}
 
     def part(self, joint: JointForm, place: int) -> "SavedEstimate":
-        """The same in the parameters of the axis that one of several records has."""
+        """Return the estimate in the parameters of one of several records."""
         whole = self.distribution
         jacobian = joint.physical(joint.regressed(whole.theta))[1]
         by_whole = joint.record_jacobian(place) @ np.linalg.inv(jacobian)
@@ -447,14 +467,14 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
         )
 
     def derive(self, function: FunctionLike) -> Value:
-        """Any function of the physical parameters, with its unit and interval.
+        """Return any function of the physical parameters, with its unit and interval.
 
-        As `Estimate.derive` has it, by the delta method under every covariance.
+        Like `Estimate.derive`, by the delta method, for every covariance.
 
         Parameters
         ----------
         function : str or SymPy expression
-            Such as ``"M/Fv"``.
+            For example ``"M/Fv"``.
 
         Raises
         ------
@@ -466,21 +486,21 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
         Warns
         -----
         RuntimeWarning
-            The function bends within the uncertainty, so that the delta method is not enough.
+            The function is nonlinear within the uncertainty, so the delta method is inaccurate.
         """
         return self.distribution.derived(
             function, "identify again and draw: propagate()", self._curvature
         )
 
     def propagate(self, function: str, *, draws: int | None = None) -> DrawSummary:
-        """A parameter over draws, as the file has it.
+        """Return the summary of the draws of a parameter in the file.
 
         Parameters
         ----------
         function : str
-            A parameter's name.
+            Name of a parameter.
         draws : int, optional
-            As many as were drawn; by default as many as the file has.
+            Number of draws, which must be the number in the file; by default that number.
 
         Raises
         ------
@@ -490,31 +510,31 @@ class SavedEstimate(EstimateFacts, Presentable, Exact):
         written, value = self.document.drawn or {}, self.parameters.get(function)
         if value is None or not is_among(function, written):
             raise UsageError(
-                f"the file holds no draws of {quoted(function)} by {self.method}; identify again "
-                "and write some.",
+                f"the file contains no draws of {quoted(function)} by {self.method}; identify "
+                "again and save with draws=2000.",
                 code="result-file",
             )
         drawn = written[function]
         held = drawn.draws + drawn.lost
         if not (draws is None or (is_whole(draws) and draws == held)):
             raise UsageError(
-                f"the file holds {held} draws of {function!r} by {self.method}, not "
-                f"{quoted(draws)}; identify again and write as many.",
+                f"the file contains {held} draws of {function!r} by {self.method}, not "
+                f"{quoted(draws)}; identify again and save with that number.",
                 code="result-file",
             )
         return DrawSummary(value=value.value, unit=value.unit, **asdict(drawn))
 
     def _curvature(self, gradient: Array, hessian: Array) -> float:
-        """Second-order part of a function's deviation against the first.
+        """Return the second-order part of a standard error, relative to the first-order part.
 
-        The map of a direct model bends too; of that the file has each parameter's own part.
+        The map of a direct model is nonlinear too; the file contains its part per parameter.
         """
         own = self.distribution.curvature(gradient, hessian)
         return float(max([own, *self.curvatures[gradient != 0]]))
 
 
 def _check_whole(written: WrittenEstimate) -> None:
-    """Refuse an estimate whose members are not of the same parameters.
+    """Raise an error if the members of an estimate have different parameters.
 
     Raises
     ------
@@ -562,19 +582,19 @@ def _check_whole(written: WrittenEstimate) -> None:
 
 
 def arrays(written: Mapping[str, Matrix]) -> dict[str, Array]:
-    """Matrices of a file, by name."""
+    """Return the matrices of a file, by name."""
     return {name: np.array(matrix) for name, matrix in written.items()}
 
 
 def named(written: Mapping[str, WrittenValue], chosen: str = "hac") -> NamedValues:
-    """Values by name, as an estimate has them; `chosen` is the covariance of their intervals."""
+    """Return values by name, as in an estimate; `chosen` is the covariance of their intervals."""
     return NamedValues(
         (
             name,
             read_as(
                 Value,
                 v,
-                # Those with a member of their own, and the others.
+                # Standard errors with and without separate members.
                 deviations={
                     **(v.deviations or {}),
                     "iid": v.sd,

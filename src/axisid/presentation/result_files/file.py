@@ -1,4 +1,4 @@
-"""A result as a file has it: read, checked, and joined with its axis, ready to be exported."""
+"""Reading of result files: parsed, checked, and joined with the axis for export."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -17,8 +17,9 @@ from axisid.modeling.library import LIBRARY
 from axisid.modeling.parsing import load_axis
 from axisid.modeling.quantities import Parameter
 from axisid.support.arrays import from_json
-from axisid.support.errors import AxisidError, DataError, UsageError, quoted
+from axisid.support.errors import AxisidError, DataError, UsageError
 from axisid.support.files import GIVE_RESULT, HOW_SAVED, WRITE_AGAIN, is_unchanged, read_result
+from axisid.support.wording import quoted
 
 from .identification import SavedIdentification, WrittenIdentification
 from .json_objects import JsonObject, WrittenKnown, schema_of
@@ -34,15 +35,14 @@ Expected = TypeVar("Expected", bound=JsonObject)
 _SHOWN = 40  # letters
 
 
-#: What is said of documents that will not do, by their `schema_of`.
+#: Messages for documents that are not accepted, by their `schema_of`.
 _REFUSED = {
     "axisid.stream/1": (
-        "is of a log that was read in blocks, and such results are no longer read; "
-        "identify the log again, by windows cut out of it if it is too large (window "
-        "FROM..TO and window FROM..TO)."
+        "is the result of a log that was read in blocks; such results are no longer supported. "
+        "Identify the log again; if it is too large, use windows (--window FROM..TO)."
     ),
     schema_of(WrittenOutputFit): (
-        "is of a fit of an output, which has one estimate and no method; read it with "
+        "is a fit of an output, which has one estimate and no method; read it with "
         "load_result, or give a result of identify."
     ),
 }
@@ -55,13 +55,13 @@ def read_document(file: Path, *expected: type[Expected]) -> Expected:
     ----------
     file : Path
     *expected : type of JsonObject
-        Which documents will do.
+        Accepted documents.
 
     Raises
     ------
     DataError
-        The file cannot be read, is no JSON, was changed after it was written, is another document,
-        or lacks something of its schema.
+        The file cannot be read, is not JSON, was changed after it was written, is another document,
+        or does not match its schema.
     """
     content = read_result(file)
     found, documents = _schema(file, content), {schema_of(each): each for each in expected}
@@ -70,7 +70,7 @@ def read_document(file: Path, *expected: type[Expected]) -> Expected:
             return msgspec.json.decode(content, type=documents[found], dec_hook=from_json)
         except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
             raise DataError(
-                f"{file} lacks what its schema promises: {_said(error)}. {WRITE_AGAIN}",
+                f"{file} does not match its schema: {_said(error)}. {WRITE_AGAIN}",
                 code="result-file",
             ) from error
     if found in _REFUSED:
@@ -83,7 +83,7 @@ def read_document(file: Path, *expected: type[Expected]) -> Expected:
 
 
 def _schema(file: Path, content: bytes) -> str:
-    """Which document it says that it is; empty if it does not."""
+    """Return the schema that a file names; empty if it names none."""
     try:
         found = msgspec.json.decode(content)
         members = found if isinstance(found, dict) else {}
@@ -92,9 +92,8 @@ def _schema(file: Path, content: bytes) -> str:
         raise DataError(f"{file} is not JSON: {_said(error)}. {GIVE_RESULT}") from error
     if changed:
         raise DataError(
-            f"{file} was changed after it was written: its digest is of other numbers or words. "
-            "Give the file as it was written, or take its member digest out to have it read as it "
-            "is.",
+            f"{file} was changed after it was written: its digest does not match its content. "
+            "Give the original file, or remove the member digest to read the file as it is.",
             code="changed-result",
         )
     schema = members.get("schema")
@@ -102,20 +101,20 @@ def _schema(file: Path, content: bytes) -> str:
 
 
 def _said(error: Exception) -> str:
-    """What the decoder says, within a sentence: ``expected float, got str at $.rows``."""
+    """Return the message of the decoder for a sentence: ``expected float, got str at $.rows``."""
     text = str(error).replace("`", "").replace(" - at ", " at ").removeprefix("JSON is malformed: ")
     return text[:1].lower() + text[1:]
 
 
 def read_identification(file: str | Path) -> SavedIdentification:
-    """Read a file without its axis, and refuse what its schema allows and a result cannot be.
+    """Read a file without its axis, and check more than its schema does.
 
     Raises
     ------
     UsageError
-        It is no file's name.
+        The argument is not a file name.
     DataError
-        The file cannot be read, or is no whole result.
+        The file cannot be read, or is not a complete result.
     """
     path = _path(file)
     return _checked(path, read_document(path, WrittenIdentification))
@@ -131,13 +130,13 @@ def _path(file: object) -> Path:
 
 
 def _checked(file: Path, document: WrittenIdentification) -> SavedIdentification:
-    """Refuse what does not belong together, and what cannot be computed from."""
-    for estimate in document.estimates:  # a program that has a covariance more: it may be whole
+    """Raise an error if parts of the document are inconsistent or unusable."""
+    for estimate in document.estimates:  # it may be registered in another program
         if estimate.chosen_covariance not in COVARIANCES:
             raise DataError(
                 f"{file} has intervals by the covariance {quoted(estimate.chosen_covariance)}, "
-                f"which this program does not have (it has {', '.join(COVARIANCES)}); "
-                "register it as the program did that wrote the file, or identify again.",
+                f"which is unknown here (known: {', '.join(COVARIANCES)}); "
+                "register it as in the program that wrote the file, or identify again.",
                 code="result-file",
             )
     saved = _told(str(file), lambda: SavedIdentification.of(str(file), document))
@@ -146,7 +145,7 @@ def _checked(file: Path, document: WrittenIdentification) -> SavedIdentification
 
 
 def _told(file: str, tell: Callable[[], T]) -> T:
-    """Refuse figures that a file may have by its schema, and of which no page can be made.
+    """Return the result of `tell`; raise an error if the content of the file makes it fail.
 
     Raises
     ------
@@ -185,27 +184,27 @@ def load_result(
     Parameters
     ----------
     path : str or Path
-        What ``axisid identify --json``, ``axisid fit --json``, ``axisid study --json`` or
-        ``axisid fleet`` wrote, or ``result.to_dict()`` as JSON.
+        File written by ``axisid identify --json``, ``axisid fit --json``, ``axisid study --json``
+        or ``axisid fleet``, or ``result.to_dict()`` as JSON.
     axis : Axis, str or Path, optional
-        The axis that was identified, or what `load_axis` takes. An axis of the library is found by
-        itself; of another one the estimates can be read without it, but not be exported or held
-        against another record.
+        The identified axis, or an argument of `load_axis`. An axis of the library is found
+        automatically. Without any other axis the estimates can be read, but not exported or
+        validated on another record.
 
     Returns
     -------
     SavedIdentification, SavedOutputFit, SavedMonteCarlo or SavedFitValidation
-        With the estimates by method, their covariances, the verdict, and what is made of them:
-        ``derive``, ``summary``, ``plot`` and `export`. Of a fit its parameters with their
-        covariance, the verdict and ``summary``; of a study its figures; of a validation what is
-        left, and its checks.
+        An identification has the estimates by method, their covariances, the verdict, ``derive``,
+        ``summary`` and ``plot``, and works with `export`. A fit has its parameters with their
+        covariance, the verdict and ``summary``; a study its figures; a validation its residual
+        and checks.
 
     Raises
     ------
     DataError
-        The file cannot be read, or is no whole result.
+        The file cannot be read, or is not a complete result.
     UsageError
-        The axis is not the one that was identified.
+        The axis is not the identified one.
     """
     if isinstance(path, SavedIdentification):
         return path if axis is None else joined(path, axis)
@@ -226,17 +225,17 @@ def load_result(
 
 
 def joined(saved: SavedIdentification, given: Axis | str | Path | None) -> SavedIdentification:
-    """A file's result with the axis that it is of: the given one, or the library's of its name.
+    """Return the result of a file with its axis: the given one, or that of the library.
 
     Returns
     -------
     SavedIdentification
-        Without an axis where none is given and the library has not the one that was identified.
+        Without an axis if none is given and the library does not contain the identified one.
 
     Raises
     ------
     UsageError
-        The axis that is given is not the one that was identified.
+        The given axis is not the identified one.
     """
     document, file = saved.document, saved.file
     if given is None and document.axis not in LIBRARY:
@@ -254,16 +253,16 @@ def joined(saved: SavedIdentification, given: Axis | str | Path | None) -> Saved
     whose = "" if document.axis == axis.name else f" of the axis {document.axis!r}"
     raise UsageError(
         f"{file} was identified with the generated code {document.signature[:12]}{whose}, but "
-        f"{axis.name!r} as it is declared now has {made[:12]}; give the axis as it was then, or "
-        "identify again.",
+        f"the current declaration of {axis.name!r} has {made[:12]}; give the axis as it was "
+        "declared then, or identify again.",
         code="result-file",
     )
 
 
 def _as_identified(saved: SavedIdentification, axis: Axis) -> Axis:
-    """The axis without what was left out, and with what was fixed where it fixes nothing itself.
+    """Return the axis with left-out parameters removed and fixed parameters fixed.
 
-    A time of its drive that was estimated is what was found.
+    An estimated time of its drive gets its estimate. Values that the axis fixes itself are kept.
     """
     found = saved.drive_time
     if found is not None:
@@ -274,32 +273,32 @@ def _as_identified(saved: SavedIdentification, axis: Axis) -> Axis:
 
 
 def _fixed(saved: SavedIdentification) -> Mapping[str, WrittenKnown]:
-    """What was declared as known, by name."""
+    """Return the values declared as known, by name."""
     physical = saved.document.estimates[0].physical
     return physical.fixed if physical else {}
 
 
-_SAME_DEVIATION = 1e-9  # relative, of two deviations that went through a text
+_SAME_DEVIATION = 1e-9  # relative, of two standard errors that were written as text
 
 
 def refuse_differences(
     saved: SavedIdentification, axis: Axis, known: Iterable[Parameter] = ()
 ) -> None:
-    """Refuse an axis that differs from the identified one where no code tells them apart.
+    """Raise an error if an axis differs from the identified one in values outside the code.
 
     Parameters
     ----------
     saved : SavedIdentification
     axis : Axis
-        As it was given, a time of its drive that is estimated still a parameter.
+        The given axis; an estimated time of its drive is still a parameter.
     known : iterable of Parameter
-        Those of the axis that are known.
+        Known parameters of the axis.
 
     Raises
     ------
     UsageError
-        It has another lag, delay, place of the recorded control, or deviation of its gain, or other
-        fixed values than those that the physical parameters are from.
+        Lag, delay, place of the recorded control, relative_sd of the gain, or fixed values differ
+        from those of the identification.
     """
     drive, found = axis.drive, saved.drive_time
     was, is_now = (_figures(each) for each in (saved.drive, drive))
@@ -310,7 +309,7 @@ def refuse_differences(
         was[f"the drive's {found.name}"] = _started(start)
         if getattr(drive, found.name) in (start, found.value):
             is_now[f"the drive's {found.name}"] = _started(start)
-    spread = saved.document.estimates[0].gain_relative_sd  # 0 too where the force was measured
+    spread = saved.document.estimates[0].gain_relative_sd  # also 0 if the force was measured
     if spread and not math.isclose(spread, drive.relative_sd, rel_tol=_SAME_DEVIATION):
         was["the drive's relative_sd"] = f"{spread:g}"
         is_now["the drive's relative_sd"] = f"{drive.relative_sd:g}"
@@ -318,8 +317,9 @@ def refuse_differences(
         then, now = was.get(name, "free"), is_now.get(name, "free")
         if then != now:
             raise UsageError(
-                f"{saved.file} was identified with {name} {then}, but {axis.name!r} as it is "
-                f"declared now has it {now}; give the axis as it was then, or identify again.",
+                f"{saved.file} was identified with {name} {then}, but in the current declaration "
+                f"of {axis.name!r} it is {now}; give the axis as it was declared then, or identify "
+                "again.",
                 code="result-file",
             )
 
@@ -329,7 +329,7 @@ def _known(value: float | None, sd: float) -> str:
 
 
 def _figures(drive: Drive) -> dict[str, str]:
-    """What is declared of how a drive follows its commands, in words."""
+    """Return the declared response of a drive to its commands, as text by name."""
     names = ("lag", "delay", "logged", *CommandPath.__dataclass_fields__)
     figures = {f"the drive's {name}": str(getattr(drive, name)) for name in names}
     if drive.estimated is not None:
@@ -343,17 +343,17 @@ def _started(nominal: float) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FittedAxis:
-    """An axis and what was identified of it.
+    """An axis with its identification.
 
     Attributes
     ----------
     model : AxisModel
     signature : str
-        Of the generated code that identified it.
+        Signature of the generated code of the identification.
     source, sha256 : str
-        Of the record.
+        Source and sha256 of the record.
     result : Identification or SavedIdentification
-        Of the axis's parameters; base parameters where it has any.
+        Identification of the parameters of the axis, or of its base parameters.
     """
 
     model: AxisModel
@@ -363,9 +363,9 @@ class FittedAxis:
     result: Identification | SavedIdentification
 
     def values(self, method: str) -> dict[str, Value]:
-        """Every value of a method by name, the axis's own parameters first.
+        """Return every value of a method by name, the estimated parameters first.
 
-        What is known of a parameter, and what follows from that, goes before the estimate.
+        Values that use known parameters replace the estimates.
         """
         physical = self.result.physical
         more = physical[method].parameters if method in physical else {}
@@ -382,19 +382,19 @@ def fitted_axis(
     Parameters
     ----------
     result : Identification, SavedIdentification, str or Path
-        Or the file that ``axisid identify --json`` wrote.
+        An identification, or the file written by ``axisid identify --json``.
     axis : Axis, str or Path, optional
-        As `load_result` takes it: needed for a file of an axis that is none of the library.
+        As for `load_result`; needed for a file of an axis outside the library.
     record : int, optional
-        Number of one of several records, from 1, whose own parameters are wanted.
+        Number of the record, from 1, if several records have their own parameters.
 
     Raises
     ------
     UsageError
-        The axis of a file is not known, or is not the one that was identified; or there is no such
-        record, or no one set of parameters.
+        The axis of a file is unknown or is not the identified one; or there is no such record, or
+        records have different parameters.
     DataError
-        The file cannot be read, or is no identification.
+        The file cannot be read, or is not an identification.
     """
     if isinstance(result, Identification):
         live = result if record is None else result.part(record)
@@ -409,12 +409,11 @@ def fitted_axis(
 def _fitted(
     result: Identification | SavedIdentification, declared: Axis, signature: str
 ) -> FittedAxis:
-    """A result of one set of the axis's parameters; another is refused."""
+    """Return a result with its axis; raise an error if records have different parameters."""
     if names := [*result.local_names, *(n for one in result.of_records[:1] for n in one.known)]:
         raise UsageError(
-            f"{', '.join(names)} of this result {'is' if len(names) == 1 else 'are'} each "
-            "record's own or known of each, so that there is no one set of the axis's "
-            "parameters; name the record whose are wanted: record=1.",
+            f"{', '.join(names)} {'has' if len(names) == 1 else 'have'} a separate value for "
+            "each record, so there is no single set of parameters; name a record: record=1.",
             code="export",
         )
     origin = result.record.provenance
@@ -422,7 +421,7 @@ def _fitted(
     return FittedAxis(
         model=derive(declared),
         signature=signature,
-        # A file's name may hold bytes that are no text.
+        # A file name may contain bytes that are not text.
         source=", ".join(sources).encode("utf-8", "replace").decode(),
         sha256="" if result.of_records else origin.sha256,
         result=result,

@@ -1,4 +1,4 @@
-"""An identification as a document, and read again, whole or as one of its records has it.
+"""Identifications as documents, written and read, for all records or one of them.
 
 The names of a document's members are a contract with other programs.
 """
@@ -41,7 +41,9 @@ from axisid.estimation.verdict_checks import DEFAULT_LEVELS, Check, Levels
 from axisid.modeling.declaration import Axis, Drive, left_out_text
 from axisid.modeling.quantities import Parameter, Signal
 from axisid.support.arrays import Exact
-from axisid.support.errors import Missing, UsageError, is_nothing
+from axisid.support.checks import is_nothing
+from axisid.support.errors import UsageError
+from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 
 from .checks import WrittenCheck, read_checks
@@ -83,13 +85,15 @@ from .record import (
 
 
 class WrittenHeld(JsonObject, frozen=True, kw_only=True):
-    """A parameter that is held at a declared bound."""
+    """A parameter that is fixed at a declared bound."""
 
     unit: str
     bound: float
-    free: Annotated[float, about("Without the bound, less its bias if it is known.")]
-    deviation: Annotated[float, about("Of `free`, by the chosen covariance.")]
-    interval_95: Annotated[tuple[float, float], about("To one side of the bound.")]
+    free: Annotated[
+        float, about("Estimate without the bound, minus its bias if the bias is known.")
+    ]
+    deviation: Annotated[float, about("Standard error of `free`, by the chosen covariance.")]
+    interval_95: Annotated[tuple[float, float], about("One-sided interval from the bound.")]
 
 
 class WrittenMethodValidation(JsonObject, frozen=True, kw_only=True):
@@ -99,34 +103,36 @@ class WrittenMethodValidation(JsonObject, frozen=True, kw_only=True):
     equation_error_percent: float | None
     own_equation_error_percent: Annotated[
         float | None,
-        about("On the record that the estimate was made from."),
+        about("Equation error on the record of the identification."),
     ]
     simulation_error_percent: float | None
-    position_error_rms: Annotated[float | None, about("In the coordinate's unit.")]
-    tracking_error_percent: Annotated[float | None, about("Of the recorded tracking error.")]
-    reason: Annotated[str, about("Why there are no simulated figures.")]
+    position_error_rms: Annotated[float | None, about("In the unit of the coordinate.")]
+    tracking_error_percent: Annotated[
+        float | None, about("Relative to the recorded tracking error.")
+    ]
+    reason: Annotated[str, about("Reason why there is no simulation error.")]
     holds: Annotated[
         bool | UnsetType,
         about(
-            "Whether force, simulated loop and parameters are what they are on its own record; the "
-            "control law is looked at by itself."
+            "True if force, simulated loop and parameters agree with the record of the "
+            "identification; the control law is checked separately."
         ),
     ] = UNSET
     own_simulation_error_percent: float | UnsetType | None = UNSET
     own_tracking_error_percent: Annotated[
         float | UnsetType | None,
-        about("null where it is not known, as of a result read from a file."),
+        about("null if unknown, for example for a result read from a file."),
     ] = UNSET
     anew: Annotated[
         Mapping[str, float | None] | UnsetType | None,
-        about("What the second record itself says of the parameters, by the same method."),
+        about("Estimates from the second record by the same method."),
     ] = UNSET
     anew_distances: Annotated[
         Mapping[str, float | None] | UnsetType | None,
-        about("How far those are from the frozen ones, in HAC deviations of the difference."),
+        about("Differences to the frozen estimates, in HAC standard errors of the difference."),
     ] = UNSET
     anew_share_percent: Annotated[
-        float | UnsetType | None, about("Force that the difference makes, of all of it.")
+        float | UnsetType | None, about("Effect of the difference, relative to the force.")
     ] = UNSET
 
 
@@ -137,35 +143,37 @@ class WrittenValidation(WrittenResult, frozen=True, kw_only=True):
     methods: tuple[WrittenMethodValidation, ...]
     time_base: Annotated[
         str | None,
-        about("What speaks against the record's sampling period; null for nothing."),
+        about("Reason to doubt the sampling period of the record; null for none."),
     ]
     law_check: Annotated[
-        WrittenLawCheck | UnsetType, about("The declared control law against the second record.")
+        WrittenLawCheck | UnsetType,
+        about("Comparison of the declared control law with the second record."),
     ] = UNSET
     holds: Annotated[
         bool | UnsetType,
-        about("Whether every estimate does, and the control law is the declared one."),
+        about("True if every estimate and the declared control law agree with the record."),
     ] = UNSET
 
 
 class WrittenMember(JsonObject, frozen=True, kw_only=True):
-    """One of several records, by the estimate that is judged."""
+    """One of several records, with errors by the judged estimate."""
 
-    name: Annotated[str, about("As the verdict names it.")]
+    name: Annotated[str, about("Name in the verdict.")]
     record: WrittenRecord
     prefilter: WrittenPrefilter
-    known: Annotated[Mapping[str, WrittenKnown], about("What is known of it, SI, by name.")]
+    known: Annotated[Mapping[str, WrittenKnown], about("Known values of the record, SI, by name.")]
     rows: int
-    weight: Annotated[float, about("Of its rows, by the inverse of its noise.")]
-    noise: Annotated[float, about("Root mean square of its residuals.")]
+    weight: Annotated[float, about("Weight of its rows, proportional to the inverse of its noise.")]
+    noise: Annotated[float, about("Root mean square of its residuals, in the unit of the force.")]
     equation_error_percent: float
     simulation_error_percent: float | None
     apart: Annotated[
-        RecordDifference | None, about("null where the record alone does not tell the parameters.")
+        RecordDifference | None,
+        about("Difference from the other records; null if the record alone is not sufficient."),
     ]
     law_check: WrittenLawCheck
     alignment: WrittenAlignment
-    verdict: Annotated[tuple[WrittenCheck, ...], about("The checks that are of one record.")]
+    verdict: Annotated[tuple[WrittenCheck, ...], about("Checks of this record.")]
     lack_of_fit: LackOfFit | UnsetType = UNSET
     measured_motion: Annotated[
         Mapping[str, ColumnComparison] | UnsetType,
@@ -176,54 +184,57 @@ class WrittenMember(JsonObject, frozen=True, kw_only=True):
 class WrittenIdentification(
     WrittenResult, frozen=True, kw_only=True, tag_field="schema", tag="axisid.identification/1"
 ):
-    """What `axisid identify --json` writes."""
+    """Document written by `axisid identify --json`."""
 
     axis: str
-    signature: Annotated[str, about("sha256 of what the generated code was made from.")]
+    signature: Annotated[str, about("sha256 of the source of the generated code.")]
     left_out: Annotated[
         Mapping[str, float] | UnsetType,
-        about("What stands for the parameters that were left out, SI, by name."),
+        about("Values of the parameters that were left out, SI, by name."),
     ] = UNSET
     signals: Annotated[
         tuple[WrittenSignal, ...] | UnsetType,
-        about("Recorded signals that the axis declares, if there are any."),
+        about("Recorded signals that the axis declares; absent if there are none."),
     ] = UNSET
     drive: Annotated[
-        WrittenResponse | UnsetType, about("Of one that does not act as commanded.")
+        WrittenResponse | UnsetType, about("Response of the drive; absent for an ideal one.")
     ] = UNSET
     drive_force: Annotated[
-        str | UnsetType, about("What the drive makes of the control, where it is no gain alone.")
+        str | UnsetType, about("Force as a function of the control; absent for a constant gain.")
     ] = UNSET
     drive_remark: Annotated[
-        str | UnsetType, about("What of the motor is not in the drive's force, if anything.")
+        str | UnsetType, about("Effects of the motor that the force of the drive does not contain.")
     ] = UNSET
     record: WrittenRecord
     prefilter: WrittenPrefilter
     requested: Annotated[
-        WrittenRequest | None, about("The prefilter before it suited the record; null if unknown.")
+        WrittenRequest | None,
+        about("Requested prefilter before automatic choices; null if unknown."),
     ]
     estimates: tuple[WrittenEstimate, ...]
-    judged: Annotated[str, about("The method that the checks of one estimate are of.")]
+    judged: Annotated[str, about("Method that the checks of a single estimate apply to.")]
     law_check: WrittenLawCheck
     instruments: InstrumentTests | None
     excitation: Annotated[Mapping[str, WrittenExcitation], about("By parameter.")]
     alignment: WrittenAlignment
     verdict: tuple[WrittenCheck, ...]
-    lack_of_fit: Annotated[LackOfFit | UnsetType, about("Where the reference repeats.")] = UNSET
+    lack_of_fit: Annotated[
+        LackOfFit | UnsetType, about("Absent if the reference does not repeat.")
+    ] = UNSET
     model_bands: Annotated[
         Mapping[str, Mapping[str, JackknifeInterval]] | UnsetType,
-        about("Of the model's error, by method and parameter."),
+        about("Intervals that contain the model error, by method and parameter."),
     ] = UNSET
     with_missing_terms: Annotated[
         Mapping[str, tuple[float, ...]] | UnsetType,
         about(
-            "Values of the parameters if the model had the terms that *missing terms* names; two, "
-            "forward and backward, of one that differs between directions."
+            "Values of the parameters with the terms that *missing terms* names; two values "
+            "(forward, backward) for a parameter that differs between directions."
         ),
     ] = UNSET
     differences: Annotated[
         Mapping[str, Mapping[str, HausmanTest]] | UnsetType,
-        about("Of two estimates, as ``idm-iv less didim``, by parameter."),
+        about("Differences of two estimators, as ``idm-iv less didim``, by parameter."),
     ] = UNSET
     measured_motion: Annotated[
         Mapping[str, ColumnComparison] | UnsetType,
@@ -231,33 +242,33 @@ class WrittenIdentification(
     ] = UNSET
     skipped: Annotated[
         Mapping[str, str],
-        about("Methods that axis or record do not allow, with the reason."),
+        about("Methods that the axis or the record does not allow, with the reason."),
     ]
-    failed: Annotated[Mapping[str, str], about("Methods that came to nothing, with the reason.")]
+    failed: Annotated[Mapping[str, str], about("Methods that failed, with the reason.")]
     levels: Levels | UnsetType = UNSET
     validation: Annotated[WrittenValidation | UnsetType, about("With --validate.")] = UNSET
     validations: Annotated[
         tuple[WrittenValidation, ...] | UnsetType,
-        about("With --validate more than once, each of them; `validation` is the first."),
+        about("All validations, if there are several; `validation` is the first."),
     ] = UNSET
     records: Annotated[
         tuple[WrittenMember, ...] | UnsetType,
-        about("Where there are several, all of them; `record` and `prefilter` are the first's."),
+        about("All records, if several; `record` and `prefilter` are those of the first."),
     ] = UNSET
     local: Annotated[
         Mapping[str, tuple[str, ...]] | UnsetType,
         about(
-            "Declared parameters that records have for themselves: their names by record, empty "
-            "where one is in products alone."
+            "Declared parameters with a separate value for each record: names by record, empty if "
+            "identified only in products."
         ),
     ] = UNSET
     declared_gain: Annotated[
         float | UnsetType,
-        about("Of the drive, where `drive_gain` is among the parameters."),
+        about("Declared drive gain, if `drive_gain` is an estimated parameter."),
     ] = UNSET
     held: Annotated[
         Mapping[str, WrittenHeld] | UnsetType,
-        about("With --bounded: parameters that are held at a declared bound, by name."),
+        about("With --bounded: parameters that are fixed at a declared bound, by name."),
     ] = UNSET
     set_aside: Annotated[
         Mapping[str, str] | UnsetType,
@@ -278,7 +289,7 @@ def _member(of_one: RecordResult, diagnosis: RecordDiagnosis) -> WrittenMember:
 
 
 def written_identification(result: Identification, draws: int = 0) -> WrittenIdentification:
-    """An identification with its diagnosis; `draws` as in `Identification.to_dict`."""
+    """Return the document of an identification; `draws` as in `Identification.to_dict`."""
     diagnosis, physical = result.diagnosis, result.physical
     drive = result.axis.axis.drive
     return written_as(
@@ -344,40 +355,40 @@ def _response(drive: Drive, found: DriveTime | None) -> WrittenResponse | UnsetT
 class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
     """An identification that was read from a file; see `load_result`.
 
-    It has the names of `Identification`: ``saved["idm-iv"].parameters``, `verdict`, `summary`,
-    `plot`; what needs the rows of the record is refused with a sentence. What is not listed is as
-    of an `Identification`.
+    It has the attributes of `Identification`: ``saved["idm-iv"].parameters``, `verdict`, `summary`,
+    `plot`. Methods that need the rows of the record raise an error. Attributes that are not listed
+    are those of `Identification`.
 
     Attributes
     ----------
     file : str
     document : WrittenIdentification
-        What the file holds.
+        Content of the file.
     declared : Axis or None
-        The axis that was identified, if it is known.
+        The identified axis; None if unknown.
     name, signature : str
-        Of the axis, and of the generated code that identified it.
+        Name of the axis, and signature of the generated code of the identification.
     signals : tuple of Signal
-        Recorded signals that the axis has.
+        Recorded signals of the axis.
     drive : Drive
-        How it follows its commands; its gain is 1.
+        Response of the drive to its commands; its gain is 1.
     estimates : mapping of str to SavedEstimate
     physical : mapping of str to Physical
-        Declared parameters by method; empty where the estimates are of them already.
+        Declared parameters by method; empty if they are estimated directly.
     checks : tuple of Check
-        The same as `verdict`.
+        Same as `verdict`.
     prefilter : Prefilter
-        With what was chosen for the record.
+        Prefilter as applied to the record.
     record : RecordInfo
-        Without its samples.
+        Record without its samples.
     sampling : Sampling
-        The samples that counted; of those near reversals how many, not which.
+        Samples in use; of those near reversals only the number.
     of_records : tuple of RecordResult
-        What there is to say of each of several records; empty for one.
+        Results of each record; empty for a single record.
     local_names : mapping of str to tuple of str
-        Of each declared parameter that records have for themselves, its names by record.
+        Names by record of each declared parameter with a separate value for each record.
     declared_gain : float or None
-        The declared drive gain where it is identified; None where it is believed.
+        Declared drive gain if the gain is identified; None if the declared gain is used.
     """
 
     file: str
@@ -400,7 +411,7 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
     def of(
         cls, file: str, written: WrittenIdentification, declared: Axis | None = None
     ) -> "SavedIdentification":
-        """What a document tells."""
+        """Return the identification of a document."""
         record, drive, asked = written.record, written.drive, written.requested
         sampling, found = _sampling(written.prefilter, record), drive and drive.estimated
         step = record.period * written.prefilter.decimate
@@ -459,36 +470,36 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
 
     @cached_property
     def axis(self) -> GeneratedAxis:
-        """The axis that was identified, built when it is first asked for.
+        """Return the identified axis, built on first use.
 
         Raises
         ------
         UsageError
-            It is none of the library, and was not given.
+            The axis is not in the library and was not given.
         """
         return build(self.own_axis)
 
     @property
     def own_axis(self) -> Axis:
-        """The declaration of the axis; a `UsageError` where it is not known."""
+        """Return the declaration of the axis; raise `UsageError` if it is unknown."""
         if self.declared is None:
             raise UsageError(
-                f"{self.file} does not hold the axis {self.name!r}; give the one it was "
-                "identified with (axis).",
+                f"{self.file} does not contain the axis {self.name!r}; give the identified axis "
+                "(axis).",
                 code="result-file",
             )
         return self.declared
 
     @property
     def left_out(self) -> str:
-        """What stands for the parameters that were left out, in words; empty for none."""
+        """Return the values of the parameters that were left out, as text; empty for none."""
         if self.declared is not None:
             return left_out_text(self.declared)
         return ", ".join(f"{n} = {value:g}" for n, value in (self.document.left_out or {}).items())
 
     @property
     def declared_parameters(self) -> tuple[Parameter, ...]:
-        """Of the axis, or as far as the file has them."""
+        """Return the declared parameters of the axis, or those in the file."""
         if self.declared is not None:
             return self.declared.parameters
         made = {p.name for p in self.combined}
@@ -497,19 +508,19 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
 
     @property
     def combined(self) -> tuple[Parameter, ...]:
-        """Base parameters that are no declared ones."""
+        """Return base parameters that are combinations of declared ones."""
         return tuple({p.name: p for own in self.physical.values() for p in own.combined}.values())
 
     @property
     def preferred(self) -> SavedEstimate:
-        """The estimate that is judged."""
+        """Return the judged estimate."""
         return self[self.document.judged]
 
     def part(self, number: int) -> "SavedIdentification":
-        """The result as one of several records has it, by its number from 1.
+        """Return the result for one of several records, by its number from 1.
 
-        What is the record's own is a parameter of its axis; with the drive gain among the
-        parameters of all, they are of the declared gain, as in the part of a live result.
+        Separate values of the record are parameters of its axis. If the drive gain is estimated,
+        the parameters refer to the declared gain, as in the part of a live result.
 
         Raises
         ------
@@ -551,28 +562,28 @@ class SavedIdentification(ByMethod[SavedEstimate], Presentable, Exact):
             physical=PhysicalByMethod((m, p) for m, p in physical.items() if p is not None),
             local_names={},
             declared_gain=None,
-            # What is of the parameters of all records is not of its own.
+            # Diagnostics of the common parameters do not apply to a single record.
             document=structs.replace(self.document, instruments=None, differences=UNSET),
         )
 
     @property
     def parts(self) -> "tuple[SavedIdentification, ...]":
-        """The result as each record has it; one record is its own part."""
+        """Return the result for each record; a single record is its own part."""
         return tuple(self.part(i + 1) for i in range(max(len(self.of_records), 1)))
 
     def validate(self, record: Record, *, like: int | None = None) -> Validation:
-        """Hold every estimate, frozen, against another record of the axis, as `validate` does."""
+        """Validate every frozen estimate on another record of the axis, see `validate`."""
         return validate(self, record, like=like)
 
 
 def identification_facts(result: Identification, draws: int) -> SavedIdentification:
-    """What an identification tells without its rows, which is all that tables show."""
+    """Return an identification without its rows, as needed for tables."""
     return SavedIdentification.of("", written_identification(result, draws), result.axis.declared)
 
 
 def _sampling(prefilter: WrittenPrefilter, record: WrittenRecord) -> Sampling:
     filtered = SampledFilter(read_as(Prefilter, prefilter, drop=None), record.period)
-    # Ends that are no longer than the filter's transient were not cut off, but given no weight.
+    # Ends not longer than the transient of the filter were not cut off, but have no weight.
     if filtered.dropped != prefilter.drop:
         filtered = replace(filtered, settings=replace(filtered.settings, drop=prefilter.drop))
     return Sampling(

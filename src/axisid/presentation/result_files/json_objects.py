@@ -1,7 +1,6 @@
-"""What all classes of documents have in common, and members that they share with results by name.
+"""Base of all document classes, and conversion of members that have equal names in results.
 
-What the two have alike is said by their fields alone, all the way down; a call names only what
-differs.
+Members with equal names are converted by their annotations; a call names only the others.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -25,26 +24,26 @@ class JsonObject(Struct, frozen=True, kw_only=True):
 
 
 def about(text: str) -> Meta:
-    """A field's description in the schema."""
+    """Return the description of a field in the schema."""
     return Meta(description=text)
 
 
 def plain(document: object) -> dict[str, Any]:
-    """A document, or its members, as JSON has them: what is not finite is None."""
+    """Return a document as plain data; non-finite numbers are None."""
     return dict(json.decode(json.encode(document, enc_hook=to_json)))
 
 
 def schema_of(document: type[JsonObject]) -> str:
-    """The member ``schema`` of a document, its name and version."""
+    """Return the member ``schema`` of a document: its name and version."""
     return str(document.__struct_config__.tag)
 
 
 class WrittenResult(JsonObject, frozen=True, kw_only=True, rename={"written_belief": "belief"}):
-    """A result of any kind, and what it is worth."""
+    """A result of any kind, with its overall quality."""
 
     written_belief: Annotated[
         Literal["believed", "with care", "not believed"] | UnsetType,
-        about("How far the numbers can be believed; left out in files of earlier versions."),
+        about("Conclusion of the verdict; absent in files of earlier versions."),
     ] = UNSET
 
 
@@ -52,11 +51,11 @@ class WrittenKnown(JsonObject, frozen=True, kw_only=True):
     """A parameter that is declared as known."""
 
     value: float
-    sd: Annotated[float, about("0 for an exact value.")]
+    sd: Annotated[float, about("Standard error; 0 for an exact value.")]
 
 
 def by_name(names: Iterable[str], values: ArrayLike) -> dict[str, float]:
-    """Values of an array by the names of what they are of."""
+    """Return the values of an array by name."""
     return dict(zip(names, np.ravel(values).tolist(), strict=True))
 
 
@@ -66,17 +65,17 @@ def check_sizes(
     matrices: Mapping[str, Matrix | UnsetType | None],
     numbers: Mapping[str, Mapping[str, Any] | UnsetType | None],
 ) -> None:
-    """Refuse matrices and numbers of a document that are of other parameters than it has.
+    """Raise an error if matrices or numbers of a document have other parameters than `names`.
 
     Parameters
     ----------
     of : str
-        What the parameters are of, for the message.
+        Owner of the parameters, for the message.
     names : sequence of str
-        Of the parameters.
+        Names of the parameters.
     matrices, numbers : mapping
-        By member: one row and one column, or one number, for each parameter. A member that the
-        document lacks is passed over.
+        By member: one row and one column, or one number, per parameter. Missing members are
+        skipped.
 
     Raises
     ------
@@ -87,15 +86,15 @@ def check_sizes(
         lengths = [len(row) for row in matrix or ()]
         if isinstance(matrix, tuple) and lengths != [count] * count:
             raise DataError(
-                f"{member} of {of} has {len(lengths)} rows of {lengths} numbers, and there are "
+                f"{member} of {of} has {len(lengths)} rows of {lengths} numbers, but there are "
                 f"{count} parameters ({listed})",
                 code="result-file",
             )
     for member, by_parameter in numbers.items():
         if isinstance(by_parameter, Mapping) and {*by_parameter} != {*names}:
             raise DataError(
-                f"{member} of {of} has the parameters {', '.join(by_parameter) or 'none'}, and "
-                f"there are {listed}",
+                f"{member} of {of} has the parameters {', '.join(by_parameter) or 'none'}, but the "
+                f"document has {listed}",
                 code="result-file",
             )
 
@@ -106,7 +105,7 @@ _Written = TypeVar("_Written", bound=Struct)
 _Result = TypeVar("_Result")
 
 
-#: Members that have another name in files than in results.
+#: Names in results of members that have another name in files.
 _OF_FILES = {
     "written_belief": "belief",
     "held_out_equation": "equation",
@@ -124,19 +123,19 @@ _hints: Callable[[Any], Mapping[str, Any]] = cache(get_type_hints)
 
 
 def written_as(kind: type[_Written], result: object, /, **others: Any) -> _Written:
-    """A result's members as those of a document.
+    """Return a document object with the members of a result.
 
-    An array is written as tuples, a dataclass as the object that the annotation names, and a number
-    that is not finite as None where the annotation has that.
+    Arrays become tuples, dataclasses become the annotated object, and non-finite numbers become
+    None if the annotation allows it.
 
     Parameters
     ----------
     kind : type
-        Of the object of a document.
+        Class of the document object.
     result : object
-        Has every member by its name, but for the others.
+        Object with every member by name, except for `others`.
     **others
-        What is to be written of members that are made in another way.
+        Members that are given explicitly.
     """
     members = {
         name: others[name] if name in others else getattr(result, _OF_FILES.get(name, name))
@@ -151,18 +150,17 @@ def read_as(
     /,
     **others: Any,
 ) -> _Result:
-    """A dataclass with the members of a document's object; what was not finite is not a number.
+    """Return a dataclass with the members of a document object.
 
-    Where it was infinite, the annotation says so.
+    None becomes NaN, or infinity if the annotation says so.
 
     Parameters
     ----------
     kind : type
-        A dataclass, each of whose fields is a member of the same name, but for the others and for
-        those that no document has, which keep their defaults.
+        Dataclass with fields named like members. Fields without a member keep their defaults.
     written : JsonObject
     **others
-        Fields that are made in another way.
+        Fields that are given explicitly.
     """
     names = [field.name for field in fields(kind)]  # type: ignore[arg-type]  # of a dataclass
     same = {
@@ -175,7 +173,7 @@ def read_as(
 
 
 def _plain(value: Any, hint: Any) -> Any:
-    """A member of a document for one of a result, as its annotation has it."""
+    """Return a member of a result in the form of the annotation of the document."""
     if isinstance(value, np.ndarray):
         return _plain(tuple(value.tolist()), hint)
     if isinstance(value, Mapping):
@@ -184,12 +182,12 @@ def _plain(value: Any, hint: Any) -> Any:
         return tuple(_plain(each, hint) for each in value)
     if is_dataclass(value) and (objects := [k for k in _kinds(hint) if issubclass(k, JsonObject)]):
         return written_as(objects[0], value)
-    # What the schema wants a number of stays one, of which no document is made.
+    # Without None in the annotation, a non-finite number stays and cannot be written.
     return finite_or_none(value) if isinstance(value, float) and NoneType in _kinds(hint) else value
 
 
 def _restored(hint: Any, value: Any) -> Any:
-    """A member of a result for one of a document, as the result's annotation has it."""
+    """Return a member of a document in the form of the annotation of the result."""
     if isinstance(value, Mapping):
         return {n: _restored(hint, v) for n, v in value.items()}
     if Array in (hint, *get_args(hint)):
@@ -205,6 +203,6 @@ def _restored(hint: Any, value: Any) -> Any:
 
 @cache
 def _kinds(hint: Any) -> tuple[type, ...]:
-    """The classes in an annotation."""
+    """Return the classes in an annotation."""
     inside = [kind for each in get_args(hint) for kind in _kinds(each)]
     return (hint, *inside) if isinstance(hint, type) else tuple(inside)

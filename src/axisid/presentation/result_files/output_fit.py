@@ -1,4 +1,4 @@
-"""Fits of an output and their validations as documents, written and read again."""
+"""Fits of an output and their validations as documents, written and read."""
 
 import math
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ from axisid.presentation.sentences import (
     unseen_text,
 )
 from axisid.support.arrays import Array, Exact, MaybeInfinite
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 from axisid.support.presentable import Presentable
 
 from .checks import WrittenCheck, read_checks, written_checks
@@ -42,99 +42,110 @@ class WrittenFitted(JsonObject, frozen=True, kw_only=True):
 
     value: Annotated[float, about("In `unit`.")]
     unit: Annotated[str, about("Coherent SI.")]
-    sd: Annotated[float | None, about("Of the chosen covariance; null where nothing shows it.")]
+    sd: Annotated[
+        float | None, about("Standard error by the chosen covariance; null if not identified.")
+    ]
     deviations: Annotated[
         Mapping[str, MaybeInfinite],
         about(
-            "By covariance: coloured errors, independent ones; where there are twins, "
-            "bootstrap by them."
+            "Standard errors by covariance: coloured (autoregressive output errors), iid "
+            "(independent ones) and, if there are simulated replicas, bootstrap."
         ),
     ]
     interval_95: Annotated[
         tuple[float | None, float | None],
-        about("On the allowed side alone where the parameter is at a bound."),
+        about("One-sided if the parameter is at a bound."),
     ]
-    start: Annotated[float, about("Where the search began.")]
-    bounds: Annotated[tuple[float | None, float | None], about("In force; null for none.")]
-    at_bound: Annotated[Literal["lower", "upper"] | None, about("Whether it is driven to one.")]
-    fixed: Annotated[bool, about("Whether it was held.")]
-    prior: Annotated[WrittenKnown | None, about("What was known before, and weighed.")]
+    start: Annotated[float, about("Start value of the search.")]
+    bounds: Annotated[
+        tuple[float | None, float | None], about("Lower and upper bound; null for none.")
+    ]
+    at_bound: Annotated[
+        Literal["lower", "upper"] | None, about("Bound that the estimate is at; null for none.")
+    ]
+    fixed: Annotated[bool, about("True if the parameter was fixed.")]
+    prior: Annotated[
+        WrittenKnown | None, about("Known value that was used with its standard error as weight.")
+    ]
     law_percent: Annotated[
         Mapping[str, float],
-        about("What each term of the law, 1 % larger, moves it by, SI, by the term's gains."),
+        about("Change of the value, SI, if a term of the law is 1 % larger; by gains of the term."),
     ]
     law_move: Annotated[
-        float | None, about("What the law as recorded, in place of the declared one, moves it by.")
+        float | None,
+        about("Change of the value, SI, with the recorded law instead of the declared one."),
     ]
 
 
 class WrittenLack(JsonObject, frozen=True, kw_only=True):
-    """What errors ask for beside a model."""
+    """A term that the model lacks, by the residuals of the fit."""
 
-    subject: Annotated[str, about("In words.")]
-    size: Annotated[float, about("Of its factor, or by how much a parameter would be more.")]
-    deviation: Annotated[float, about("Of the size.")]
-    unit: Annotated[str, about("Of both.")]
-    chance: Annotated[float, about("That noise asks for as much of it, over all its places.")]
+    subject: Annotated[str, about("Description of the term.")]
+    size: Annotated[float, about("Its factor, or the change of a parameter.")]
+    deviation: Annotated[float, about("Standard error of `size`.")]
+    unit: Annotated[str, about("Unit of `size` and `deviation`.")]
+    chance: Annotated[
+        float, about("Probability that noise alone causes such a size, over all tested places.")
+    ]
 
 
 class WrittenOutputFit(
     WrittenResult, frozen=True, kw_only=True, tag_field="schema", tag="axisid.fit/1"
 ):
-    """What `axisid fit --json` writes."""
+    """Document written by `axisid fit --json`."""
 
     axis: str
-    signature: Annotated[str, about("sha256 of what the generated code was made from.")]
+    signature: Annotated[str, about("sha256 of the source of the generated code.")]
     left_out: Annotated[
         Mapping[str, float],
-        about("What stands for the parameters that were left out, SI, by name."),
+        about("Values of the parameters that were left out, SI, by name."),
     ]
     records: tuple[WrittenRecord, ...]
-    output: Annotated[str, about("What is followed; several are joined by and.")]
-    unit: Annotated[str, about("Of the output; of several the first.")]
-    position_unit: Annotated[str, about("Of the coordinate.")]
-    encoder_step: Annotated[float, about("Of the coarsest encoder, SI; 0 where none is known.")]
+    output: Annotated[str, about("Fitted output; several are joined by and.")]
+    unit: Annotated[str, about("Unit of the output, or of the first of several.")]
+    position_unit: Annotated[str, about("Unit of the coordinate.")]
+    encoder_step: Annotated[float, about("Step of the coarsest encoder, SI; 0 if unknown.")]
     horizon: Annotated[float | UnsetType, about("Length of the windows of an open loop, s.")] = (
         UNSET
     )
     loss: str
-    started: Annotated[str, about("Where the start is from.")]
+    started: Annotated[str, about("Origin of the start values.")]
     parameters: Annotated[Mapping[str, WrittenFitted], about("By name.")]
     covariance: Annotated[
         tuple[tuple[MaybeInfinite, ...], ...],
-        about("Of the parameters in their order, the chosen one; null for infinite."),
+        about("Chosen covariance of the parameters, in their order; null for infinite."),
     ]
     chosen_covariance: str
-    error: Annotated[
-        float, about("Root mean square of what is left, in `unit`; of several outputs the first's.")
+    error: Annotated[float, about("Rms residual of the (first) output, in `unit`.")]
+    error_percent: Annotated[
+        float | None, about("Rms residual relative to the rms of the output; the largest of all.")
     ]
-    error_percent: Annotated[float | None, about("Of the recorded output; the largest of all.")]
     percent_beyond_noise: Annotated[
         float | None,
-        about("Part of the recorded output that is left beyond noise."),
+        about("Part of the residual beyond noise, relative to the rms of the output."),
     ]
     record_errors: Annotated[tuple[RecordError, ...], about("By record, and in each by output.")]
     lacks: Annotated[
         tuple[WrittenLack, ...] | None,
-        about("What is asked for beside the model, the strongest first; null where not looked."),
+        about("Missing terms, the most significant first; null if not tested."),
     ]
-    unseen: Annotated[tuple[str, ...], about("What no output shows, in words.")]
+    unseen: Annotated[tuple[str, ...], about("Parameters that no output identifies, as text.")]
     local: Annotated[
         Mapping[str, tuple[str, ...]] | UnsetType,
-        about("Parameters that records have for themselves: their names by record."),
+        about("Parameters with a separate value for each record: names by record."),
     ] = UNSET
     known: Annotated[
         Mapping[str, tuple[WrittenKnown, ...]] | UnsetType,
-        about("What is known of each record, SI, by name."),
+        about("Known values of each record, SI, by name."),
     ] = UNSET
     iterations: Annotated[
-        tuple[Mapping[str, float], ...], about("Parameters where slopes were taken, SI.")
+        tuple[Mapping[str, float], ...], about("Parameters at each step of the search, SI.")
     ]
-    iteration_errors: Annotated[tuple[float, ...], about("Root mean square there, in `unit`.")]
-    costs: Annotated[tuple[float, ...], about("Of each search's end, where several were made.")]
+    iteration_errors: Annotated[tuple[float, ...], about("Rms residual at each step, in `unit`.")]
+    costs: Annotated[tuple[float, ...], about("Cost at the end of each search.")]
     law_check: WrittenLawCheck
     verdict: tuple[WrittenCheck, ...]
-    believed: Annotated[bool, about("Whether `belief` is believed.")]
+    believed: Annotated[bool, about("True if `belief` is believed.")]
     levels: Levels | UnsetType = UNSET
     remarks: tuple[str, ...]
 
@@ -148,14 +159,16 @@ class SavedFitValidation(
     tag_field="schema",
     tag="axisid.fit_validation/1",
 ):
-    """A frozen fit on a second record, without its samples, with the names of `FitValidation`."""
+    """A frozen fit on a second record, without samples, with the attributes of `FitValidation`."""
 
     record: WrittenRecord
-    output: Annotated[str, about("What is held against the record.")]
-    unit: Annotated[str, about("Of the output.")]
+    output: Annotated[str, about("Output that is compared with the record.")]
+    unit: Annotated[str, about("Unit of the output.")]
     horizon: Annotated[float | None, about("Length of the windows of an open loop, s.")]
-    error: Annotated[float, about("Root mean square of what is left, in `unit`.")]
-    percent: Annotated[MaybeInfinite, about("Of the recorded output's.")]
+    error: Annotated[float, about("Rms residual, in `unit`.")]
+    percent: Annotated[
+        MaybeInfinite, about("Rms residual relative to the rms of the recorded output.")
+    ]
     verdict: tuple[WrittenCheck, ...]
 
     @property
@@ -165,7 +178,7 @@ class SavedFitValidation(
 
 
 def written_fit_validation(validation: FitValidation) -> SavedFitValidation:
-    """What is left of a second record, and whether the fit holds on it."""
+    """Return the document of a fit validated on a second record."""
     return written_as(
         SavedFitValidation,
         validation,
@@ -175,7 +188,7 @@ def written_fit_validation(validation: FitValidation) -> SavedFitValidation:
 
 
 def written_output_fit(fit: OutputFit) -> WrittenOutputFit:
-    """The parameters with all that was asked and found of each, and whether to believe them."""
+    """Return the document of a fit: settings, parameters, errors and verdict."""
     return written_as(
         WrittenOutputFit,
         fit,
@@ -206,7 +219,7 @@ def written_output_fit(fit: OutputFit) -> WrittenOutputFit:
 
 
 def _lacks(fit: OutputFit) -> tuple[WrittenLack, ...] | None:
-    """Of all records in which it was looked for; None where it was in none."""
+    """Return the missing terms of all tested records; None if none was tested."""
     if all(isinstance(lacks, Missing) for lacks in fit.lacks):
         return None
     return tuple(
@@ -241,33 +254,33 @@ def _fitted(fit: OutputFit, place: int, name: str) -> WrittenFitted:
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class SavedOutputFit(FittedParameters, Checked, Presentable, Exact):
-    """A fit that was read from a file, with the names of `OutputFit`; see `load_result`.
+    """A fit that was read from a file, with the attributes of `OutputFit`; see `load_result`.
 
     Attributes
     ----------
     file : str
     document : WrittenOutputFit
-        What the file holds.
+        Content of the file.
     name : str
-        Of the axis.
+        Name of the axis.
     output : str
-        What was followed.
+        Fitted output; several are joined by and.
     outputs : tuple of str
-        The same one by one.
+        Fitted outputs as a tuple.
     covariances : mapping of str to (P, P) array
-        The one that was chosen alone.
+        Only the chosen covariance.
     error : float
-        Root mean square of what is left, in the output's unit.
+        Rms residual, in the unit of the output.
     error_percent : float
-        The same of the recorded output; of several records the largest.
+        Rms residual relative to the rms of the output; the largest of several records.
     records : tuple of WrittenRecord
-        What it is of, without samples.
+        Fitted records, without samples.
     levels : Levels
-        From when on something was told as missing of the model.
+        Levels from which a term was reported as missing.
     checks : tuple of Check
-        Whether to believe it.
+        Checks of the verdict.
     local : mapping of str to tuple of str
-        Names of each parameter that records have for themselves, by record.
+        Names by record of each parameter with a separate value for each record.
     law_moves, law_move
         See `OutputFit.law_moves` and `OutputFit.law_move`.
     """
@@ -288,7 +301,7 @@ class SavedOutputFit(FittedParameters, Checked, Presentable, Exact):
 
     @classmethod
     def of(cls, file: str, written: WrittenOutputFit) -> "SavedOutputFit":
-        """What a document tells."""
+        """Return the fit of a document."""
         chosen, fitted = written.chosen_covariance, [*written.parameters.values()]
         check_sizes("the fit", [*written.parameters], {"covariance": written.covariance}, {})
         moves = [v.law_move for v in fitted]
@@ -298,7 +311,7 @@ class SavedOutputFit(FittedParameters, Checked, Presentable, Exact):
             file=file,
             document=written,
             name=written.axis,
-            # Files of one output need not say it of each record.
+            # Files of one output may omit it for each record.
             outputs=tuple(dict.fromkeys(e.output or written.output for e in written.record_errors)),
             parameters=NamedValues(
                 (
@@ -333,6 +346,9 @@ class SavedOutputFit(FittedParameters, Checked, Presentable, Exact):
         return f"fit of the {self.output}: {self.parameters.listed()}"
 
     def derive(self, function: FunctionLike) -> Value:
-        """Any function of the parameters, as `OutputFit.derive`, under the chosen covariance."""
+        """Return any function of the parameters with its unit and interval.
+
+        Like `OutputFit.derive`, but only by the chosen covariance.
+        """
         at_bound = {name for name, v in self.document.parameters.items() if v.at_bound}
         return self.distribution(at_bound).derived(function, "fit again with bootstrap=")

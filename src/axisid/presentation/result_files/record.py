@@ -1,4 +1,4 @@
-"""A record: where it comes from, and how it became rows."""
+"""Records in documents: provenance, drive response, signals and prefilter."""
 
 from collections.abc import Mapping
 from typing import Annotated, Literal
@@ -18,59 +18,59 @@ class WrittenRecord(
     kw_only=True,
     rename={"period": "sample_period", "digest": "samples_sha256"},
 ):
-    """Where the data come from."""
+    """Provenance and size of a record."""
 
-    source: Annotated[str, about("File name, or how the record was made.")]
-    given: Annotated[str | None, about("The file as it was named; null where there is none.")]
-    path: Annotated[str | None, about("The file, absolute; null where there is none.")]
+    source: Annotated[str, about("File name, or origin of a record without a file.")]
+    given: Annotated[str | None, about("File as given; null if there is none.")]
+    path: Annotated[str | None, about("Absolute path of the file; null if there is none.")]
     sha256: Annotated[
         str | None,
         about(
-            "Of the file, or of the files of a folder in the order of their names; of the very "
-            "bytes that were used."
+            "sha256 of the bytes of the file, or of the files of a folder in the order of their "
+            "names."
         ),
     ]
     columns: Annotated[Mapping[str, str], about("Column name by role.")]
-    truth: Annotated[Mapping[str, float] | None, about("Of a twin, SI, by parameter.")]
+    truth: Annotated[Mapping[str, float] | None, about("True values of a twin, SI, by parameter.")]
     assumed: Annotated[
         tuple[str, ...],
-        about("What was taken of the file: separator, encoding, units and their conversion."),
+        about("Assumptions about the file: separator, encoding, units and their conversion."),
     ]
     repairs: Annotated[
         tuple[Repair, ...],
-        about("What was done to the data on request, in this order."),
+        about("Repairs of the data on request, in this order."),
     ]
     segments: Annotated[
         tuple[tuple[int, int], ...],
         about(
-            "First row and the one after the last of each piece between gaps; empty for one piece."
+            "First row and row after the last of each segment between gaps; empty for one segment."
         ),
     ]
     masked: Annotated[
         tuple[tuple[int, int], ...],
-        about("Rows that are no measurements, likewise."),
+        about("First row and row after the last, for each range that is not a measurement."),
     ]
     samples: int
     period: Annotated[float, about("s")]
     digest: Annotated[
         str,
         about(
-            "Of the samples: of time, position, velocity, acceleration, reference, control, force "
-            "and test signal, as far as there are, the role, and of recorded signals the name, "
-            "then the values as 64-bit floats."
+            "sha256 of the samples: for time, position, velocity, acceleration, reference, "
+            "control, force and test signal, if present, the role, and for recorded signals the "
+            "name, each followed by the values as 64-bit floats."
         ),
     ]
     injected_at: Annotated[
         Literal["control", "reference"] | UnsetType,
-        about("What a recorded test signal was added to."),
+        about("Signal that a recorded test signal was added to."),
     ] = UNSET
     motion: Annotated[
         tuple[Literal["position", "velocity", "acceleration"], ...] | UnsetType,
-        about("What of the motion was measured; absent where it is the position alone."),
+        about("Measured quantities of the motion; absent for the position alone."),
     ] = UNSET
     windows: Annotated[
         tuple[tuple[float, float], ...] | UnsetType,
-        about("First and last time of each part of the log that was taken, s; not of a whole one."),
+        about("First and last time of each used window of the log, s; absent for the whole log."),
     ] = UNSET
 
     def __len__(self) -> int:
@@ -78,13 +78,13 @@ class WrittenRecord(
 
     @property
     def size(self) -> str:
-        """Samples and sampling period, in words."""
+        """Return number of samples and sampling period as text."""
         pieces = f" in {len(self.segments)} segments" if self.segments else ""
         return f"{len(self)} samples of {1e3 * self.period:.6g} ms{pieces}"
 
     @property
     def provenance(self) -> Provenance:
-        """Where it comes from, as a `Record` has it."""
+        """Return the provenance, as in a `Record`."""
         return Provenance(
             source=self.source,
             sha256=self.sha256 or "",
@@ -98,37 +98,41 @@ class WrittenRecord(
 
 
 class WrittenDriveTime(JsonObject, frozen=True, kw_only=True):
-    """A drive's lag or delay that was estimated, s."""
+    """An estimated lag or delay of a drive, s."""
 
     name: str
-    of: Annotated[Literal["lag", "delay"], about("Which of the drive's times it is.")]
-    nominal: Annotated[float, about("Where the search started.")]
+    of: Annotated[Literal["lag", "delay"], about("Estimated time.")]
+    nominal: Annotated[float, about("Start value of the search.")]
     value: float
-    sd: Annotated[float, about("HAC; what it adds is in the deviations of the parameters.")]
+    sd: Annotated[
+        float, about("HAC standard error; it is included in the standard errors of the parameters.")
+    ]
     interval_95: tuple[float, float]
 
 
 class WrittenResponse(JsonObject, frozen=True, kw_only=True):
-    """How the drive follows a command, and where the control was recorded."""
+    """Response of the drive to a command, and place where the control was recorded."""
 
     lag: Annotated[float, about("Time constant, s; 0 for none.")]
-    delay: Annotated[float, about("From the command to when it acts, s; 0 for none.")]
+    delay: Annotated[float, about("Dead time from the command to its action, s; 0 for none.")]
     logged: Annotated[
         Literal["command", "applied", "current"],
-        about("What the recorded control is: what acts after the delay, what is left by the lag."),
+        about(
+            "Recorded control: command, or after the delay (applied), or after the lag (current)."
+        ),
     ]
     unit: Annotated[
-        str | UnsetType, about("Of the control, where one of the following is declared.")
+        str | UnsetType, about("Unit of the control, if one of the following is declared.")
     ] = UNSET
     rate_limit: Annotated[
-        float | UnsetType, about("Most that the acting control changes in a second, unit/s.")
+        float | UnsetType, about("Maximum rate of change of the acting control, unit/s.")
     ] = UNSET
     quantisation: Annotated[
-        float | UnsetType, about("Step to which a command is rounded, in its unit.")
+        float | UnsetType, about("Quantisation step of the command, in its unit.")
     ] = UNSET
     deadband: Annotated[
         float | UnsetType,
-        about("Half width of the commands that make no force, in their unit; taken off others."),
+        about("Half width of the deadband of the command, in its unit; subtracted outside it."),
     ] = UNSET
     estimated: WrittenDriveTime | UnsetType = UNSET
 
@@ -138,35 +142,35 @@ class WrittenSignal(JsonObject, frozen=True, kw_only=True):
 
     name: str
     unit: str
-    between: Annotated[Literal["linear", "held"], about("How it runs between samples.")]
+    between: Annotated[Literal["linear", "held"], about("Interpolation between samples.")]
 
 
 class WrittenRequest(JsonObject, frozen=True, kw_only=True):
-    """A prefilter as it was asked for; null is what was left open, to be chosen for the record."""
+    """A requested prefilter; null for settings that are chosen for the record."""
 
-    cutoff: Annotated[float, about("Hz")]
+    cutoff: Annotated[float, about("Cut-off frequency of the low-pass, Hz.")]
     order: int
-    decimate: Annotated[int, about("One row in so many.")]
+    decimate: Annotated[int, about("Decimation factor.")]
     decimation: Literal["matlab", "scipy"]
-    drop: Annotated[tuple[int, int] | None, about("Samples to leave out at start and end.")]
+    drop: Annotated[tuple[int, int] | None, about("Samples dropped at start and end.")]
     hold: Literal["raw", "zoh"] | None
     reversals: Literal["keep", "leave-out"] | None
 
 
 class WrittenPrefilter(WrittenRequest, frozen=True, kw_only=True):
-    """How the record became rows."""
+    """The applied prefilter."""
 
-    drop: Annotated[tuple[int, int], about("Samples left out at start and end, as applied.")]
+    drop: Annotated[tuple[int, int], about("Samples dropped at start and end, as applied.")]
     hold: Annotated[Literal["raw", "zoh"], about("As applied.")]
     reversals: Annotated[
         Literal["keep", "leave-out"],
-        about("Whether samples near reversals and rests are left out."),
+        about("Treatment of samples near reversals and standstill."),
     ]
-    silent: Annotated[int, about("Samples that were left out for that.")]
+    silent: Annotated[int, about("Number of samples left out near reversals and standstill.")]
 
 
 def written_record(record: Record) -> WrittenRecord:
-    """Provenance and size of a record."""
+    """Return provenance and size of a record."""
     origin = record.provenance
     return written_as(
         WrittenRecord,
@@ -187,7 +191,7 @@ def written_record(record: Record) -> WrittenRecord:
 
 
 def written_prefilter(sampling: Sampling) -> WrittenPrefilter:
-    """Settings of a prefilter; `drop` as it was applied, nothing left open."""
+    """Return the settings of a prefilter as applied."""
     return written_as(
         WrittenPrefilter,
         sampling.filter.settings,

@@ -1,4 +1,4 @@
-"""Two results that were written as JSON, side by side."""
+"""Comparison of two saved results."""
 
 import math
 from collections.abc import Mapping
@@ -17,8 +17,8 @@ from axisid.presentation.documents import (
     paragraph,
     text_table,
 )
-from axisid.support.errors import or_dash
 from axisid.support.presentable import Presentable
+from axisid.support.wording import or_dash
 
 from .checks import WrittenCheck
 from .estimate import WrittenValue
@@ -35,17 +35,17 @@ class WrittenDifference(JsonObject, frozen=True, kw_only=True):
     unit: str
     first: float
     second: float
-    sd_first: Annotated[float, about("HAC.")]
-    sd_second: Annotated[float, about("HAC.")]
+    sd_first: Annotated[float, about("HAC standard error.")]
+    sd_second: Annotated[float, about("HAC standard error.")]
     deviations: Annotated[
         float | None,
-        about("`difference` over the root of the summed variances; null where both are zero."),
+        about("`difference` over the root of the summed variances; null if both are zero."),
     ]
-    difference: Annotated[float, about("The second less the first.")]
+    difference: Annotated[float, about("Second minus first.")]
 
 
 class WrittenAlone(JsonObject, frozen=True, kw_only=True):
-    """Methods and parameters that only one has."""
+    """Methods and parameters of only one result."""
 
     first: tuple[str, ...]
     second: tuple[str, ...]
@@ -60,9 +60,9 @@ class ResultComparison(
     tag="axisid.result_comparison/1",
     rename={"errors": "errors_percent", "checks": "verdict"},
 ):
-    """What two results have in common, and where they part.
+    """Comparison of two results, as written by `axisid compare-results --json`.
 
-    It is what `axisid compare-results --json` writes; a pair is of the first and the second result.
+    Pairs contain the first and the second result.
     """
 
     first: Annotated[str, about("File, axis and record.")]
@@ -70,25 +70,25 @@ class ResultComparison(
     differences: tuple[WrittenDifference, ...]
     errors: Annotated[
         Mapping[str, tuple[float | None, float | None]],
-        about("By method and kind."),
+        about("Equation and simulation errors, percent, by method and kind."),
     ]
-    alone: Annotated[WrittenAlone, about("Methods and parameters that only one has.")]
-    settings: Annotated[Mapping[str, tuple[Any, Any]], about("Those that differ.")]
+    alone: Annotated[WrittenAlone, about("Methods and parameters of only one result.")]
+    settings: Annotated[Mapping[str, tuple[Any, Any]], about("Settings that differ.")]
     checks: Annotated[
         Mapping[str, tuple[WrittenCheck | None, WrittenCheck | None]],
-        about("Checks whose status differs; null where a result does not have it."),
+        about("Checks with different status; null if a result lacks the check."),
     ]
 
 
-_LONG_CELL = 36  # characters of a cell from which a table would be wider than a page
+_LONG_CELL = 36  # characters; longer cells would make a table wider than a page
 
 
-#: A result, or the file that holds it.
+#: A result, or its file.
 ComparableResult: TypeAlias = Identification | SavedIdentification | str | Path
 
 
 def result_comparison_document(results: ResultComparison) -> Document:
-    """Tables of parameters and errors, then settings and checks that differ."""
+    """Return tables of parameters and errors, then settings and checks that differ."""
     methods = dict.fromkeys(d.method for d in results.differences)
     alone = (
         paragraph(Sentence(text=f"only in {side}: {', '.join(names)}", hang=4))
@@ -108,8 +108,8 @@ def result_comparison_document(results: ResultComparison) -> Document:
 
 
 _NOTE = (
-    "(B - A) / sqrt(sd_A^2 + sd_B^2), HAC deviations: for records of their own. Two results of one "
-    "record share its noise; there the figure is a scale, not a test."
+    "(B - A) / sqrt(sd_A^2 + sd_B^2), HAC standard errors. It is a test only for results of "
+    "different records: two results of one record share its noise."
 )
 
 
@@ -132,7 +132,7 @@ def _table(results: ResultComparison, method: str) -> TableBlock:
         apart = "" if first is None or second is None else f"{second - first:+.3g}"
         rows.append((kind, "%", *cells, "", "", apart, ""))
     return text_table(
-        (method.upper(), "unit", "A", "B", "sd A", "sd B", "B - A", "in deviations [1]"),
+        (method.upper(), "unit", "A", "B", "sd A", "sd B", "B - A", "in sd [1]"),
         rows,
         labels=2,
     )
@@ -171,17 +171,17 @@ def _verdict(results: ResultComparison) -> Paragraph:
 
 
 def compare_results(first: ComparableResult, second: ComparableResult) -> ResultComparison:
-    """Set two results side by side.
+    """Compare two results.
 
     Parameters
     ----------
     first, second : Identification, SavedIdentification, str or Path
-        A file as ``axisid identify --json`` wrote it, or what `identify` and `load_result` give.
+        A result of `identify` or `load_result`, or a file of ``axisid identify --json``.
 
     Raises
     ------
     DataError
-        A file cannot be read or is no result.
+        A file cannot be read or is not a result.
     """
     (of_a, a), (of_b, b) = _document(first), _document(second)
     by_method = [{str(e.method): e for e in result.estimates} for result in (a, b)]
@@ -194,7 +194,7 @@ def compare_results(first: ComparableResult, second: ComparableResult) -> Result
         }
         for estimates in by_method
     ]
-    # Methods, and parameters of methods that both have.
+    # Methods of one result, and parameters of common methods.
     alone = [
         dict.fromkeys(
             label if method in common else method
@@ -236,7 +236,7 @@ def compare_results(first: ComparableResult, second: ComparableResult) -> Result
 
 
 def _document(result: ComparableResult) -> tuple[str, WrittenIdentification]:
-    """File, axis and record, and what is written of it."""
+    """Return file, axis and record as text, and the document of a result."""
     if isinstance(result, Identification):
         file, document = "", written_identification(result)
     else:
@@ -264,7 +264,7 @@ def _difference(
 
 
 def _settings(result: WrittenIdentification) -> dict[str, Any]:
-    """What a result was made from and how."""
+    """Return data and settings of a result."""
     record, members = result.record, result.records or ()
     several = {
         "records": ", ".join(member.record.source for member in members),

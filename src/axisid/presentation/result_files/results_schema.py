@@ -1,4 +1,4 @@
-"""The JSON schema of everything that is written, made of the classes of documents."""
+"""The JSON schema of all written documents, generated from their classes."""
 
 import inspect
 import re
@@ -28,20 +28,20 @@ _DOCUMENTS = (
 _REFERENCE = "#/$defs/{name}"
 
 
-#: Of a class's docstring: names of members, and what is said of them.
+#: Names and descriptions of members in the docstring of a class.
 _ATTRIBUTE = re.compile(r"^(\w[\w, ]*) : .*((?:\n    .+)+)", re.MULTILINE)
 
 
-#: What a document has as a file alone.
+#: Member of documents in files only.
 _DIGEST = {
-    "description": "sha256 of the other members as JSON with sorted keys: a file that was changed "
-    "is refused; left out in files of earlier versions.",
+    "description": "sha256 of the other members as JSON with sorted keys. A changed file is "
+    "rejected. Absent in files of earlier versions.",
     "type": "string",
 }
 
 
 def results_schema() -> dict[str, Any]:
-    """The schema of every document that ``--json`` writes, draft 2020-12."""
+    """Return the schema of every document written by ``--json``, draft 2020-12."""
     refs, components = json.schema_components(
         _DOCUMENTS, schema_hook=schema_of_kind, ref_template=_REFERENCE
     )
@@ -55,13 +55,13 @@ def results_schema() -> dict[str, Any]:
 
 
 def _name(of_class: str) -> str:
-    """``WrittenHeldOut`` is ``held_out``."""
+    """Return the schema name of a class: ``WrittenHeldOut`` is ``held_out``."""
     name = of_class.removeprefix("Written").removeprefix("Saved")
     return re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
 
 
 def _worded(part: Any) -> Any:
-    """A part of the schema, closed against members that it does not name."""
+    """Return a part of the schema with descriptions, closed to unknown members."""
     if isinstance(part, list):
         return [_worded(each) for each in part]
     if not isinstance(part, dict):

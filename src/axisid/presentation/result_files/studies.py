@@ -1,4 +1,4 @@
-"""Studies as documents: candidates, validations, sweeps, laws of a control, and twins."""
+"""Comparisons, validations, sweeps, law searches and Monte-Carlo studies as documents."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any, cast
@@ -41,56 +41,58 @@ from .record import (
 
 
 class WrittenExplainedLaw(JsonObject, frozen=True, kw_only=True):
-    """A ready law with the gains that explain a control best."""
+    """A ready law with the gains that fit the control best."""
 
-    law: Annotated[str, about("Its name, in `axisid.control` and in TOML.")]
-    words: Annotated[Mapping[str, str], about("Its arguments that are no numbers.")]
-    gains: Annotated[Mapping[str, float], about("SI, in the control's unit.")]
+    law: Annotated[str, about("Name in `axisid.control` and in TOML.")]
+    words: Annotated[Mapping[str, str], about("Arguments that are not numbers.")]
+    gains: Annotated[Mapping[str, float], about("SI, with the unit of the control.")]
     sd: Annotated[
         Mapping[str, float],
-        about("Of the gains that the record tells apart, for autocorrelated residuals."),
+        about("Standard errors of the identified gains, for autocorrelated residuals."),
     ]
     delay: Annotated[int, about("Samples between computing a control and logging it.")]
-    period: Annotated[float, about("s, of the log.")]
-    held_out_percent: Annotated[
-        float, about("What it leaves of the control on rows that are held out.")
-    ]
-    fitted_percent: Annotated[float, about("The same on the rows that its gains are from.")]
-    same: Annotated[str, about("What else gives the same control.")]
-    toml: Annotated[str, about("How a TOML declaration has it.")]
+    period: Annotated[float, about("Sampling period of the log, s.")]
+    held_out_percent: Annotated[float, about("Residual on held-out rows, relative to the control.")]
+    fitted_percent: Annotated[float, about("Residual on the fitted rows, relative to the control.")]
+    same: Annotated[str, about("Other laws with the same control.")]
+    toml: Annotated[str, about("Declaration in TOML.")]
 
 
 class WrittenLawSearch(
     WrittenResult, frozen=True, kw_only=True, tag_field="schema", tag="axisid.law/1"
 ):
-    """What `axisid law --json` writes."""
+    """Document written by `axisid law --json`."""
 
     axis: str
-    unit: Annotated[str, about("Of the control.")]
-    explained: Annotated[bool, about("Whether the first leaves as little as the law check allows.")]
-    as_well: Annotated[int, about("How many of the first leave as little as the best.")]
+    unit: Annotated[str, about("Unit of the control.")]
+    explained: Annotated[
+        bool, about("True if the residual of the first law is within the limit of the law check.")
+    ]
+    as_well: Annotated[
+        int, about("Number of laws, from the first, with an equally small residual.")
+    ]
     laws: Annotated[
         tuple[WrittenExplainedLaw, ...],
-        about("By what they leave; of those that leave as little, few gains first."),
+        about("Sorted by residual; among equal residuals, laws with fewer gains first."),
     ]
 
 
 class WrittenSweep(
     WrittenResult, frozen=True, kw_only=True, tag_field="schema", tag="axisid.sweep/1"
 ):
-    """What `axisid sweep --json` writes."""
+    """Document written by `axisid sweep --json`."""
 
-    recommended_cutoff: Annotated[float | None, about("Hz; null where none can be named.")]
+    recommended_cutoff: Annotated[float | None, about("Hz; null if none is recommended.")]
     reason: str
     failures: Annotated[
         Mapping[str, str],
-        about("Cut-offs that gave no estimate, Hz, with the reason."),
+        about("Cut-offs without an estimate, Hz, with the reason."),
     ]
     results: tuple[WrittenIdentification, ...]
 
 
 class WrittenHeldOut(JsonObject, frozen=True, kw_only=True):
-    """Errors on rows that the estimate was not made from."""
+    """Errors on held-out rows."""
 
     error_percent: float | None
     squares_by_block: tuple[float | None, ...]
@@ -104,7 +106,7 @@ class WrittenCandidate(JsonObject, frozen=True, kw_only=True):
     signature: str
     left_out: Annotated[
         Mapping[str, float],
-        about("What stands for the parameters that were left out, SI, by name."),
+        about("Values of the parameters that were left out, SI, by name."),
     ]
     estimate: WrittenEstimate
     criteria: Criteria
@@ -112,7 +114,7 @@ class WrittenCandidate(JsonObject, frozen=True, kw_only=True):
 
 
 class WrittenHeldOutBlocks(JsonObject, frozen=True, kw_only=True):
-    """How rows were held out."""
+    """Blocks of held-out rows."""
 
     blocks: int
     gap_rows: int
@@ -121,16 +123,16 @@ class WrittenHeldOutBlocks(JsonObject, frozen=True, kw_only=True):
 class WrittenComparison(
     WrittenResult, frozen=True, kw_only=True, tag_field="schema", tag="axisid.comparison/1"
 ):
-    """What `axisid compare --json` writes."""
+    """Document written by `axisid compare --json`."""
 
     record: WrittenRecord
     records: Annotated[
         tuple[WrittenRecord, ...] | UnsetType,
-        about("Where there are several, all of them; `record` is the first."),
+        about("All records, if there are several; `record` is the first."),
     ] = UNSET
     known: Annotated[
         Mapping[str, tuple[WrittenKnown, ...]] | UnsetType,
-        about("What is known of each record, SI, by name."),
+        about("Known values of each record, SI, by name."),
     ] = UNSET
     set_aside: Annotated[
         Mapping[str, str] | UnsetType,
@@ -146,14 +148,17 @@ class WrittenComparison(
         about("Candidates that the record does not identify, with the reason."),
     ]
     tests: tuple[NestedTest, ...]
-    same: Annotated[tuple[tuple[str, ...], ...], about("One model in different parameters.")]
+    same: Annotated[
+        tuple[tuple[str, ...], ...],
+        about("Candidates that are the same model with different parameters."),
+    ]
     recommended: str | None
     tied: tuple[str, ...]
     reason: str
 
 
 def written_comparison(comparison: Comparison) -> WrittenComparison:
-    """Every candidate, how they were told apart, and which is recommended."""
+    """Return the document of a comparison: candidates, tests and recommendation."""
     c = comparison
     return written_as(
         WrittenComparison,
@@ -184,7 +189,7 @@ def written_comparison(comparison: Comparison) -> WrittenComparison:
 
 
 def written_validation(validation: Validation) -> WrittenValidation:
-    """Errors by method; what is not finite becomes None."""
+    """Return the document of a validation; non-finite numbers become None."""
     return written_as(
         WrittenValidation,
         validation,
@@ -207,7 +212,7 @@ def _of_method(validation: MethodValidation) -> WrittenMethodValidation:
 
 
 def written_sweep(sweep: Sweep) -> WrittenSweep:
-    """Every identification of a sweep, and which is recommended."""
+    """Return the document of a sweep: identifications and recommendation."""
     return written_as(
         WrittenSweep,
         sweep,
@@ -218,7 +223,7 @@ def written_sweep(sweep: Sweep) -> WrittenSweep:
 
 
 def written_law_search(search: LawSearch) -> WrittenLawSearch:
-    """What ``--json`` writes."""
+    """Return the document of a law search."""
     return written_as(
         WrittenLawSearch,
         search,
@@ -238,24 +243,27 @@ def written_law_search(search: LawSearch) -> WrittenLawSearch:
 
 
 class WrittenTwins(JsonObject, frozen=True, kw_only=True):
-    """What was simulated."""
+    """Simulated twins of a study."""
 
     axis: str
     signature: str
-    right: Annotated[bool, about("Whether what was identified is what was simulated.")]
+    right: Annotated[bool, about("True if the identified model is the simulated one.")]
     noise: Annotated[
         Mapping[str, float | bool | None],
         about(
-            "By the names of the options; of several autoregressions the deviation of their sum. "
-            "In files without a chain null is the experiment's, or none."
+            "By the names of the options; for several autoregressions the standard deviation of "
+            "their sum. In files without `chain`, null means the value of the experiment, or none."
         ),
     ]
     chain: Annotated[
-        Chain | UnsetType, about("The same whole, SI; left out in files of earlier versions.")
+        Chain | UnsetType,
+        about("Complete noise model, SI; absent in files of earlier versions."),
     ] = UNSET
-    position_noise: Annotated[float, about("The experiment's, in the coordinate's unit.")]
-    resolution: Annotated[float, about("Likewise; 0 for none.")]
-    unit: Annotated[str, about("Of the coordinate.")]
+    position_noise: Annotated[
+        float, about("Position noise of the experiment, in the unit of the coordinate.")
+    ]
+    resolution: Annotated[float, about("Encoder step of the experiment, in that unit; 0 for none.")]
+    unit: Annotated[str, about("Unit of the coordinate.")]
     drive_unit: str
 
 
@@ -269,22 +277,24 @@ class SavedMonteCarlo(
     tag="axisid.monte_carlo/1",
     rename={"name": "axis", "figures": "estimands", "check_figures": "checks"},
 ):
-    """What `axisid study --json` writes."""
+    """Document written by `axisid study --json`."""
 
-    # With the names of `MonteCarlo`, but for the numbers of each run, which ``--output`` has.
+    # With the attributes of `MonteCarlo`, except for the numbers of each run (``--output``).
     name: str
     signature: str
     twins: WrittenTwins
-    runs: Annotated[int, about("Asked for.")]
-    done: Annotated[int, about("Fewer where the study was ended early.")]
+    runs: Annotated[int, about("Requested number of runs.")]
+    done: Annotated[int, about("Completed runs; fewer if the study was ended early.")]
     seed: int
     methods: tuple[str, ...]
-    prefilter: Annotated[WrittenRequest, about("As the twins' rate has it.")]
-    settings: Annotated[Mapping[str, str | int | None], about("What else was asked of identify.")]
-    levels: Annotated[Levels | UnsetType, about("Left out in files of earlier versions.")] = UNSET
+    prefilter: Annotated[
+        WrittenRequest, about("Requested prefilter, at the sampling rate of the twins.")
+    ]
+    settings: Annotated[Mapping[str, str | int | None], about("Other settings of identify.")]
+    levels: Annotated[Levels | UnsetType, about("Absent in files of earlier versions.")] = UNSET
     figures: tuple[EstimandFigures, ...]
-    judged: Annotated[int, about("Runs with a verdict.")]
-    objected: Annotated[Share, about("Verdicts in which any check fails.")]
+    judged: Annotated[int, about("Number of runs with a verdict.")]
+    objected: Annotated[Share, about("Share of verdicts with a failed check.")]
     check_figures: tuple[CheckFigures, ...]
     failures: tuple[FailedRun, ...]
 
@@ -296,19 +306,19 @@ class SavedMonteCarlo(
 
     @property
     def chosen(self) -> str:
-        """Of `COVARIANCES`, what printed intervals are of."""
+        """Return the name in `COVARIANCES` of the covariance of printed intervals."""
         return str(self.settings["covariance"])
 
     @property
     def noise(self) -> Chain:
-        """Of the twins."""
+        """Return the noise of the twins."""
         twins = self.twins
         experiment = Chain(position=twins.position_noise, position_step=twins.resolution)
         return twins.chain or declared_chain(experiment, **cast(Any, twins.noise))
 
 
 def written_study(result: MonteCarlo) -> SavedMonteCarlo:
-    """What a study tells without the numbers of its runs, which is all that tables show."""
+    """Return a study without the numbers of its runs, as needed for tables."""
     plan = result.plan
     experiment = Chain.of_experiment(plan.twin.axis)
     return SavedMonteCarlo(

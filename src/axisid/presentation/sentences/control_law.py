@@ -43,6 +43,10 @@ _READINGS = {
     "sampled rows": "the rows as they were sampled",
     "even times": "samples interpolated at even times",
 }
+_NOT_HOLDING = {
+    "estimates": "the estimates do not hold, because this record has another control law: ",
+    "fit": "this record has another control law than the axis of the fit: ",
+}
 _CHECK_INJECTED_SIZE = (
     "Check the size of the test signal, such as a gain or a filter between the point where it is "
     "logged and the point where it is added"
@@ -347,8 +351,8 @@ def found_gains_differ(finding: FoundGainsDiffer) -> str:
 
 @sentence.register
 def law_of_second_record(finding: LawOfSecondRecord) -> str:
-    """Return the comparison of a second record, with the result that it speaks against."""
-    return f"{finding.lead}{sentence(finding.finding)}"
+    """Return the comparison of a second record with the law, and the result that is affected."""
+    return f"{_NOT_HOLDING[finding.result]}{sentence(finding.finding)}"
 
 
 @sentence.register

@@ -198,13 +198,18 @@ def changed_parameter(finding: ChangedParameter) -> str:
 @sentence.register
 def moved_parameter(finding: MovedParameter) -> str:
     """Return how far a parameter is off."""
-    cause = "by what the model lacks"
     if finding.is_changing:
-        cause = "in the record"
+        change = (
+            f"{finding.parameter} changes by {finding.percent:.2g} % of its value in the record"
+        )
+    else:
+        change = (
+            f"missing terms of the model change {finding.parameter} by {finding.percent:.2g} % of "
+            "its value"
+        )
     return (
-        f"{finding.parameter} changes by {finding.percent:.2g} % of its value {cause}, and a value "
-        f"that is more than {finding.most_percent:g} % off must not be used. Correct the model or "
-        "the record first"
+        f"{change}, and a value that is more than {finding.most_percent:g} % off must not be used. "
+        "Correct the model or the record first"
     )
 
 

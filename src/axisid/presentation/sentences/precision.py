@@ -17,8 +17,8 @@ from axisid.estimation.diagnostics import (
     WithinBounds,
 )
 from axisid.estimation.estimation_problem import ParameterAtBound
-from axisid.support.errors import range_text
 from axisid.support.settings import setting
+from axisid.support.wording import range_text
 
 from .dispatch import sentence
 from .words import capitalised, listed, one_after_another

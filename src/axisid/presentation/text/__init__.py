@@ -1,4 +1,4 @@
-"""Results in words and tables.
+"""Results as documents of sentences and tables.
 
 In: a result. Out: a document of blocks. Knows nothing of how statistics are computed.
 """

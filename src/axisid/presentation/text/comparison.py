@@ -21,8 +21,9 @@ from axisid.presentation.documents import (
     paragraph,
     text_table,
 )
-from axisid.support.errors import Missing, or_dash
 from axisid.support.mappings import grouped
+from axisid.support.missing import Missing
+from axisid.support.wording import or_dash
 
 from .record import force_told, records_facts, rows_text, set_aside_facts
 
@@ -30,7 +31,7 @@ _SMALLEST_P = 1e-16
 
 
 def comparison_document(c: Comparison) -> Document:
-    """Heading, estimates, errors, tests, the recommendation and the rows that all have."""
+    """Return heading, estimates, errors, tests, recommendation and the common rows."""
     nested = text_table(
         ("nested model", "restrictions", "Wald/q, HAC", "p"),
         (
@@ -66,8 +67,8 @@ def comparison_document(c: Comparison) -> Document:
                 ),
                 *(
                     Sentence(
-                        text=f"{t.larger} says no more than {t.smaller} on this record (Wald p = "
-                        f"{_p(t.wald_p)})."
+                        text=f"{t.larger} does not fit this record significantly better than "
+                        f"{t.smaller} (Wald p = {_p(t.wald_p)})."
                     )
                     for t in c.tests
                     if t.wald_p is not None and t.wald_p >= SIGNIFICANCE_LEVEL.value
@@ -91,22 +92,22 @@ def _heading(c: Comparison) -> Heading:
             **records_facts(c.records, known, units),
             **set_aside_facts(c.set_aside),
             "columns": "",
-            "method": f"{c.method.upper()}; the same rows for all; {c.blocks} blocks held out, a "
-            f"gap of {c.gap} rows on both sides",
+            "method": f"{c.method.upper()} on the same rows for all candidates; {c.blocks} blocks "
+            f"held out, with a gap of {c.gap} rows on both sides",
         }
     )
 
 
 def _left_out(candidates: Sequence[Candidate]) -> str:
-    """What stands for the parameters that were left out, and of which candidates if not all."""
+    """Return the values of parameters left out, with candidate names if candidates differ."""
     texts = {c.name: left_out_text(c.axis.declared) for c in candidates}
     if len({*texts.values()}) == 1:
         return texts[candidates[0].name]
-    return "; ".join(f"{text} of {name}" for name, text in texts.items() if text)
+    return "; ".join(f"{text} in {name}" for name, text in texts.items() if text)
 
 
 def _short(value: Value | None) -> Cell:
-    """A value to two digits of its deviation."""
+    """Return a value to two digits of its standard error."""
     if value is None:
         return "-"
     places = decimals(value.deviation)
@@ -116,7 +117,7 @@ def _short(value: Value | None) -> Cell:
 def _errors(candidates: Sequence[Candidate]) -> TableBlock:
     least = {name: min(getattr(c.criteria, name) for c in candidates) for name in ("aic", "bic")}
     return text_table(
-        ("candidate", "k", "equation %", "held out %", "simul. %", "dAIC", "dBIC"),
+        ("candidate", "k", "equation %", "held out %", "simulation %", "dAIC", "dBIC"),
         (
             (
                 c.name,
@@ -141,7 +142,7 @@ def _p(value: float | None) -> str:
 
 
 def _remarks(c: Comparison) -> list[Sentence]:
-    """Bounds and control laws that do not hold, what kept a candidate out, and what disagrees."""
+    """Return failed bounds and control law, excluded candidates, and limits of the comparison."""
     first, *others = c.candidates
     return [
         *(
@@ -153,9 +154,9 @@ def _remarks(c: Comparison) -> list[Sentence]:
         *(
             []
             if isinstance(c.law, Missing) or c.law.passed
-            else [Sentence(text=f"Believe nothing before this is mended: {c.law.sentence}.")]
+            else [Sentence(text=f"Do not use these results: {c.law.sentence}.")]
         ),
-        *(Sentence(text=f"{name} is left out: {why}") for name, why in c.failures.items()),
+        *(Sentence(text=f"{name} is excluded: {why}") for name, why in c.failures.items()),
         *(
             Sentence(text=f"no simulation of {', '.join(of)}: {why}")
             for why, of in grouped(
@@ -165,13 +166,15 @@ def _remarks(c: Comparison) -> list[Sentence]:
             ).items()
         ),
         *(
-            Sentence(text=f"{a} and {b} are the same model in different parameters, on these rows.")
+            Sentence(
+                text=f"On these rows, {a} and {b} are the same model with different parameters."
+            )
             for a, b in c.same
         ),
         *(
             Sentence(
                 text=f"{e.name} and {first.name} have different control laws, so their simulation "
-                "errors compare these too."
+                "errors also contain this difference."
             )
             for e in others
             if e.axis.axis.control != first.axis.axis.control

@@ -29,23 +29,23 @@ from axisid.presentation.result_files import SavedOutputFit, written_output_fit
 from .identification import verdict_block
 from .record import local_notes, record_facts, records_facts, set_aside_facts
 
-#: What deviations are by each covariance.
+#: Origin of the standard errors, by covariance.
 _COVARIANCES = {
-    "coloured": "of errors that follow an autoregression",
-    "iid": "of independent errors",
-    "bootstrap": "as twins of the records scatter",
+    "coloured": "for autoregressive output errors",
+    "iid": "for independent output errors",
+    "bootstrap": "from simulated replicas of the records",
 }
 
 
 def output_fit_document(fit: OutputFit) -> Document:
-    """Heading, parameters, what is left of each record, the verdict and remarks."""
+    """Return heading, parameters, residual of each record, verdict and remarks of a fit."""
     return saved_fit_document(
         SavedOutputFit.of("", written_output_fit(fit)), declared=fit.axis.declared
     )
 
 
 def saved_fit_document(fit: SavedOutputFit, *, declared: Axis | None = None) -> Document:
-    """The same of what a file has; `declared` is the axis, which no file has."""
+    """Return the document of a saved fit; `declared` is the axis, which files do not contain."""
     return (
         _heading(fit, declared),
         text_table(
@@ -100,10 +100,10 @@ def _errors(fit: SavedOutputFit) -> TableBlock:
     of_record = [f"{i}  {r.provenance.source}" for i, r in enumerate(fit.records, 1)]
     return text_table(
         (
-            *(("", "output") if several and count > 1 else ("left of",)),
+            *(("residual", "output") if several and count > 1 else ("residual",)),
             "samples",
-            *(("error", "unit") if count > 1 else (f"error {fit.document.unit}",)),
-            "error %",
+            *(("rms", "unit") if count > 1 else (f"rms {fit.document.unit}",)),
+            "% of output",
         ),
         (
             (
@@ -122,16 +122,16 @@ def _errors(fit: SavedOutputFit) -> TableBlock:
 def _remarks(fit: SavedOutputFit) -> Iterator[str]:
     written = fit.document
     yield from local_notes(fit.local)
-    for said in dict.fromkeys(written.remarks):  # two methods may be refused for one reason
-        yield f"It starts from {written.started} values: {said}"
-    yield f"sd {_COVARIANCES[written.chosen_covariance]}."
+    for said in dict.fromkeys(written.remarks):  # two methods may be refused for the same reason
+        yield f"The search starts from {written.started} values: {said}"
+    yield f"Standard errors (sd): {_COVARIANCES[written.chosen_covariance]}."
 
 
 _MOST = 8  # laws that are listed
 
 
 def law_search_document(search: LawSearch) -> Document:
-    """The laws by what they leave, the gains of the best, and how to declare it."""
+    """Return the laws sorted by residual, and the gains and declaration of the best one."""
     best = search.best
     return (
         Heading(facts=record_facts(search.record)),
@@ -140,8 +140,8 @@ def law_search_document(search: LawSearch) -> Document:
                 *text_columns(["", "law"]),
                 TableColumn("gains", align="left"),
                 TableColumn("delay"),
-                TableColumn("held-out", "%"),
-                TableColumn("own", "%"),
+                TableColumn("held out", "%"),
+                TableColumn("fitted", "%"),
             ),
             rows=tuple(
                 (
@@ -155,7 +155,7 @@ def law_search_document(search: LawSearch) -> Document:
                 for i, each in enumerate(search.laws[:_MOST], 1)
             ),
             labels=2,
-            title="Ready laws, delayed by samples, and what they leave of held-out and own rows",
+            title="Ready laws with their delay in samples: residual on held-out and on fitted rows",
         ),
         text_table(
             (best.title, "value", "sd"),
@@ -163,7 +163,7 @@ def law_search_document(search: LawSearch) -> Document:
                 (
                     name,
                     f"{value:.6g}",
-                    f"{best.deviations[name]:.2g}" if name in best.deviations else "not shown",
+                    f"{best.deviations[name]:.2g}" if name in best.deviations else "not identified",
                 )
                 for name, value in best.law.gains.items()
             ),
@@ -176,17 +176,18 @@ def _conclusion(search: LawSearch) -> Paragraph:
     if not search.explained:
         return paragraph(f"{search.checks[0].meaning}.")
     best, others = search.best, search.as_well - 1
-    more = f"{others} other{'s' * (others > 1)} with more gains"
+    more = f"{others} other law{'s' * (others > 1)} with more gains"
+    explain = "explain" if others > 1 else "explains"
     return paragraph(
-        *([f"The control is explained as well by {more}."] if others else []),
-        *([f"The same control gives {best.same}."] if best.same else []),
+        *([f"{more} {explain} the control equally well."] if others else []),
+        *([f"The same control results from {best.same}."] if best.same else []),
         Sentence(lead="in TOML:   ", text=best.toml, filled=False),
         Sentence(lead="in Python: ", text=best.python, filled=False),
     )
 
 
 def sweep_document(sweep: Sweep) -> Document:
-    """Values of the judged method by cut-off, the recommendation, and what is checked there."""
+    """Return the judged estimates by cut-off, the recommendation, and its checks."""
     judged, first = [result.preferred for result in sweep.results], sweep.results[0]
     return (
         Heading(
@@ -204,7 +205,7 @@ def sweep_document(sweep: Sweep) -> Document:
         TableBlock(
             columns=(
                 TableColumn("cut-off", "Hz", "left"),
-                TableColumn("1 of"),
+                TableColumn("decimation"),
                 TableColumn("method", align="left"),
                 *(TableColumn(q.name, q.unit, parts=("sd",)) for q in judged[0].quantities),
             ),
@@ -220,10 +221,10 @@ def sweep_document(sweep: Sweep) -> Document:
                 )
                 for result, estimate in zip(sweep.results, judged, strict=True)
             ),
-            title="Values minus the bias of filter and noise, where that is known",
+            title="Values minus the bias of filter and noise (if it is known)",
         ),
         paragraph(
-            *(f"{cutoff:g} Hz gave no estimate: {why}" for cutoff, why in sweep.failures.items()),
+            *(f"No estimate at {cutoff:g} Hz: {why}" for cutoff, why in sweep.failures.items()),
             Sentence(lead="recommended: ", text=f"{sweep.recommendation}.", hang=4),
         ),
         verdict_block(sweep.checks),
@@ -231,7 +232,7 @@ def sweep_document(sweep: Sweep) -> Document:
 
 
 def validation_document(validation: Validation) -> Document:
-    """What was repaired of the record, and the errors."""
+    """Return the repairs of the second record, and the errors of each estimate on it."""
     record = validation.record
     title = f"Frozen estimates on {record.provenance.source}, {len(record)} samples:"
     heading = Heading(facts={"repaired": record_facts(record)["repaired"]}, title=title)
@@ -247,12 +248,13 @@ def validation_document(validation: Validation) -> Document:
 
 
 def fit_validation_document(validation: FitValidation) -> Document:
-    """What a frozen fit leaves of a record, and whether it holds."""
+    """Return the residual of a frozen fit on a second record, and its checks."""
     record, unit = validation.record, validation.unit
-    left = f"{validation.error:.4g} {unit}".rstrip() + f", {validation.percent:.3g} % of it"
+    residual = f"residual {validation.error:.4g} {unit}".rstrip()
+    residual += f" (rms), {validation.percent:.3g} % of the {validation.output} (rms)"
     return (
         Heading(
-            facts={validation.output: f"leaves {left}"},
+            facts={validation.output: residual},
             title=f"Frozen fit on {record.provenance.source}, {len(record)} samples:",
         ),
         verdict_block(validation.checks),

@@ -35,8 +35,9 @@ from axisid.presentation.sentences import (
     covariance_text,
     shared_covariance_text,
 )
-from axisid.support.errors import is_nothing, or_dash, range_text
+from axisid.support.checks import is_nothing
 from axisid.support.mappings import grouped
+from axisid.support.wording import or_dash, range_text
 
 from .identification_details import (
     band_row,
@@ -65,7 +66,18 @@ def saved_document(
     every: bool = False,
     full: bool = False,
 ) -> Document:
-    """The same of what a file has."""
+    """Return an identification as a document.
+
+    Parameters
+    ----------
+    result : SavedIdentification
+    draws : int
+        Number of draws from the distribution of each estimate; 0 for no table of draws.
+    every : bool
+        True for all methods with notes.
+    full : bool
+        True for all methods, notes, diagnostics and checks.
+    """
     drawn = () if is_nothing(draws) else (draws_table(result.estimates, draws),)
     if not (every or full):
         return (*_screen(result), *drawn)
@@ -98,15 +110,15 @@ def saved_document(
 
 
 def _screen(result: SavedIdentification) -> Document:
-    """Heading, the judged estimate, the verdict without what it only notes, and of what rows.
+    """Return heading, judged estimate, verdict without notes, and rows.
 
-    Where a check fails, methods that came to nothing are named alone: why follows from that.
+    If a check fails, missing methods are named without reasons: the failed check explains them.
     """
     noted = [check.line for check in by_weight(result.verdict) if check.status == "note"]
     missing = {**result.skipped, **result.failed}
     fails = any(check.status == "fail" for check in result.verdict)
     without = (
-        [f"Without {', '.join(missing)}."] * bool(missing)
+        [f"Not estimated: {', '.join(missing).upper()}."] * bool(missing)
         if fails
         else missing_notes(missing, result.verdict)
     )
@@ -143,7 +155,7 @@ def _rows_in_short(result: SavedIdentification) -> str:
 
 
 def judged_table(result: SavedIdentification) -> TableBlock:
-    """The values to believe: each the centre of its interval, less what filter and noise move."""
+    """Return the table of the judged estimate: each value minus the bias of filter and noise."""
     judged, plain = result.preferred, result.estimates.get("idm-ls")
     bands = (result.document.model_bands or {}).get(judged.method, {})
     revised = result.document.with_missing_terms or {}
@@ -188,14 +200,14 @@ def judged_table(result: SavedIdentification) -> TableBlock:
 def _model_remark(
     band: JackknifeInterval | None, revised: Sequence[float], digits: int
 ) -> list[str]:
-    """What a parameter is with the missing terms, or else how far the model's error may move it.
+    """Return the value of a parameter with the missing terms, or its range by model error.
 
     Parameters
     ----------
     band : JackknifeInterval or None
     revised : sequence of float
         Its value with the terms that the verdict names, or its values forward and backward; empty
-        where none are named.
+        if none are named.
     digits : int
     """
     values = [f"{value:.{digits}f}" for value in revised]
@@ -209,7 +221,7 @@ def _model_remark(
 
 
 def rows_of(result: SavedIdentification) -> str:
-    """How the records became rows."""
+    """Return how the records became rows."""
     first, *_ = result.estimates.values()
     force = force_told(
         result.drive,
@@ -232,7 +244,7 @@ def _heading(result: SavedIdentification) -> Heading:
     truth, title = record.provenance.truth, result.declared.title if result.declared else ""
     records = [of_one.record for of_one in result.of_records] or [record]
     units, found = {p.name: p.unit for p in parameters}, result.drive_time
-    for of_one in result.of_records:  # what is true of all
+    for of_one in result.of_records:  # true values common to all records
         own = of_one.record.provenance.truth
         truth = {name: value for name, value in truth.items() if own.get(name) == value}
     return Heading(
@@ -243,8 +255,8 @@ def _heading(result: SavedIdentification) -> Heading:
             **records_facts(records, [of_one.known for of_one in result.of_records], units),
             **set_aside_facts(result.set_aside),
             "drive": f"{found}, estimated, 95 % interval "
-            f"{range_text(1e3 * found.interval[0], 1e3 * found.interval[1], ' to ')} ms; it is in "
-            "the deviations of the parameters"
+            f"{range_text(1e3 * found.interval[0], 1e3 * found.interval[1], ' to ')} ms; its "
+            "uncertainty is included in the standard errors of the parameters"
             if found
             else "",
             "truth": _truth(parameters, truth),
@@ -275,7 +287,7 @@ def _estimates_table(
         *_value_rows(
             {e.method: e.ddm_parameters for e in estimates}, _labels(first.ddm_quantities), truth
         ),
-        # Of rows of the measured motion; that of the loop's rows is the simulation error.
+        # DIDIM regresses on the simulated motion: its equation error is its simulation error.
         (
             *("equation error", "%"),
             *(
@@ -297,7 +309,7 @@ def _estimates_table(
 
 
 def _physical_tables(result: SavedIdentification) -> list[TableBlock]:
-    """Physical parameters that are no base parameters, by method, of one model form."""
+    """Return tables of physical parameters that are not base parameters, for one model form."""
     every = {method: p for method, p in result.physical.items() if p.shows_more}
     inverse = [p for m, p in every.items() if not result.estimates[m].is_direct]
     shown = inverse or [*every.values()]
@@ -311,7 +323,7 @@ def _physical_tables(result: SavedIdentification) -> list[TableBlock]:
 
 
 def _columns(what: str, methods: Iterable[str]) -> tuple[TableColumn, ...]:
-    parts = ("sd [1]", "rel. sd", "i.i.d. [2]")  # told where a table has room
+    parts = ("sd [1]", "rel. sd", "i.i.d. [2]")  # shown if the table has room
     return (
         *text_columns([what, "unit"]),
         *(TableColumn(method.upper(), parts=parts, kind="method") for method in methods),
@@ -329,7 +341,7 @@ def _value_rows(
     truth: Mapping[str, float],
     bands: Sequence[Mapping[str, JackknifeInterval]] = (),
 ) -> list[tuple[Cell, ...]]:
-    """Rows of the parameters by method, their intervals to be drawn behind them."""
+    """Return the rows of the parameters by method, with the intervals to be drawn."""
     rows: list[tuple[Cell, ...]] = []
     for name, label in labels.items():
         beside = [column[name] for column in columns.values()]
@@ -351,14 +363,14 @@ def _value_rows(
 
 
 def draws_table(estimates: Mapping[str, SavedEstimate], draws: int) -> TableBlock:
-    """Intervals from draws, beside those of the delta method."""
+    """Return a table of intervals from draws and by the delta method."""
     drawn = [
         (f"{method.upper()} {name}", value, estimate.propagate(name, draws=draws))
         for method, estimate in estimates.items()
         for name, value in estimate.parameters.items()
     ]
     lost, seed = max(summary.lost for *_, summary in drawn), drawn[-1][-1].seed
-    left_out = f"; up to {lost} gave no positive inertia and are left out" * bool(lost)
+    left_out = f"; up to {lost} without a positive inertia are excluded" * bool(lost)
     return text_table(
         ("", "unit", "median", "drawn 2.5 %", "97.5 %", "delta 2.5 %", "97.5 %"),
         (
@@ -374,7 +386,7 @@ def draws_table(estimates: Mapping[str, SavedEstimate], draws: int) -> TableBloc
         ),
         labels=2,
         said=(
-            f"{draws} draws from each estimate's distribution (seed {seed}), mapped exactly"
+            f"{draws} draws from each estimate's distribution (seed {seed}), transformed exactly"
             f"{left_out}.",
         ),
     )
@@ -394,7 +406,7 @@ def _notes(estimates: Sequence[SavedEstimate]) -> list[str]:
         by_gain = ", ".join(f"{n} +- {v.sd_gain:.3g} {v.unit}" for n, v in last.parameters.items())
         notes.append(
             f"The drive gain is known to {100 * last.gain_relative_sd:.3g} %. Its error scales all "
-            f"parameters together and is not part of any sd: {by_gain} ({last.method})."
+            f"parameters together and is not part of any sd: {by_gain} ({last.method.upper()})."
         )
     if any(v.is_shifted for e in estimates for v in e.parameters.values()):
         notes.append(
@@ -412,8 +424,8 @@ def _notes(estimates: Sequence[SavedEstimate]) -> list[str]:
     if any(estimate.by_output_error for estimate in estimates):
         notes.append(
             "DIDIM: least squares of the measured force on the regressor of the simulated closed "
-            "loop, both filtered alike. Its equation error is its simulation error. It relies on "
-            "the declared control law."
+            "loop, both with the same filter. Its equation error is its simulation error. It "
+            "relies on the declared control law."
         )
     if {"idm-iv", "ddm-iv"} <= {e.method for e in estimates}:
         notes.append(
@@ -424,13 +436,15 @@ def _notes(estimates: Sequence[SavedEstimate]) -> list[str]:
 
 
 def shared_remarks(estimates: Iterable[SavedEstimate]) -> list[str]:
-    """Each remark once, with the methods that it is of."""
+    """Return each remark once, with the methods that it applies to."""
     shared = grouped((said, e.method) for e in estimates for said in e.remarks)
-    return [f"{', '.join(of)}: {remark.removesuffix('.')}." for remark, of in shared.items()]
+    return [
+        f"{', '.join(of).upper()}: {remark.removesuffix('.')}." for remark, of in shared.items()
+    ]
 
 
 def verdict_block(checks: Sequence[Check]) -> Checks:
-    """Whether to believe it, a sentence for each check that did not pass, and what passed."""
+    """Return the conclusion, a sentence for each check that did not pass, and passed checks."""
     ordered = by_weight(checks)
     statuses: tuple[Status, ...] = ("fail", "note")
     judged = [
@@ -453,9 +467,9 @@ def verdict_block(checks: Sequence[Check]) -> Checks:
 
 
 def unmade(checks: Sequence[Check]) -> dict[str, list[str]]:
-    """Checks that could not be made, by the one cause that they have.
+    """Return the checks that were not evaluated, grouped by reason.
 
-    Without those of a line on which another check fails or has a note: a line has one status.
+    Excluded are checks of a line on which another check fails or has a note: a line has one status.
     """
     judged = lines_of(check.name for check in checks if check.status in ("fail", "note"))
     return grouped(
@@ -466,9 +480,9 @@ def unmade(checks: Sequence[Check]) -> dict[str, list[str]]:
 
 
 def missing_notes(missing: Mapping[str, str], checks: Sequence[Check] = ()) -> list[str]:
-    """Each reason once, with the methods that are missing for it.
+    """Return each reason once, with the methods that are missing because of it.
 
-    One that checks could not be made for stands in the verdict.
+    A reason for which checks were not evaluated is in the verdict.
     """
     in_verdict = unmade(checks)
     shared = grouped(
@@ -476,5 +490,6 @@ def missing_notes(missing: Mapping[str, str], checks: Sequence[Check] = ()) -> l
         for method, why in missing.items()
     )
     return [
-        f"without {', '.join(of)}: {reason.removesuffix('.')}." for reason, of in shared.items()
+        f"{', '.join(of).upper()} not estimated: {reason.removesuffix('.')}."
+        for reason, of in shared.items()
     ]

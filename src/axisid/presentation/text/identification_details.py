@@ -1,4 +1,4 @@
-"""An estimate as a document, notes on what its numbers rest on, and all that was measured of it."""
+"""An estimate as a document, notes on its assumptions, and all diagnostics of a result."""
 
 from collections.abc import Mapping, Sequence
 
@@ -29,17 +29,20 @@ from axisid.presentation.result_files import (
     WrittenMember,
     read_checks,
 )
-from axisid.support.errors import or_dash, range_text
 from axisid.support.mappings import grouped
+from axisid.support.wording import or_dash, range_text
 
-_SMALL, _VAGUE = 0.01, 1e4  # percent of the value, of a deviation
+_SMALL, _VAGUE = (
+    0.01,
+    1e4,
+)  # percent of the value: smallest and largest standard error that is printed as it is
 
 _STARTS = {"least-squares": "LS", "nominal": "nominal"}
 _MODEL_ERROR = "sd by model error"
 
 
 def saved_estimate_document(estimate: SavedEstimate) -> Document:
-    """Every parameter with its deviation and interval, and the errors."""
+    """Return every parameter with its standard error and interval, and the errors."""
     values = {**estimate.ddm_parameters, **estimate.parameters}
     errors = {
         "equation error": None if estimate.by_output_error else estimate.equation_error_percent,
@@ -66,7 +69,7 @@ def saved_estimate_document(estimate: SavedEstimate) -> Document:
 
 
 def iterations(estimate: SavedEstimate) -> str:
-    """How many iterations there were, and from where; a dash for least squares."""
+    """Return the number of iterations and the start; a dash for least squares."""
     if not estimate.iterates:
         return "-"
     count = str(len(estimate.iterates) - 1)
@@ -74,7 +77,7 @@ def iterations(estimate: SavedEstimate) -> str:
 
 
 def quantity(value: Value) -> QuantityCell:
-    """Value and deviation; then relative deviation and i.i.d. deviation, digits as they warrant."""
+    """Return value, standard error, relative and i.i.d. standard error with suitable digits."""
     digits = places(value)
     relative = value.relative_deviation_percent
     percent = f"{relative:.2f} %" if relative >= _SMALL else f"{relative:.1g} %"
@@ -87,14 +90,14 @@ def quantity(value: Value) -> QuantityCell:
 
 
 def places(value: Value) -> int:
-    """Decimal places that show four digits of the deviation, four at least."""
+    """Return the decimal places that show four digits of the standard error; at least four."""
     return decimals(value.sd, digits=4, least=4)
 
 
 def band_row(
     values: Sequence[Value], bands: Sequence[JackknifeInterval | None]
 ) -> list[tuple[Cell, ...]]:
-    """Deviations of the model's error, where one noticeably exceeds that of noise."""
+    """Return standard errors by model error, if one is noticeably larger than that by noise."""
     if not any(band is not None and band.exceeds for band in bands):
         return []
     cells = (
@@ -111,7 +114,7 @@ def band_row(
 
 
 def moves_notes(document: WrittenIdentification) -> list[str]:
-    """What repeats, and what bands of the model's error are, as far as there are any."""
+    """Return notes on the repeating residual and on the ranges by model error, if any."""
     notes = [_repeats(document.lack_of_fit)] if document.lack_of_fit else []
     bands, judged = document.model_bands or {}, document.judged
     if not any(band.exceeds for of_one in bands.values() for band in of_one.values()):
@@ -121,7 +124,7 @@ def moves_notes(document: WrittenIdentification) -> list[str]:
         for name, band in bands.get(judged, {}).items()
         if band.exceeds
     )
-    own = f" 95 % of {judged}: {listed}." if listed else ""
+    own = f" 95 % intervals of {judged.upper()}: {listed}." if listed else ""
     notes.append(
         f"{_MODEL_ERROR}: standard deviation of a parameter over parts of the motion (jackknife). "
         "It contains the model's error, which repeats with the motion. The sd above it assumes "
@@ -140,7 +143,7 @@ def _repeats(found: LackOfFit) -> str:
 
 
 def physical_notes(found: Mapping[str, Physical]) -> list[str]:
-    """Notes of a table; none where the estimates are of the physical parameters already."""
+    """Return notes on physical parameters; none if they are estimated directly."""
     shows_more = any(physical.shows_more for physical in found.values())
     said = grouped(
         (sentence, method)
@@ -156,7 +159,9 @@ def physical_notes(found: Mapping[str, Physical]) -> list[str]:
     return [
         *([_how(next(iter(found.values())))] if shows_more else []),
         *(
-            f"{sentence}." if len(methods) == len(found) else f"{', '.join(methods)}: {sentence}."
+            f"{sentence}."
+            if len(methods) == len(found)
+            else f"{', '.join(methods).upper()}: {sentence}."
             for sentence, methods in said.items()
         ),
     ]
@@ -180,7 +185,7 @@ def _how(physical: Physical) -> str:
 
 
 def details_document(result: SavedIdentification) -> Document:
-    """Intervals, correlations and every diagnostic, each with its figure and threshold."""
+    """Return intervals, correlations and every diagnostic with figure and threshold."""
     preferred, found = result.preferred, result.document
     label, names = COVARIANCES[preferred.chosen].label, [q.name for q in preferred.quantities]
     return (
@@ -248,7 +253,7 @@ def _law(law: WrittenLawCheck) -> TableBlock | Paragraph:
 
 
 def _by_record(records: Sequence[WrittenMember]) -> TableBlock:
-    """The control law and the delay of the force, record by record."""
+    """Return residual and delay of the control law, and the delay of the force, by record."""
     return text_table(
         ("", "residual of the law", "delay [samples]", "force acts later by [samples]"),
         (
@@ -301,7 +306,7 @@ def _differences(
         ("", "unit", "difference", "its sd", "in sd of the second", "p", "joint p"),
         (
             (
-                f"{pair} {name}",
+                f"{_difference_label(pair)} {name}",
                 units[name],
                 f"{each.difference:+.3g}",
                 f"{each.deviation:.2g}",
@@ -315,6 +320,11 @@ def _differences(
         labels=2,
         title=title,
     )
+
+
+def _difference_label(pair: str) -> str:
+    """Return the label of a pair: ``idm-iv less didim`` becomes ``IDM-IV minus DIDIM``."""
+    return " minus ".join(method.upper() for method in pair.split(" less "))
 
 
 def _alignment(preferred: SavedEstimate, alignment: WrittenAlignment) -> Paragraph:
@@ -336,7 +346,7 @@ def _alignment(preferred: SavedEstimate, alignment: WrittenAlignment) -> Paragra
 
 
 def _motions(found: Mapping[str, ColumnComparison]) -> Document:
-    """Measured velocity and acceleration beside what is differentiated; none without them."""
+    """Return measured velocity and acceleration compared with the differentiated position."""
     rows = [
         (
             role,
@@ -356,7 +366,7 @@ def _motions(found: Mapping[str, ColumnComparison]) -> Document:
 
 
 def checks_table(checks: Sequence[Check], *, sources: bool = False) -> TableBlock:
-    """Every check with its figure and threshold, and on request what the figure is."""
+    """Return every check with its figure and threshold, and on request what the figure is."""
     of_what = (TableColumn("figure and source of the threshold", align="left"),) if sources else ()
     return TableBlock(
         columns=(*text_columns(["", "status", "figure", "threshold", "p"]), *of_what),

@@ -1,4 +1,4 @@
-"""A study as tables: bias, scatter and intervals, and what checks say."""
+"""A Monte-Carlo study as tables: bias, scatter, coverage of intervals, and rates of checks."""
 
 import math
 from collections.abc import Sequence
@@ -37,18 +37,18 @@ from axisid.presentation.plots import method_title
 from axisid.presentation.result_files import SavedMonteCarlo
 from axisid.presentation.sentences import sentence
 
-_PLAIN = (1e-6, 1e6)  # errors between which figures have no power of ten
+_PLAIN = (1e-6, 1e6)  # Monte-Carlo errors between which numbers have no power of ten
 
-_LABELS = {MODEL_ERROR: "model error", COLOURED: "coloured errors"}
+_LABELS = {MODEL_ERROR: "model error", COLOURED: "autoregressive errors"}
 _TITLES = {
     PARAMETER: "Estimates",
     DIRECT: "Parameters of the direct model",
-    PHYSICAL: "Declared parameters that follow",
+    PHYSICAL: "Declared parameters that can be calculated",
 }
 
 
 def study_document(result: SavedMonteCarlo) -> Document:
-    """What was done, the estimates by method, the checks, and what came to nothing."""
+    """Return settings, estimates by method, rates of the checks, legend and findings."""
     return (
         Heading(facts=heading_facts(result)),
         *estimand_tables(result),
@@ -59,25 +59,25 @@ def study_document(result: SavedMonteCarlo) -> Document:
 
 
 def heading_facts(result: SavedMonteCarlo) -> dict[str, str]:
-    """What was done in each run."""
+    """Return the settings of the runs, for a heading."""
     twins, noise = result.twins, result.noise
-    begun = ", begun anywhere in a count" if noise.anywhere else ""
+    begun = ", start at a random place within an encoder step" if noise.anywhere else ""
     done = f"{len(result)}" if len(result) == result.runs else f"{len(result)} of {result.runs}"
     return {
         "axis": result.name,
         "twins": f"{done} twins of {twins.axis}, seed {result.seed}",
         "noise": sentence(noise_sources(noise, twins.unit, twins.drive_unit)) + begun,
-        "model": "the twins' own" if twins.right else "another than the twins'",
+        "model": "the same as simulated" if twins.right else "different from the simulated model",
         "methods": ", ".join(map(method_title, result.methods)),
         "intervals": f"{100 * INTERVAL_LEVEL.value:g} %, {_stated_labels(result)}",
     }
 
 
 def estimand_tables(result: SavedMonteCarlo, of: str = "") -> list[Block]:
-    """One table for each kind of parameter; `of` is what their titles begin with."""
+    """Return one table for each kind of parameter; `of` is the start of their titles."""
     # A fit has no filter.
     is_fit = [bool(fitted_output(method)) for method in result.methods]
-    without = f" without the bias of filter and noise{', where there is one' * any(is_fit)}"
+    without = f" minus the bias of filter and noise{' (not for fits)' * any(is_fit)}"
     titles = {**_TITLES, PARAMETER: _TITLES[PARAMETER] + without * (not all(is_fit))}
     return [
         _estimands(result, of_kind, f"{of}: {title[0].lower()}{title[1:]}" if of else title)
@@ -115,9 +115,9 @@ def _estimands(
             TableColumn("truth"),
             TableColumn("bias", parts=("error",)),
             TableColumn("scatter", parts=("error",)),
-            TableColumn("stated"),
-            TableColumn("holds", "%", group="holds"),
-            TableColumn("95 % interval", "%", group="holds"),
+            TableColumn("sd"),
+            TableColumn("coverage", "%", group="coverage"),
+            TableColumn("95 % interval", "%", group="coverage"),
             *(TableColumn(_label(of), "%") for of in others),
         ),
         rows=rows,
@@ -131,7 +131,7 @@ def _label(of: str) -> str:
 
 
 def _stated_labels(result: SavedMonteCarlo) -> str:
-    """What the printed intervals are of, by all methods."""
+    """Return the names of the covariances that the printed intervals of all methods use."""
     return " and ".join(
         dict.fromkeys(
             _label(interval_covariance(method, result.chosen)) for method in result.methods
@@ -144,7 +144,7 @@ def _number(value: float, digits: int) -> str:
 
 
 def mean_cell(mean: Mean) -> QuantityCell:
-    """A figure with its Monte-Carlo error, to the digits that the error tells."""
+    """Return a mean with its Monte-Carlo standard error, rounded to two digits of the latter."""
     if math.isnan(mean.value):
         return QuantityCell("-", "-")
     if not _PLAIN[0] <= mean.error < _PLAIN[1]:
@@ -154,7 +154,7 @@ def mean_cell(mean: Mean) -> QuantityCell:
 
 
 def share_texts(share: Share | None) -> tuple[str, str]:
-    """A share in percent, and Wilson's interval to two digits of its width; dashes of none."""
+    """Return a share in percent and its Wilson interval; dashes if there are no runs."""
     if share is None or not share.of:
         return "-", "-"
     low, value, high = (100 * each for each in (share.interval[0], share.value, share.interval[1]))
@@ -163,7 +163,7 @@ def share_texts(share: Share | None) -> tuple[str, str]:
 
 
 def study_checks(result: SavedMonteCarlo) -> TableBlock:
-    """How often each check fails; of those that do not pass in every run, and were evaluated."""
+    """Return how often each check fails, except checks that always pass or are not evaluated."""
     beyond = [each for each in result.check_figures if each.passes.of > 0 and not _is_silent(each)]
     return TableBlock(
         columns=(
@@ -185,36 +185,38 @@ def study_checks(result: SavedMonteCarlo) -> TableBlock:
                 )
                 for check in beyond
             ),
-            ("any of them", *share_texts(result.objected), "", "", ""),
+            ("any check", *share_texts(result.objected), "", "", ""),
         ),
         title=f"Checks of {result.judged} verdicts",
     )
 
 
 def _is_silent(check: CheckFigures) -> bool:
-    """Whether it was evaluated in every run and passed."""
+    """Return True if the check was evaluated and passed in every run."""
     return check.passes.count == check.missing.of
 
 
 def legend(result: SavedMonteCarlo) -> Paragraph:
-    """What the columns are."""
+    """Return the explanation of the columns, and the checks without a row."""
     silent = ", ".join(each.name for each in result.check_figures if _is_silent(each))
     unseen = ", ".join(each.name for each in result.check_figures if not each.passes.of)
     return paragraph(
-        "bias, scatter: mean error and standard deviation over the runs, with their standard "
-        f"errors. stated: deviation, {_stated_labels(result)}. holds: share of its intervals "
-        "that hold the truth, with Wilson's 95 % interval; after it that of other deviations.",
+        "bias, scatter: mean error and standard deviation over the runs, each with its "
+        "Monte-Carlo standard error. sd: printed standard error, "
+        f"{_stated_labels(result)}, as root mean square over the runs. coverage: share of the "
+        "intervals that contain the true value, with Wilson's 95 % interval; the columns after it: "
+        "coverage with other standard errors.",
         *([f"Passed in every run: {silent}."] if silent else []),
-        *([f"Evaluated in no run, so that nothing is known of them: {unseen}."] if unseen else []),
+        *([f"Not evaluated in any run: {unseen}."] if unseen else []),
     )
 
 
 def findings(result: SavedMonteCarlo) -> Paragraph:
-    """What is beyond the Monte-Carlo error, and what came to nothing."""
+    """Return the results beyond the Monte-Carlo error, and the share of failed verdicts."""
     share, interval = share_texts(result.objected)
     objected = (
-        f"A check fails in {share} % ({interval} %) of {result.judged} verdicts on "
-        f"{'the right' if result.twins.right else 'a wrong'} model."
+        f"At least one check fails in {share} % ({interval} %) of {result.judged} verdicts on "
+        f"{'the correct' if result.twins.right else 'an incorrect'} model."
     )
     return paragraph(
         *(f"{check.meaning}." for check in result.checks if check.status != "not evaluated"),

@@ -1,4 +1,4 @@
-"""Records in words, one or several: size, columns, repairs, what is known, how they became rows."""
+"""Text about records: size, columns, repairs, known values, and how they became rows."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,7 +13,7 @@ from axisid.modeling.declaration import Drive, known_text
 from axisid.modeling.quantities import Signal
 from axisid.presentation.documents import Document, Heading, TableBlock, text_table
 from axisid.presentation.result_files import SavedIdentification
-from axisid.support.errors import or_dash
+from axisid.support.wording import or_dash
 
 
 def rows_text(
@@ -22,7 +22,7 @@ def rows_text(
     force: Sequence[str],
     motions: Sequence[Sequence[str]],
 ) -> str:
-    """How records became the rows of one regression, for the notes of a table.
+    """Return how records became the rows of one regression, for the notes of a table.
 
     Parameters
     ----------
@@ -31,14 +31,14 @@ def rows_text(
     used : int
         Rows of the regression.
     force : sequence of str
-        What is taken as the force, as `force_told` has it.
+        Source of the force and remarks on it, from `force_told`.
     motions : sequence of sequence of str
-        What of the motion was measured in each record.
+        Measured quantities of the motion in each record.
     """
     masked = sum(sampling.masked_rows for sampling in samplings)
     quiet = sum(sampling.excluded_samples for sampling in samplings)
-    lost = f", {masked} left out that masked samples reach" * bool(masked)
-    lost += f", {quiet} samples near reversals and rests left out before" * bool(quiet)
+    lost = f", {masked} rows affected by masked samples left out" * bool(masked)
+    lost += f", {quiet} samples near reversals and standstill left out before" * bool(quiet)
     taken, *said = force
     filters = dict.fromkeys(
         f"{_measured_text(motion)} low-passed by Butterworth {f.cutoff:g} Hz, order {f.order}, "
@@ -50,7 +50,7 @@ def rows_text(
 
 
 def _dropped(samplings: Sequence[Sampling]) -> str:
-    """Which samples are of no row, and which of the others are."""
+    """Return which samples were dropped at the ends, and the decimation of the others."""
     kept = [
         "all kept" if f.decimate == 1 else f"one in {f.decimate} kept ({f.decimation} alignment)"
         for f in (sampling.filter.settings for sampling in samplings)
@@ -63,7 +63,7 @@ def _dropped(samplings: Sequence[Sampling]) -> str:
         of = of if used == there else f"{used} of {of} (the others are too short)"
         pieces, each = (f" in {of}", " of each") if there else ("", "")
         return f"{pieces}: {start} dropped at the start, {end} at the end{each}, then {kept[0]}"
-    which = kept[0] if len({*kept}) == 1 else f"of the records in their order {', '.join(kept)}"
+    which = kept[0] if len({*kept}) == 1 else f"in the order of the records {', '.join(kept)}"
     return (
         f" in {len(samplings)} records: the filter's transients dropped at both ends of each, then "
         f"{which}"
@@ -71,32 +71,32 @@ def _dropped(samplings: Sequence[Sampling]) -> str:
 
 
 def force_told(drive: Drive, remark: str, *, is_gain: bool, measured: bool) -> tuple[str, ...]:
-    """What is taken as the force, and what is said of how it acts."""
+    """Return the source of the force, then remarks on its timing and on the drive."""
     if measured:
         return ("force column",)
     return (
-        "drive gain x control" if is_gain else "what the drive makes of the control",
+        "drive gain x control" if is_gain else "drive model applied to the control",
         *filter(None, (drive.timing_text, remark)),
     )
 
 
 def signals_text(signals: Sequence[Signal]) -> str:
-    """How recorded signals stand in the rows, in a sentence; empty for none."""
+    """Return a sentence on how recorded signals enter the rows; empty for none."""
     listed = ", ".join(f"{s.name} in {s.unit}" for s in signals)
     held = ", ".join(s.name for s in signals if s.is_held)
-    mean = f"; {held} by the mean of what is held before and after" if held else ""
-    return f" Recorded signals as they were recorded: {listed}{mean}." if signals else ""
+    mean = f"; {held}: mean of the values held before and after each sample" if held else ""
+    return f" Recorded signals are not filtered: {listed}{mean}." if signals else ""
 
 
 def _measured_text(motion: Sequence[str]) -> str:
-    """What passes the low-pass."""
+    """Return the names of the quantities that are low-passed, as the start of a sentence."""
     *others, last = (role if role == "position" else f"measured {role}" for role in motion)
     text = f"{', '.join(others)} and {last}" if others else last
     return text[0].upper() + text[1:]
 
 
 def record_facts(record: RecordInfo) -> dict[str, str]:
-    """What a heading says of a record: its size, columns, what was assumed and repaired."""
+    """Return size, columns, assumptions and repairs of a record, for a heading."""
     source = record.provenance
     return {
         "record": f"{source.source}, {record.size}",
@@ -107,14 +107,14 @@ def record_facts(record: RecordInfo) -> dict[str, str]:
 
 
 def record_document(record: Record) -> Document:
-    """Where it comes from, what was assumed and repaired, and how far its columns reach."""
+    """Return source, assumptions and repairs of a record, and the range of each column."""
     table = text_table(
-        ["", "least", "most", "range"],
+        ["", "minimum", "maximum", "range"],
         (
             (role, *(f"{x:.6g}" for x in (values.min(), values.max(), np.ptp(values))))
             for role, values in record.channels().items()
         ),
-        said=("Values are SI.",),
+        said=("Values are in SI units.",),
     )
     return Heading(facts=record_facts(record)), table
 
@@ -124,15 +124,15 @@ def records_facts(
     known: Sequence[Mapping[str, tuple[float, float]]] = (),
     units: Mapping[str, str] = MappingProxyType({}),
 ) -> dict[str, str]:
-    """What a heading says of records, numbered if several; what is the same of all is told once.
+    """Return heading facts of records, numbered if there are several; common facts appear once.
 
     Parameters
     ----------
     records : sequence of RecordInfo
     known : sequence of mapping of str to (float, float)
-        What is known of each, with its deviation.
+        Known values of each record with their standard errors.
     units : mapping of str to str
-        Of what is known.
+        Units of the known values.
     """
     told = [record_facts(record) for record in records]
     for own, of_one in zip(told, known, strict=False):
@@ -146,14 +146,14 @@ def records_facts(
     facts: dict[str, str] = {}
     for name in told[0]:
         each = [own[name] for own in told]
-        # Records of one source and size are told one by one all the same.
+        # Each record has its own line, even if sources and sizes are equal.
         same = name != "record" and len({*each}) == 1
         facts |= {name if same else f"{name} {i}": text for i, text in enumerate(each, 1)}
     return facts
 
 
 def set_aside_facts(set_aside: Mapping[str, str]) -> dict[str, str]:
-    """Records that could not be used, with the reason."""
+    """Return the records that could not be used, with the reasons."""
     counted = f"{len(set_aside)} record{'s' * (len(set_aside) > 1)}"
     reasons = (
         f"{n} ({why.removeprefix(f'{Path(n).name}: ').removesuffix('.')})"
@@ -163,11 +163,11 @@ def set_aside_facts(set_aside: Mapping[str, str]) -> dict[str, str]:
 
 
 def records_table(result: SavedIdentification) -> TableBlock:
-    """Each record beside the others, by the estimate that is judged."""
+    """Return a table of the records, with errors by the judged estimate."""
     return text_table(
         (
             *("record", "rows", "weight", "noise", "equation error", "simulation error"),
-            *("apart", "chance"),
+            *("difference", "p"),
         ),
         (
             (
@@ -186,33 +186,34 @@ def records_table(result: SavedIdentification) -> TableBlock:
 
 
 def several_notes(result: SavedIdentification) -> list[str]:
-    """How several records became one estimate; nothing of one."""
+    """Return notes on how several records became one estimate; none for a single record."""
     if not result.of_records:
         return []
     weights = ", ".join(f"{of_one.weight:.3g}" for of_one in result.of_records)
     gain = result.declared_gain
     return [
-        "One regression of all records, none of whose rows is a neighbour of another record's. "
-        f"Rows are weighted by the inverse of each record's noise, weights {weights}: what least "
-        "squares of all leaves of each in a first pass (feasible generalised least squares).",
-        f"Records one by one: errors by {result.preferred.method.upper()}, percent. Noise: "
-        "residuals, root mean square, in the unit of the force. Apart: force that the parameters "
-        "which the record has alone make otherwise, percent of its force; chance: that noise alone "
-        "makes as much.",
+        "All records are fitted in one regression; rows of different records are not neighbours. "
+        "Rows are weighted by the inverse of the record's noise, which is its residual in a first "
+        "least-squares fit of all records (feasible generalised least squares); weights "
+        f"{weights}.",
+        f"Table of records: errors by {result.preferred.method.upper()} in percent. Noise: rms "
+        "residual in the unit of the force. Difference: change of the force if the record has its "
+        "own parameters, in percent of its force; p: probability that noise alone causes such a "
+        "difference.",
         *local_notes(result.local_names),
         *(
             []
             if gain is None
             else [
-                f"drive_gain: identified by the known force; {gain:g} "
-                f"{result.preferred.parameters['drive_gain'].unit} is declared. The deviations of "
-                "the other parameters contain its own."
+                f"drive_gain: identified from the known force; the declared value is {gain:g} "
+                f"{result.preferred.parameters['drive_gain'].unit}. Standard errors of the other "
+                "parameters include its uncertainty."
             ]
         ),
         *(
             [
-                "Deviations contain what those of the known values add; equal values with equal "
-                "deviations are taken as one thing, weighed once."
+                "Standard errors include the uncertainty of the known values. Known values that "
+                "are equal and have equal standard errors count as one measurement."
             ]
             if any(sd for of_one in result.of_records for _, sd in of_one.known.values())
             else []
@@ -221,10 +222,10 @@ def several_notes(result: SavedIdentification) -> list[str]:
 
 
 def local_notes(local: Mapping[str, Sequence[str]]) -> list[str]:
-    """What records have for themselves, by the names that it has in each."""
+    """Return a note on each parameter that every record has for itself, with its names."""
     return [
-        f"{', '.join(dict.fromkeys(filter(None, names)))}: {name} of each record, in their order."
+        f"{', '.join(dict.fromkeys(filter(None, names)))}: {name} of the records, in their order."
         if any(names)
-        else f"{name}: each record has its own, in products alone, numbered in their order."
+        else f"{name}: one value per record, identified only in products; numbered by record."
         for name, names in local.items()
     ]

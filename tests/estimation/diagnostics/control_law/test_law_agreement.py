@@ -43,7 +43,7 @@ from axisid.estimation.diagnostics.control_law.law_faults import position_zero, 
 from axisid.estimation.findings import Finding
 from axisid.modeling.declaration import back_and_forth
 from axisid.modeling.declaration.ready_laws import CASCADES
-from axisid.support.errors import Missing
+from axisid.support.missing import Missing
 from tests.axes.cascaded import cascaded
 from tests.axes.ready_laws import LAWS, with_law
 from tests.estimation.law_replay.test_initial_state_of_record import carried

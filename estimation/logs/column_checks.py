@@ -1,0 +1,36 @@
+"""Check columns of several formats: each name occurs once, and no truth value is among numbers."""
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from axisid.estimation.raw_tables import twice
+
+
+def once(pairs: Iterable[tuple[str, Any]]) -> dict[str, Any]:
+    """Return values by name, where each name occurs once.
+
+    Raises
+    ------
+    DataError
+        A name occurs twice.
+    """
+    listed = [*pairs]
+    found = dict(listed)
+    if len(found) < len(listed):
+        counts = Counter(name for name, _ in listed)
+        raise twice(next(name for name, count in counts.items() if count > 1))
+    return found
+
+
+#: The reason why a column with truth values among its numbers is passed over.
+MIXED_TRUTHS = "true or false among numbers"
+
+
+def has_mixed_truths(cells: Sequence[Any]) -> bool:
+    """Return True if some of the cells, but not all, are true or false."""
+    there = [cell for cell in cells if cell is not None]
+    truths = sum(isinstance(cell, (bool, np.bool_)) for cell in there)
+    return 0 < truths < len(there)

@@ -1,0 +1,67 @@
+"""Read MDF files of measurement systems with asammdf."""
+
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from axisid.estimation.raw_tables import Table, TableBuilder, numbered
+from axisid.support.libraries import library, one_line, refusing
+from axisid.support.memory import Room
+
+
+def read_mdf(file: Path, room: Room) -> Table:
+    """Read an MDF file; a channel has the master time of its group, and its unit.
+
+    Channels whose names occur several times are named ``GROUP.NAME``, groups numbered from 0 as in
+    MDF tools; where that occurs twice too, ``GROUP.INDEX.NAME``. Samples marked as invalid are nan.
+
+    Raises
+    ------
+    DataError
+        It is damaged, unfolds to more than there is room for, or asammdf is not installed.
+    """
+    asammdf, builder = library("asammdf", "mdf", file), TableBuilder(room=room)
+    with (
+        refusing(f"{file} cannot be read as an MDF file (write it anew)"),
+        asammdf.MDF(file) as mdf,
+    ):
+        for name, group, index in _mdf_names(mdf):
+            # Its samples and its times are made before they are seen.
+            room.take(2 * 8 * mdf.groups[group].channel_group.cycles_nr)
+            try:
+                signal = mdf.get(group=group, index=index, ignore_invalidation_bits=True)
+            except Exception as error:
+                builder.pass_over(name, f"data that asammdf cannot read ({one_line(error)})")
+                continue
+            values, invalid = np.asarray(signal.samples), signal.invalidation_bits
+            if invalid is not None and values.dtype.kind in "fiub":
+                values = np.where(np.asarray(invalid, dtype=bool), np.nan, values)
+            count = 0 if invalid is None else np.count_nonzero(invalid)
+            builder.add(
+                name,
+                values,
+                unit=signal.unit or "",
+                clock=np.asarray(signal.timestamps, dtype=np.float64),
+                note=f"{name}: {count} samples are marked as invalid" if count else "",
+            )
+    return builder.table(str(file), advice="record channels of numbers")
+
+
+def _mdf_names(mdf: Any) -> list[tuple[str, int, int]]:
+    """Return the channels by unique names, with group and index, without the master channels."""
+    places = [
+        (name, group, index)
+        for name, where in mdf.channels_db.items()
+        for group, index in where
+        if mdf.masters_db.get(group) != index
+    ]
+    names = [name for name, _, _ in places]
+    for longer in ("{1}.{0}", "{1}.{2}.{0}"):
+        often = Counter(names)
+        names = [
+            longer.format(*place) if often[name] > 1 else name
+            for name, place in zip(names, places, strict=True)
+        ]
+    return [(name, *place[1:]) for name, place in zip(numbered(names), places, strict=True)]

@@ -1,0 +1,65 @@
+"""Read NumPy archives: vectors, columns of matrices and fields of records."""
+
+import io
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+from zipfile import ZipFile
+
+import msgspec
+import numpy as np
+
+from axisid.estimation.raw_tables import UNITS_ENTRY, Table, TableBuilder
+from axisid.support.libraries import refusing
+from axisid.support.memory import Room
+from axisid.support.settings import setting
+
+from .column_checks import once
+
+
+def read_npz(file: Path, content: bytes, room: Room) -> Table:
+    """Read a NumPy archive: vectors, columns of matrices (``data.1``), fields of records.
+
+    Units are those of an entry ``axisid.units``, JSON by name, if there is one.
+
+    Raises
+    ------
+    DataError
+        It is damaged, or holds Python objects (which could run code) or no vectors, its units
+        cannot be read, or it unfolds to more than there is room for.
+    """
+    builder = TableBuilder(room=room)
+    with (
+        refusing(f"{file} cannot be read as a NumPy archive (write one with numpy.savez)"),
+        ZipFile(io.BytesIO(content)) as packed,
+        np.load(io.BytesIO(content), allow_pickle=False) as archive,
+    ):
+        with refusing(
+            f"the entry {UNITS_ENTRY!r} of {file} is not a JSON object of units by name. Write it "
+            'as {"position": "mm"}, or omit it and give the units with '
+            f"{setting('columns', {'ROLE': 'NAME:UNIT'})}"
+        ):
+            written = archive[UNITS_ENTRY] if UNITS_ENTRY in archive.files else "{}"
+            units = msgspec.convert(
+                json.loads(str(written), object_pairs_hook=once), type=dict[str, str]
+            )
+        for name, entry in zip(archive.files, packed.infolist(), strict=True):
+            room.take(entry.file_size)
+            _add_entry(builder, name, archive, units)
+    return builder.table(str(file), advice="save vectors of them with numpy.savez")
+
+
+def _add_entry(builder: TableBuilder, name: str, archive: Any, units: Mapping[str, str]) -> None:
+    """Add an array, or the fields of records; pass over objects, which could execute code."""
+    try:
+        array = archive[name]
+    except ValueError as error:
+        if "Object arrays" not in str(error):
+            raise
+        builder.pass_over(name, "Python objects, which could execute code")
+        return
+    if array.dtype.names is None:
+        builder.add_array(name, array, unit=units.get(name, ""))
+    for inner in array.dtype.names or ():
+        builder.add_array(f"{name}.{inner}", array[inner])

@@ -1,0 +1,145 @@
+"""Checks of what is given: refuse it with a sentence, or return it in one form.
+
+This is imported without NumPy.
+"""
+
+import sys
+from collections.abc import Collection, Container, Iterable, Mapping
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard
+
+from .errors import AxisidError, UsageError
+from .wording import quoted
+
+if TYPE_CHECKING:  # an axis is declared without NumPy
+    from numpy.typing import ArrayLike
+
+    from .arrays import Array
+
+#: Whether something is wrong, what is said of it without the full stop, and a code of its own.
+Refusal: TypeAlias = tuple[object, str] | tuple[object, str, str]
+
+
+def refuse(error: type[AxisidError], *refusals: Refusal, before: str = "", code: str = "") -> None:
+    """Raise an error with the sentence of the first condition that is true, if any.
+
+    Parameters
+    ----------
+    error : type of AxisidError
+    *refusals : (object, str) or (object, str, str)
+    before : str
+        What every sentence begins with.
+    code : str
+        Of those that have none of their own.
+    """
+    for is_wrong, said, *own in refusals:
+        if is_wrong:
+            raise error(f"{before}{said}.", code=own[0] if own else code)
+
+
+def is_among(value: object, names: Container[str]) -> TypeGuard[str]:
+    """Return whether a value is one of some names, also if it has no hash or an array ``==``."""
+    return isinstance(value, str) and value in names
+
+
+_KINDS = {"c": "complex", "U": "text", "S": "text"}
+
+
+def is_real(value: object) -> TypeGuard[float]:
+    """Return whether a value is one real float (or infinite), not a truth value."""
+    if isinstance(value, int) and not isinstance(value, bool):
+        return abs(value) <= sys.float_info.max
+    return isinstance(value, float) or _is_numpys(value, "integer", "floating")
+
+
+def is_whole(value: object) -> TypeGuard[int]:
+    """Return whether a value is one whole number of a type for those, and no truth value."""
+    return not isinstance(value, bool) and (isinstance(value, int) or _is_numpys(value, "integer"))
+
+
+def _is_numpys(value: object, *kinds: str) -> bool:
+    """Return whether a value is a NumPy number, which there is only where NumPy is loaded."""
+    numpy = sys.modules.get("numpy")
+    return numpy is not None and isinstance(value, tuple(getattr(numpy, kind) for kind in kinds))
+
+
+def is_nothing(count: object) -> bool:
+    """Return whether a count is 0 or None; other types are not checked here."""
+    return count is None or (isinstance(count, int) and count == 0)
+
+
+def real_array(values: "ArrayLike", what: str, error: type[AxisidError] = UsageError) -> "Array":
+    """Return an array of floats; one that is none yet is made.
+
+    Parameters
+    ----------
+    values : array_like
+    what : str
+        They are, for messages.
+    error : type of AxisidError
+
+    Raises
+    ------
+    AxisidError
+        They are masked, complex, ragged or no numbers.
+    """
+    import numpy as np
+
+    if type(values) is np.ndarray and values.dtype == np.float64:
+        return values
+    if isinstance(values, np.ma.MaskedArray) and (masked := int(np.sum(values.mask))):
+        raise error(
+            f"{what}: {masked} of the values are masked. Remove or repair them.",
+            code="record",
+        )
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind == "O":  # None would become not a number without a word
+            array = np.array([float(each) for each in array.ravel()]).reshape(array.shape)
+    except (TypeError, ValueError, OverflowError) as reason:
+        raise error(f"{what}: the values are not numeric: {reason}.") from reason
+    if array.dtype.kind not in "biuf":
+        kind = _KINDS.get(array.dtype.kind, f"of the type {array.dtype}")
+        raise error(f"{what}: the values are {kind}. Give real numbers.", code="record")
+    return np.asarray(array, dtype=float)
+
+
+def listed(given: object) -> tuple[Any, ...]:
+    """Return one value or several as a tuple; a text is one value."""
+    return tuple(given) if isinstance(given, Iterable) and not isinstance(given, str) else (given,)
+
+
+def by_name(given: object, what: str) -> Mapping[str, Any]:
+    """Return a mapping of values by name; empty for None.
+
+    Raises
+    ------
+    UsageError
+        It is no mapping; `what` says of what.
+    """
+    if given is not None and not isinstance(given, Mapping):
+        raise UsageError(
+            f"the {what} are {quoted(given)}. Give a mapping from names to values.",
+            code="parameters",
+        )
+    return given or {}
+
+
+def check_among(*rows: tuple[str, object, Collection[str]]) -> None:
+    """Refuse values that are not among their choices.
+
+    Parameters
+    ----------
+    *rows : tuple
+        What it is, in words, what was given, and the choices.
+
+    Raises
+    ------
+    UsageError
+        It is none of them.
+    """
+    for what, given, choices in rows:
+        if not is_among(given, choices):
+            raise UsageError(
+                f"there is no {what} {quoted(given)}. Choose from {', '.join(choices) or 'none'}.",
+                code="method",
+            )

@@ -1,0 +1,54 @@
+"""Placeholders, with the reason, for quantities that are not known.
+
+This is imported without NumPy.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import wraps
+from typing import Concatenate, ParamSpec, TypeVar
+
+from .wording import plain_numbers
+
+Found = TypeVar("Found")
+Made = TypeVar("Made")
+Further = ParamSpec("Further")
+
+
+@dataclass(frozen=True, slots=True)
+class Missing:
+    """Placeholder, with the reason, for a quantity that could not be measured, drawn or computed.
+
+    Attributes
+    ----------
+    reason : str
+        Why, as the end of a sentence, and what can be done: ``"the axis declares no control law"``.
+    """
+
+    reason: str
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "reason", plain_numbers(self.reason))
+
+    def __str__(self) -> str:
+        return self.reason
+
+
+def unless_missing(
+    make: Callable[Concatenate[Found, Further], Made],
+) -> Callable[Concatenate[Found | Missing, Further], Made | Missing]:
+    """Decorate a function so that it passes on a missing first argument with its reason.
+
+    Parameters
+    ----------
+    make : callable
+        Its first parameter, by place, is what was found.
+    """
+
+    @wraps(make)
+    def made(
+        found: Found | Missing, /, *further: Further.args, **named: Further.kwargs
+    ) -> Made | Missing:
+        return found if isinstance(found, Missing) else make(found, *further, **named)
+
+    return made
