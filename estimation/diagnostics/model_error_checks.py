@@ -105,7 +105,7 @@ class ResidualAtRepeats(Finding):
 
     Attributes
     ----------
-    kind : {"systematic", "steps", "small", "none"}
+    nature : {"systematic", "steps", "small", "none"}
         Most of the residual repeats, as the model is incomplete; or a part of it repeats but is not
         smooth, as encoder steps are; or a small part of it repeats; or no significant part does.
     percent : float
@@ -121,7 +121,7 @@ class ResidualAtRepeats(Finding):
         Of the motion, s; None where it repeats after pauses of other lengths.
     """
 
-    kind: Literal["systematic", "steps", "small", "none"]
+    nature: Literal["systematic", "steps", "small", "none"]
     percent: float
     repeated: float
     noise: float
@@ -331,7 +331,7 @@ def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | N
     coordinate = preferred.form.axis.coordinate
     unit = coordinate.acceleration_unit if preferred.is_direct else coordinate.force_unit
     finding = ResidualAtRepeats(
-        kind=_kind_of_residual(found),
+        nature=_nature_of_residual(found),
         percent=100 * found.share,
         repeated=found.repeated,
         noise=found.noise,
@@ -353,7 +353,7 @@ def lack_of_fit_check(found: LackOfFit | None, preferred: Estimate) -> Check | N
     )
 
 
-def _kind_of_residual(found: LackOfFit) -> Literal["systematic", "steps", "small", "none"]:
+def _nature_of_residual(found: LackOfFit) -> Literal["systematic", "steps", "small", "none"]:
     if found.is_mostly_model:
         return "systematic"
     if not found.is_there:

@@ -96,7 +96,7 @@ def test_a_loop_that_follows_by_a_velocity_of_no_record_is_not_searched(bootstra
     result = identify(AXIS, record, methods=["idm-ls"], bootstrap=bootstrap)
     said = {c.name: c.meaning for c in result.verdict if c.status == "not evaluated"}
     for name in ("missing terms", "alignment"):
-        assert "a velocity that is in no record" in said[name]
+        assert "a velocity that is not in the record" in said[name]
     assert result.belief == "with care"
     low, high = result.preferred.parameters["M"].interval
     assert not bootstrap or low < 100.2 < high

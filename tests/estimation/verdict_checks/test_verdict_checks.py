@@ -1,11 +1,11 @@
 """What all checks say together; one check of each record is one of all; one that faults says so."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from itertools import permutations
 
 import pytest
 
-from axisid.estimation.findings import FindingExceptFor, FindingOfRecords, Said
+from axisid.estimation.findings import Finding, FindingExceptFor, FindingOfRecords, Said
 from axisid.estimation.verdict_checks import (
     KINDS,
     Belief,
@@ -173,3 +173,10 @@ def test_fault_is_raised_where_tracebacks_are_asked_for_and_want_of_memory_alway
     monkeypatch.setenv("AXISID_DEBUG", debug)
     with pytest.raises(error):
         unless_faulty(lambda: _raising(error("x")))
+
+
+def test_no_finding_has_a_field_with_the_name_of_its_kind_in_a_file() -> None:
+    kinds = [*Finding.__subclasses__()]
+    for kind in kinds:
+        kinds += kind.__subclasses__()
+        assert "kind" not in {field.name for field in fields(kind)}, kind

@@ -42,6 +42,7 @@ from axisid import (
 from axisid.codegen.generated_axes.generated_axis import GeneratedAxis
 from axisid.elements import Drive
 from axisid.estimation import OutputFit, validate_fit
+from axisid.estimation.findings import ReadFinding
 from axisid.estimation.identification import DriveTime
 from axisid.modeling.declaration import Axis
 from axisid.presentation.documents.axis_page import FORMATS, axis_page
@@ -124,13 +125,16 @@ def test_text_pages_and_data_are_those_of_the_live_result(pair: Pair) -> None:
     assert saved.summary(20, full=True) == result.summary(20, full=True)
     assert saved._repr_html_() == result._repr_html_()
     assert saved.to_dict() == result.to_dict(20)
-    assert saved.verdict == tuple(
-        replace(
-            c,
-            **{n: None for n in ("figure", "p_value") if not math.isfinite(getattr(c, n) or 0.0)},
-        )
-        for c in result.verdict
-    )
+    for read, live in zip(saved.verdict, result.verdict, strict=True):
+        changes = {
+            name: None
+            for name in ("figure", "p_value")
+            if not math.isfinite(getattr(live, name) or 0.0)
+        }
+        assert read == replace(live, **changes, finding=read.finding)
+        assert read.meaning == live.meaning
+        assert isinstance(read.finding, ReadFinding)
+        assert read.finding.data["kind"] == type(live.finding).__name__
     for method in result:
         assert saved[method]._repr_html_() == result[method]._repr_html_()
         assert {**saved[method].to_dict(), "drawn": None, "physical": None} == {
@@ -165,9 +169,9 @@ def test_an_axis_with_other_fixed_values_is_refused(tmp_path: Path) -> None:
     result = identify(axis, twin_record(axis), methods="idm-ls")
     file = result.save(tmp_path / "result.json")
     for other, said in (
-        (fix(axis, m=0.25), r"m fixed at 0\.24 \+- 0\.001, but .* has it fixed at 0\.25;"),
-        (fix(axis, m=(0.24, 0.002)), r"has it fixed at 0\.24 \+- 0\.002;"),
-        (fix(axis, l=0.5), r"with l free, but .* has it fixed at 0\.5;"),
+        (fix(axis, m=0.25), r"m fixed at 0\.24 \+- 0\.001, but .* fixed at 0\.25"),
+        (fix(axis, m=(0.24, 0.002)), r"fixed at 0\.24 \+- 0\.002;"),
+        (fix(axis, l=0.5), r"with l free, but .* fixed at 0\.5;"),
     ):
         with refuses("result-file", says=said):
             load_result(file, other)

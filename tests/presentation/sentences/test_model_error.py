@@ -15,7 +15,7 @@ from axisid.presentation.sentences import sentence
 from axisid.support.settings import setting
 
 RESIDUAL = ResidualAtRepeats(
-    kind="systematic",
+    nature="systematic",
     percent=97.0,
     repeated=1.8,
     noise=0.34,
@@ -29,11 +29,11 @@ LOOP = SimulatedLoop(
 )
 
 
-@pytest.mark.parametrize("kind", ["systematic", "steps", "small", "none"])
-def test_the_residual_is_split_into_what_repeats_and_noise(kind: str) -> None:
-    text = sentence(replace(RESIDUAL, kind=kind))
+@pytest.mark.parametrize("nature", ["systematic", "steps", "small", "none"])
+def test_the_residual_is_split_into_what_repeats_and_noise(nature: str) -> None:
+    text = sentence(replace(RESIDUAL, nature=nature))
     parts = ["97 %", "repeats", "every 6.24 s", "0.34 N is noise"]
-    if kind != "none":
+    if nature != "none":
         parts.append("1.8 N (3.7 % of the force)")
     assert [part for part in parts if part not in text] == []
     assert "every" not in sentence(replace(RESIDUAL, period=None))

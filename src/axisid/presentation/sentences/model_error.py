@@ -40,11 +40,11 @@ def residual_at_repeats(finding: ResidualAtRepeats) -> str:
         f"{finding.repeated:.2g} {unit} ({finding.repeated_percent:.2g} % of the {left}) {again}; "
         f"{noise}"
     )
-    if finding.kind == "systematic":
+    if finding.nature == "systematic":
         return f"{share} is systematic: {parts}"
-    if finding.kind == "steps":
+    if finding.nature == "steps":
         return f"{share} repeats but jumps from row to row, as encoder steps do: {parts}"
-    if finding.kind == "small":
+    if finding.nature == "small":
         return f"most of the residual is noise, {finding.percent:.0f} % is systematic: {parts}"
     return (
         f"the residual is noise, no significant part of it ({finding.percent:.0f} %) {again}: "
