@@ -230,7 +230,7 @@ def test_no_working_compiler_means_the_virtual_machine_and_one_line(
     code, out, err = run("identify", "emps2015", *QUICK)
     assert code == 0
     assert "CC='absent-cc' was not found" in err
-    assert "the CasADi virtual machine simulates" in err
+    assert "The CasADi virtual machine simulates" in err
     assert len(err.splitlines()) == 1
     assert "IDM-IV" in out
 
@@ -269,7 +269,7 @@ def test_cache_that_others_can_write_to_is_not_trusted(cache: Path) -> None:
 def test_library_of_no_axis_is_no_fault_of_the_cache(cache: Path) -> None:
     native = Native("int nothing;", fresh().loop.functions)
     assert native.library() is None
-    assert native.refusal.startswith("the compiled library does not load: ")
+    assert native.refusal.startswith("the compiled library cannot be loaded: ")
     assert "AXISID_CACHE" not in native.refusal
     assert not list(cache.glob("*.so"))
 
