@@ -65,7 +65,10 @@ _MAX_MOTION_ERROR = 2.0
 _HORIZON = 0.5  # s, of a window
 _LEAST = 1e-8  # smallest relative error, so that one exact parameter does not dominate the mean
 
-_WHERE = "where deviations, known bias and the steps to neighbouring cut-offs are smallest together"
+_SMALLEST = (
+    "because its standard errors, its known bias and its differences to neighbouring cut-offs are "
+    "together smallest there"
+)
 
 
 def recommend(results: Sequence[Identification]) -> tuple[float | None, str]:
@@ -83,8 +86,7 @@ def recommend(results: Sequence[Identification]) -> tuple[float | None, str]:
         return _steadiest(results)
     chosen = int(np.argmin(_vagueness([each.preferred for each in free])))
     return free[chosen].prefilter.cutoff, (
-        f"{_WHERE}, of the method that is judged ({free[chosen].case.method})"
-        f"{_further(chosen, len(free))}"
+        f"by {free[chosen].case.method.upper()}, {_SMALLEST}{_further(chosen, len(free))}"
     )
 
 
@@ -136,13 +138,16 @@ def _steadiest(results: Sequence[Identification]) -> tuple[float | None, str]:
             f" (over half a second the parameters predict the position to {motion[chosen]:.2g} "
             f"{result.axis.coordinate.unit}{excluded})"
         )
-    return cutoff, f"{_WHERE}{predicted}, since {why}{_further(chosen, len(judged))}"
+    return cutoff, (
+        f"by {estimate.method.upper()}, as {why}, {_SMALLEST}{predicted}"
+        f"{_further(chosen, len(judged))}"
+    )
 
 
 def _further(chosen: int, count: int) -> str:
     """Return an advice if the chosen cut-off is next to an end of the range; else empty."""
     if chosen in {0, 1, count - 2, count - 1}:
-        return "; sweep further, as it is next to the end of the range"
+        return ". Sweep further, because it is next to the end of the range"
     return ""
 
 

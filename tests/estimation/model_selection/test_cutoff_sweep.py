@@ -55,7 +55,7 @@ def test_recommended_cutoff_is_one_where_the_judged_method_is_surest(swept: Swee
     around = np.convolve(np.log(sizes), np.ones(3), "valid")
     place = 1 + int(np.argmin(around))
     assert swept.recommended == swept.cutoffs[place]
-    assert ("sweep further" in swept.reason) == (place in (1, len(sizes) - 2))
+    assert ("Sweep further" in swept.reason) == (place in (1, len(sizes) - 2))
     assert "(didim)" in swept.reason
     chosen = swept.results[swept.cutoffs.index(swept.recommended)]
     assert (swept.belief, swept.checks) == ("believed", chosen.checks)
